@@ -1,0 +1,139 @@
+// A scene file, read strictly: what the user asked for, with defaults filled in and every value inside its range.
+// The grammar, units and ranges are documented in config/scenes/README.md, which a test compares with the reader.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+namespace palp {
+
+enum class Method { paper, accurate };
+enum class Accuracy { fast, balanced, accurate };
+
+struct MaterialConfig {
+  std::string name;
+  double density = 1000;    // rest density [kg/m^3]
+  double viscosity = 1e-3;  // dynamic viscosity [Pa s]; fluids, and as the viscosity a wall shows to a fluid
+  std::array<float, 3> color{0.3f, 0.5f, 0.9f};  // sRGB
+  std::string where;        // file:line, for messages
+};
+
+enum class ShapeType { box, sphere, cylinder, mesh, particles };
+
+// One solid of a body. A body is the first shape, then each next one added or (subtract) removed, in order.
+struct ShapeConfig {
+  ShapeType type = ShapeType::box;
+  bool subtract = false;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // of the shape's centre in the body frame [m]
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();  // box: edge lengths [m]
+  double radius = 0;                               // sphere, cylinder [m]
+  double height = 0;                               // cylinder, along its z [m]
+  std::string file;                                // mesh (OBJ, STL, PLY) or particles (CSV), resolved against the scene
+  double scale = 1;                                // mesh: metres per file unit
+  std::string where;
+};
+
+enum class BodyType { fluid, rigid, fixed };
+
+struct BodyConfig {
+  std::string name;
+  BodyType type = BodyType::fluid;
+  std::string material;
+  std::vector<ShapeConfig> shapes;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // of the body frame in the world [m]
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // initial [m/s]; fixed: of the wall's surface, which does not move
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // initial [rad/s], rigid only
+  std::optional<double> temperature;                           // initial [K]
+  std::optional<std::array<float, 3>> color;                   // overrides the material's
+  std::string where;
+};
+
+struct CouplingConfig {
+  double stiffness = 1000;         // [N/m]
+  double damping = 20;             // [N s/m]
+  double angular_stiffness = 10;   // [N m/rad]
+  double angular_damping = 0.2;    // [N m s/rad]
+};
+
+struct ProxyConfig {
+  unsigned device = 0;
+  std::string body;                                    // a rigid body
+  Eigen::Vector3d handle = Eigen::Vector3d::Zero();    // coupling point in the body frame [m]
+  CouplingConfig coupling_limit;                       // the most the server lets a bridge ask for
+  std::string where;
+};
+
+enum class Quantity { pressure, density, velocity, temperature, front, energy, extremes, body };
+
+struct ProbeConfig {
+  std::string name;
+  Quantity quantity = Quantity::pressure;
+  std::vector<Eigen::Vector3d> points;  // world [m]: one point, or a line's points
+  std::string body;                     // body: which one; front, energy, extremes: optional restriction to one body
+  int axis = 0;                         // front: 0 x, 1 y, 2 z
+  bool front_max = true;                // front: largest (else smallest) coordinate
+  double rate_hz = 100;
+  std::string where;
+};
+
+// Overrides of what the accuracy level expands to. Unset: derived (sim_server/plan.h says how).
+struct NumericsConfig {
+  std::optional<double> spacing;               // particle spacing dx [m], after the accuracy level is applied
+  std::optional<double> support_over_spacing;  // H / dx, 1.8..4
+  std::optional<double> sound_speed;           // [m/s]
+  std::optional<double> max_speed;             // expected largest speed [m/s], from which the sound speed follows
+  std::optional<double> artificial_viscosity;  // alpha, 0..1
+  std::optional<double> density_diffusion;     // delta, 0..0.5
+  std::optional<bool> tension;                 // let fluid pressure be negative
+  std::optional<int> sub_steps;                // per haptic step; refused when unstable
+  double safety = 0.5;                         // fraction of the linear stability limit that a sub-step uses, 0.05..1
+};
+
+struct StreamConfig {
+  double particle_rate_hz = 60;
+  std::string scalar = "speed";  // none, speed, density, pressure, temperature
+};
+
+struct SceneConfig {
+  std::string path;  // of the file
+  std::string name;
+  std::string description;
+  Method method = Method::accurate;
+  Accuracy accuracy = Accuracy::balanced;
+  Eigen::Vector3d gravity{0, 0, -9.81};               // [m/s^2], balanced by pressure in a closed tank
+  Eigen::Vector3d body_force = Eigen::Vector3d::Zero();  // [m/s^2], drives a flow (periodic channels)
+  double gravity_ramp = 0;                            // [s] gravity grows from zero over this time
+  double rate_hz = 1000;                              // haptic steps per second of simulated time
+  double duration = 10;                               // [s], default for palp_run
+  Eigen::Vector3d domain_min = Eigen::Vector3d::Zero();
+  Eigen::Vector3d domain_max = Eigen::Vector3d::Zero();
+  std::array<bool, 3> periodic{};
+  NumericsConfig numerics;
+  StreamConfig stream;
+  std::vector<MaterialConfig> materials;
+  std::vector<BodyConfig> bodies;
+  std::vector<ProxyConfig> proxies;
+  std::vector<ProbeConfig> probes;
+  std::uint64_t hash = 0;  // of the file's text and the overrides
+};
+
+// Overrides from the command line. Each, when set, wins over the file.
+struct SceneOverrides {
+  std::optional<Method> method;
+  std::optional<Accuracy> accuracy;
+  std::optional<double> spacing;
+};
+
+// Reads a scene. Throws ConfigError (config/error.h) that lists every fault found: file:line, what, what was expected.
+SceneConfig load_scene(const std::string& path, const SceneOverrides& overrides = {});
+
+const char* to_string(Method method);
+const char* to_string(Accuracy accuracy);
+
+}  // namespace palp

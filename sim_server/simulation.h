@@ -1,0 +1,126 @@
+// The simulation as its callers see it: one haptic step at a time, on whichever back end was chosen.
+// sim_server drives it at the haptic rate, palp_run and the tests as fast as it goes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "sim_server/scene.h"
+
+namespace palp {
+
+enum class Backend { automatic, cpu, cuda };
+
+inline constexpr int kMaxProxies = 8;
+
+struct RigidState {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // of the handle (devices, proxies) or the body frame (bodies) [m]
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // velocity of that point [m/s]
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  // world axes [rad/s]
+};
+
+// The state of one device for one step: the handle moves from it with its twist while the step lasts.
+struct DeviceInput {
+  bool engaged = false;  // false: no coupling, the proxy is an ordinary rigid body held in place
+  RigidState state;
+  CouplingConfig gains;  // clipped to the proxy's limit
+};
+
+// By the index of the proxy in Scene::proxies.
+using StepInput = std::array<DeviceInput, kMaxProxies>;
+
+struct ProxyOutput {
+  RigidState state;         // of the handle after the step
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   // on the device by the coupling, mean over the step [N]
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // about the handle [N m]
+  Eigen::Vector3d contact_force = Eigen::Vector3d::Zero();   // on the proxy by everything but coupling and gravity, mean [N]
+  Eigen::Vector3d contact_torque = Eigen::Vector3d::Zero();  // about the handle [N m]
+  CouplingConfig gains;     // used
+  std::array<double, 2> blend{};   // local stiffness: linear, angular, 0..1
+  std::array<double, 2> energy{};  // cumulative work of the proxy on the coupling [J]
+};
+
+struct BodyOutput {
+  RigidState state;  // of the body frame
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   // by fluids and other bodies, mean over the step [N]; no gravity
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // about the centre of mass [N m]
+};
+
+struct Health {
+  bool ok = true;
+  std::string cause;              // one sentence when not ok
+  std::uint32_t non_finite = 0;   // particles
+  double max_speed = 0;           // [m/s]
+  double max_compression = 0;     // max of rho/rho0 - 1 over fluid particles
+  double kinetic_energy = 0;      // [J], fluid and rigid
+  std::uint32_t outside = 0;      // particles outside the domain
+};
+
+struct StepOutput {
+  std::uint64_t step = 0;
+  double time = 0;  // [s] at the end of the step
+  std::vector<ProxyOutput> proxies;
+  std::vector<BodyOutput> bodies;  // one per Scene::bodies; fluids stay at zero
+  Health health;
+};
+
+// Fields of all particles in the scene's order.
+struct Snapshot {
+  double time = 0;
+  std::vector<float> position;     // x y z [m]
+  std::vector<float> velocity;     // x y z [m/s]
+  std::vector<float> density;      // [kg/m^3]
+  std::vector<float> pressure;     // [Pa]
+  std::vector<float> temperature;  // [K]; empty when the scene has none
+};
+
+// What a plan costs: for tests of lightness and for the printed report.
+struct Footprint {
+  std::vector<std::pair<std::string, std::size_t>> arrays;  // name, bytes
+  std::vector<std::string> launches;                        // stage names in one sub-step, in order
+  std::size_t bytes() const {
+    std::size_t sum = 0;
+    for (const auto& [name, size] : arrays) sum += size;
+    return sum;
+  }
+};
+
+// Positions and one scalar, for streaming, without stopping the step.
+struct Frame {
+  double time = 0;
+  std::uint64_t step = 0;
+  std::vector<float> position;  // x y z
+  std::vector<float> scalar;    // or empty
+};
+enum class FrameScalar { none, speed, density, pressure, temperature };
+
+class Simulation {
+ public:
+  virtual ~Simulation() = default;
+  virtual const Scene& scene() const = 0;
+  virtual std::string backend_name() const = 0;  // "cpu, 2 threads, float", "cuda, NVIDIA H100, float"
+  virtual std::string numerics() const = 0;      // one line: what the accuracy level expanded to
+
+  // One haptic step of 1 / rate_hz seconds. Valid until the next call. No allocation after the first step.
+  virtual const StepOutput& step(const StepInput& input) = 0;
+  // Back to the initial state; the step count and time begin again.
+  virtual void reset() = 0;
+  // Copies all fields out. Waits for the device.
+  virtual void snapshot(Snapshot& out) = 0;
+  // Starts copying a frame of the state after the last step; never waits. False while an earlier one is in flight.
+  virtual bool begin_frame(FrameScalar scalar) = 0;
+  // True when the frame begun has arrived; then it is moved into out. May be called from another thread than step().
+  virtual bool take_frame(Frame& out) = 0;
+  virtual Footprint footprint() const = 0;
+};
+
+// Throws std::runtime_error with one sentence when the back end is not built in, has no device, or lacks memory.
+std::unique_ptr<Simulation> make_simulation(const Scene& scene, Backend backend);
+
+}  // namespace palp
