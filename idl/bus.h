@@ -19,9 +19,9 @@ enum class Vendor { cyclone, fastdds };
 
 struct BusOptions {
   Vendor vendor = Vendor::cyclone;
-  int domain = 0;                  // DDS domain, 0..232
-  bool network = false;            // false: loopback interface only
-  std::string interface;           // address or name of the network interface; empty: the vendor's choice (with network)
+  int domain = 0;         // DDS domain, 0..232
+  bool network = false;   // false: loopback interface only
+  std::string interface;  // address or name of the network interface; empty: the vendor's choice (with network)
   std::vector<std::string> peers;  // addresses of other hosts; not empty implies network
 };
 
@@ -35,9 +35,9 @@ struct Received {
 // What a reader refused. A refused sample is counted and dropped, never handed on.
 struct DropCounts {
   std::uint64_t wrong_version = 0;
-  std::uint64_t not_finite = 0;   // NaN or infinity anywhere
-  std::uint64_t malformed = 0;    // lengths, indices, enumerators, quaternions out of range, undecodable bytes
-  std::uint64_t lost = 0;         // gaps in the sequence, as far as they can be known
+  std::uint64_t not_finite = 0;  // NaN or infinity anywhere
+  std::uint64_t malformed = 0;   // lengths, indices, enumerators, quaternions out of range, undecodable bytes
+  std::uint64_t lost = 0;        // gaps in the sequence, as far as they can be known
 };
 
 template <class T>
@@ -53,7 +53,8 @@ template <class T>
 class Reader {
  public:
   virtual ~Reader() = default;
-  // The newest sample that has arrived since the last call, whatever its key; older ones are passed over. False if none.
+  // The newest sample that has arrived since the last call, whatever its key; older ones are passed over. False if
+  // none.
   virtual bool take_latest(Received<T>& out) = 0;
   // Everything that has arrived, oldest first, appended to out. Returns how many.
   virtual std::size_t take_all(std::vector<Received<T>>& out) = 0;
