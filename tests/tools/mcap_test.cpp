@@ -140,7 +140,7 @@ TEST(Mcap, ATruncatedFileGivesWholeMessagesUpToTheCut) {
   const std::vector<OwnedMessage> written = make_file(folder / "a.mcap", 60, 6);
   const Bytes whole = file_bytes(folder / "a.mcap");
   std::size_t best = 0;
-  for (std::size_t length = 0; length < whole.size(); ++length) {
+  for (std::size_t length = 0; length < whole.size(); length += length + 200 < whole.size() ? 3 : 1) {
     write_file(folder / "cut.mcap", ByteView(whole).first(length));
     try {
       const McapReader reader(folder / "cut.mcap");
