@@ -93,7 +93,11 @@ TEST(Mcap, AnExistingFileIsNotOverwrittenUnasked) {
   const ScratchFolder folder;
   make_file(folder / "a.mcap", 10, 4);
   EXPECT_THROW(McapWriter(folder / "a.mcap"), McapError);
-  { McapWriter unfinished(folder / "b.mcap"); }
+  {
+    std::mt19937 random(4);
+    McapWriter unfinished(folder / "b.mcap");
+    fill(unfinished, 10, random);
+  }
   EXPECT_TRUE(std::filesystem::exists(folder / ("b.mcap" + std::string(kUnfinishedSuffix))));
   EXPECT_FALSE(std::filesystem::exists(folder / "b.mcap"));
   EXPECT_THROW(McapWriter(folder / "b.mcap"), McapError);
@@ -101,6 +105,12 @@ TEST(Mcap, AnExistingFileIsNotOverwrittenUnasked) {
   options.overwrite = true;
   McapWriter(folder / "b.mcap", options).close();
   EXPECT_TRUE(std::filesystem::exists(folder / "b.mcap"));
+}
+
+TEST(Mcap, ARecordingThatNeverBeganLeavesNoFile) {
+  const ScratchFolder folder;
+  { McapWriter unfinished(folder / "a.mcap"); }
+  EXPECT_FALSE(std::filesystem::exists(folder / ("a.mcap" + std::string(kUnfinishedSuffix))));
 }
 
 TEST(Mcap, WhatAKilledRecorderFlushedIsRecovered) {

@@ -125,6 +125,7 @@ McapWriter::~McapWriter() {
     // what was written before is whole, and there is nobody left to tell
   }
   ::close(file_);
+  if (failure_.empty() && statistics_.messages == 0) unlink(unfinished_path_.c_str());
 }
 
 void McapWriter::fail(const std::string& what) {

@@ -28,7 +28,7 @@ class McapWriter {
  public:
   // Throws McapError when the file exists (see overwrite) or cannot be created.
   McapWriter(std::string path, McapWriterOptions options = {});
-  // Leaves the unfinished file where it is, unless close() was called.
+  // Unless close() was called, leaves the unfinished file where it is, if there is a message in it.
   ~McapWriter();
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
