@@ -65,10 +65,24 @@ Recorder::Recorder(RecorderOptions options)
 
 Recorder::~Recorder() { stop_writing(); }
 
+// Both vendors hand over what waits key by key; the senders' stamps put it back in order, also between topics.
 void Recorder::poll(std::chrono::milliseconds timeout) {
   if (!bus_->wait(timeout)) return;
   for (std::size_t i = 0; i < sources_.size(); ++i)
-    sources_[i].reader->take([&](Payload payload, std::int64_t time) { on_sample(i, payload, time); });
+    sources_[i].reader->take([&](Payload payload, std::int64_t source_time_ns) {
+      if (!wanted(sources_[i], payload)) return;
+      const std::uint64_t now = realtime_ns();
+      taken_.push_back({i, now, source_time_ns > 0 ? static_cast<std::uint64_t>(source_time_ns) : now,
+                        Bytes(payload.begin(), payload.end())});
+    });
+  std::stable_sort(taken_.begin(), taken_.end(),
+                   [](const Record& a, const Record& b) { return a.publish_time_ns < b.publish_time_ns; });
+  for (Record& record : taken_) {
+    // no two log times are equal, so that readers of the file keep this order
+    last_log_time_ns_ = record.log_time_ns = std::max(record.log_time_ns, last_log_time_ns_ + 1);
+    queue(std::move(record));
+  }
+  taken_.clear();
 }
 
 // Particles are thinned out by whole frames: their number stands behind the header, which is 32 bytes long.
@@ -82,26 +96,20 @@ bool Recorder::wanted(Source& source, Payload payload) const {
   return frame % source.keep_every == 0;
 }
 
-void Recorder::on_sample(std::size_t index, Payload payload, std::int64_t source_time_ns) {
-  Source& source = sources_[index];
-  if (!wanted(source, payload)) return;
-  // no two log times are equal, so that readers of the file keep the order in which samples came
-  last_log_time_ns_ = std::max(realtime_ns(), last_log_time_ns_ + 1);
-  const std::uint64_t publish_time =
-      source_time_ns > 0 ? static_cast<std::uint64_t>(source_time_ns) : last_log_time_ns_;
-  Record record{index, last_log_time_ns_, publish_time, Bytes(payload.begin(), payload.end())};
+void Recorder::queue(Record record) {
+  TopicCounts& counts = sources_[record.source].counts;
+  const std::size_t payload_bytes = record.payload.size();
   {
     const std::lock_guard lock(mutex_);
-    const std::size_t bytes = record.payload.size() + kRecordOverhead;
-    if (queued_bytes_ + bytes > options_.queue_bytes) {
-      ++source.counts.dropped;
+    if (queued_bytes_ + payload_bytes + kRecordOverhead > options_.queue_bytes) {
+      ++counts.dropped;
       return;
     }
-    queued_bytes_ += bytes;
+    queued_bytes_ += payload_bytes + kRecordOverhead;
     queue_.push_back(std::move(record));
   }
-  ++source.counts.messages;
-  source.counts.bytes += payload.size();
+  ++counts.messages;
+  counts.bytes += payload_bytes;
   queue_filled_.notify_one();
 }
 

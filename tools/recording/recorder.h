@@ -72,7 +72,7 @@ class Recorder {
     std::uint64_t publish_time_ns;
     Bytes payload;
   };
-  void on_sample(std::size_t source, Payload payload, std::int64_t source_time_ns);
+  void queue(Record record);
   bool wanted(Source& source, Payload payload) const;
   void write_loop();
   void write(const Record& record);
@@ -84,6 +84,7 @@ class Recorder {
   std::unique_ptr<RawBus> bus_;
   McapWriter writer_;
   std::vector<Source> sources_;
+  std::vector<Record> taken_;  // in one poll
   std::uint64_t last_log_time_ns_ = 0;
 
   std::mutex mutex_;  // of the queue
