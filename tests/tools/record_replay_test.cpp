@@ -306,6 +306,20 @@ TEST(Replay, StepsMessageByMessage) {
   EXPECT_EQ(replay.stop(SIGINT), 0) << replay.output();
 }
 
+// With the packages that other tools use, where they are installed.
+TEST(Record, McapCoreDecodesTheFile) {
+  const std::string node = "/usr/bin/node";
+  if (!std::filesystem::exists(node)) GTEST_SKIP() << "no " << node;
+  const ScratchFolder folder;
+  record_something(folder, Vendor::fastdds, 101);
+  ChildProcess reader({node, PALP_SOURCE_DIR "/tests/tools/read_with_mcap_core.cjs", folder / "a.mcap"},
+                      folder / "node.txt");
+  const int status = reader.wait();
+  if (status == 77) GTEST_SKIP() << reader.output();
+  EXPECT_EQ(status, 0) << reader.output();
+  EXPECT_NE(reader.output().find("\"palp/proxy\":101"), std::string::npos) << reader.output();
+}
+
 // Each wrong use: status 1 or more, and one sentence that says what to do.
 TEST(Record, WrongUseIsOneClearSentence) {
   const ScratchFolder folder;
