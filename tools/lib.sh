@@ -3,7 +3,7 @@ set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
-program=$(basename "$0")
+program=${0#"$root"/}
 
 say() { printf '%s\n' "$*"; }
 fail() {
