@@ -159,6 +159,9 @@ Plan make_plan(const Scene& scene) {
   const SceneConfig& config = scene.config;
   const NumericsConfig& n = config.numerics;
   const Level level = level_of(config.accuracy);
+  if (config.materials.size() > kMaxMaterials)
+    throw ConfigError(
+        fmt::format("{}: {} materials; expected at most {}", config.path, config.materials.size(), kMaxMaterials));
   Plan plan;
   plan.method = config.method;
   plan_bodies(scene, plan);

@@ -67,6 +67,8 @@ class Cpu {
     record_ = false;
   }
 
+  void forget() {}
+
   template <class F>
   void for_each(const char* name, std::uint32_t n, const F& f) {
     note(name);

@@ -232,6 +232,13 @@ class Cuda {
     check(cudaStreamSynchronize(stream_), "running the step");
   }
 
+  // The captured step no longer holds: capture it again at the next.
+  void forget() {
+    if (graph_ != nullptr) check(cudaGraphExecDestroy(graph_), "dropping the step's graph");
+    graph_ = nullptr;
+    launches_.clear();
+  }
+
   template <class F>
   void for_each(const char* name, std::uint32_t n, const F& f) {
     note(name);
