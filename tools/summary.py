@@ -22,6 +22,8 @@ def load(path):
         return {}, f"wrote a broken summary ({path.name}: {error})"
     if not isinstance(values, dict):
         return {}, f"wrote a broken summary ({path.name}: an object was expected)"
+    if isinstance(values.get("metrics"), dict):  # numbers may stand in a table of their own
+        values = {**values["metrics"], **values}
     if values.get("healthy") is not True:
         return values, f"was not healthy: {values.get('cause') or values.get('fault') or 'see its log'}"
     return values, None
@@ -44,7 +46,8 @@ def report(server, bridge, viewer, recorder):
     recording = f"{number(recorder, 'messages')} messages, {number(recorder, 'drops')} dropped"
     return [("haptic loop", lateness if rate is not None or bridge else "unknown"), ("server step", step),
             ("real-time factor", number(server, "real_time_factor", 3)),
-            ("publishing", f"{number(server, 'publish_p50_us')} us a step (median)"),
+            ("publishing", f"{number(server, 'publish_p50_us' if 'publish_p50_us' in server else 'handover_p50_us')} us a "
+             "step of the haptic thread (median)"),
             ("sample age", f"{number(bridge, 'sample_age_p50_ms', 2, 'ms')} at the bridge (median)"),
             ("peak force", number(bridge, "peak_force_n", 2, "N")),
             ("lost samples", f"{number(bridge, 'lost_samples')} at the bridge"), ("frames", frames),
