@@ -169,6 +169,10 @@ struct Pairing {
   Vendor replayer;
 };
 
+void PrintTo(const Pairing& pairing, std::ostream* out) {
+  *out << to_string(pairing.recorder) << " records, " << to_string(pairing.replayer) << " replays";
+}
+
 class RecordReplay : public testing::TestWithParam<Pairing> {};
 
 TEST_P(RecordReplay, GivesEveryReaderTheSameBytesInTheSameOrder) {
