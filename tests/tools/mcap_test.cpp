@@ -177,7 +177,7 @@ TEST(Mcap, RandomDamageNeverGivesAWrongMessage) {
   std::mt19937 random(seed);
   SCOPED_TRACE("seed " + std::to_string(seed));
   int refused = 0;
-  for (int round = 0; round < 3000; ++round) {
+  for (int round = 0; round < 1500; ++round) {
     Bytes damaged = whole;
     const std::size_t hits = 1 + random() % 4;
     for (std::size_t i = 0; i < hits; ++i) damaged[random() % damaged.size()] = static_cast<std::uint8_t>(random());
@@ -200,7 +200,7 @@ TEST(Mcap, RandomDamageNeverGivesAWrongMessage) {
       ++refused;
     }
   }
-  EXPECT_GT(refused, 1000);
+  EXPECT_GT(refused, 500);
 }
 
 // Past the checksums: the parsers themselves.
@@ -213,7 +213,7 @@ TEST(Mcap, RandomDamageWithoutChecksumsNeverCrashes) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   McapReaderOptions options;
   options.check_crc = false;
-  for (int round = 0; round < 3000; ++round) {
+  for (int round = 0; round < 1500; ++round) {
     Bytes damaged = whole;
     const std::size_t hits = 1 + random() % 4;
     for (std::size_t i = 0; i < hits; ++i) {
