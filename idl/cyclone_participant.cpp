@@ -1,7 +1,10 @@
 #include "idl/cyclone_participant.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 
 namespace palp {
@@ -26,6 +29,22 @@ dds_entity_t create_domain(int domain, const std::string& config) {
   dds_entity_t result = dds_create_domain(static_cast<dds_domainid_t>(domain), whole.c_str());
   while (result == DDS_RETCODE_PRECONDITION_NOT_MET) result = dds_create_domain(next++, whole.c_str());
   return result;
+}
+
+// Cyclone refuses files that it cannot open or understand, but takes one with nothing in it for its defaults, which
+// reach every interface. CYCLONEDDS_URI is a list of files and configuration text; text stands last.
+bool says_something(const std::string& uri) {
+  std::size_t begin = 0;
+  while (begin < uri.size() && uri[begin] != '<') {
+    const std::size_t end = std::min(uri.find(',', begin), uri.size());
+    std::string name = uri.substr(begin, end - begin);
+    if (name.rfind("file://", 0) == 0) name.erase(0, 7);
+    std::ifstream file(name);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    if (text.find("<CycloneDDS") == std::string::npos) return false;
+    begin = end + 1;
+  }
+  return !uri.empty();
 }
 
 }  // namespace
@@ -54,7 +73,9 @@ std::string cyclone_config(const BusOptions& options) {
 CycloneParticipant::CycloneParticipant(const BusOptions& options) {
   const char* uri = std::getenv("CYCLONEDDS_URI");
   const bool from_user = uri && *uri;
-  domain_ = create_domain(options.domain, from_user ? std::string(uri) : cyclone_config(options));
+  const bool usable = !from_user || says_something(uri);
+  domain_ = usable ? create_domain(options.domain, from_user ? std::string(uri) : cyclone_config(options))
+                   : DDS_RETCODE_ERROR;
   dds_domainid_t id = 0;
   if (domain_ >= 0 && dds_get_domainid(domain_, &id) == DDS_RETCODE_OK) {
     participant_ = dds_create_participant(id, nullptr, nullptr);
