@@ -189,13 +189,13 @@ class CycloneSource : public Source<T> {
                ? static_cast<int>(status.current_count)
                : 0;
   }
-  // Cyclone drops such samples below its API, with a line in its log.
-  std::uint64_t undecodable() const override { return 0; }
+  std::uint64_t undecodable() const override { return cyclone_undecodable(topic_of<T>()) - undecodable_before_; }
 
  private:
   std::shared_ptr<Participant> participant_;
   dds_entity_t reader_ = 0;
   dds_entity_t waitset_ = 0;
+  const std::uint64_t undecodable_before_ = cyclone_undecodable(topic_of<T>());
 };
 
 }  // namespace

@@ -94,6 +94,24 @@ TEST_P(BusPair, DeliversCommandsAllAndInOrder) {
   EXPECT_EQ(reader->drops().lost, 0u);
 }
 
+// A payload that ends anywhere between two multiples of four bytes.
+TEST_P(BusPair, DeliversTextsOfEveryLength) {
+  const auto out = open_bus(options_for(from()));
+  const auto in = open_bus(options_for(to()));
+  const auto writer = out->writer<Event>();
+  const auto reader = in->reader<Event>();
+  connect(*writer, *reader);
+  auto m = sound<Event>();
+  std::vector<std::string> expected;
+  for (m.text.clear(); m.text.size() < 20; m.text += 'x') {
+    expected.push_back(m.text);
+    ASSERT_TRUE(writer->publish(m));
+  }
+  std::vector<Received<Event>> got;
+  ASSERT_TRUE(eventually([&] { return (reader->wait(10ms), reader->take_all(got), got.size() >= expected.size()); }));
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(got[i].message.text, expected[i]);
+}
+
 TEST_P(BusPair, GivesALateJoinerTheSceneAndTheStatus) {
   const auto out = open_bus(options_for(from()));
   const auto scenes = out->writer<SceneDescription>();
