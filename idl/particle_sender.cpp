@@ -79,6 +79,7 @@ void ParticleSender::send(const ParticleFrame& frame) {
   chunk_.field = frame.field;
   chunk_.particle_count = static_cast<std::uint32_t>(frame.positions.size() / 3);
   chunk_.chunk_count = chunks_of(chunk_.particle_count);
+  bool whole = true;
   for (chunk_.chunk = 0; chunk_.chunk < chunk_.chunk_count; ++chunk_.chunk) {
     if (stop_) return;
     const std::int64_t t_start_ns = now_ns();
@@ -91,10 +92,13 @@ void ParticleSender::send(const ParticleFrame& frame) {
     } else {
       chunk_.scalars.clear();
     }
-    if (!writer_->publish(chunk_)) ++refused_chunks_;
+    if (!writer_->publish(chunk_)) {
+      ++refused_chunks_;
+      whole = false;
+    }
     sleep_until(t_start_ns + chunk_interval_.count());
   }
-  ++sent_;
+  if (whole) ++sent_;
 }
 
 }  // namespace palp
