@@ -10,7 +10,7 @@
 namespace palp {
 namespace {
 
-constexpr std::int64_t kIdle_ns = 100'000'000;
+constexpr std::int64_t kIdleNs = 100'000'000;
 
 void sleep_until(std::int64_t t_ns) {
   const timespec t{t_ns / 1'000'000'000, t_ns % 1'000'000'000};
@@ -18,11 +18,11 @@ void sleep_until(std::int64_t t_ns) {
   }
 }
 
-// Returns when posted, or after kIdle_ns.
+// Returns when posted, or after kIdleNs.
 void wait_for_post(sem_t& semaphore) {
   timespec t;
   clock_gettime(CLOCK_REALTIME, &t);
-  t.tv_nsec += kIdle_ns;
+  t.tv_nsec += kIdleNs;
   t.tv_sec += t.tv_nsec / 1'000'000'000;
   t.tv_nsec %= 1'000'000'000;
   sem_timedwait(&semaphore, &t);

@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint32_t kParticles = 100'000;
 constexpr std::uint64_t kFrames = 60;
 constexpr int kRuns = 6;
-constexpr std::int64_t kFrame_ns = 1'000'000'000 / 60;
+constexpr std::int64_t kFrameNs = 1'000'000'000 / 60;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr double kRequired = 0;  // ten times slower, the reader cannot keep up: only the values are checked
@@ -57,7 +57,7 @@ Result send_and_receive(ParticleSender& sender, Reader<ParticleChunk>& reader) {
     for (std::uint64_t i = 1; i <= kFrames; ++i) {
       fill(sender.frame(), i);
       sender.submit();
-      t += kFrame_ns;
+      t += kFrameNs;
       std::this_thread::sleep_for(std::chrono::nanoseconds(std::max<std::int64_t>(0, t - now_ns())));
     }
   });
