@@ -58,10 +58,9 @@ void read_spacing(TomlTable& table, TomlTable& root, SceneConfig& scene, const S
   } else if (table.has("spacing")) {
     scene.numerics.spacing = table.number("spacing", kSpacing);
   } else if (!overrides.spacing) {
-    (table.exists() ? table : root)
-        .fault("",
-               "numerics: spacing is missing, expected a number in m above 0, or a table "
-               "{fast = .., balanced = .., accurate = ..}");
+    const std::string missing =
+        "spacing is missing, expected a number in m above 0, or a table {fast = .., balanced = .., accurate = ..}";
+    table.exists() ? table.fault("", missing) : root.fault("", "numerics: " + missing);
   }
   if (overrides.spacing) scene.numerics.spacing = overrides.spacing;
 }
