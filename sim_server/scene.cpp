@@ -95,8 +95,8 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     move(particles, solid->frame);
     moments = moments.moved(solid->frame);
     if (body.type != BodyType::fluid) body.surface = solid_surface(*solid, spacing / 2);
-    // boxes are filled exactly; of other solids the particles share the exact volume
-    if (body.type != BodyType::fluid && !solid->aligned_boxes()) {
+    // the particles of a solid that is not filled exactly share its exact volume
+    if (body.type != BodyType::fluid && !particles.exact) {
       std::fill(particles.volume.begin(), particles.volume.end(),
                 moments.volume / static_cast<double>(particles.volume.size()));
     }
