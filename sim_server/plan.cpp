@@ -23,11 +23,11 @@ Level level_of(Accuracy accuracy) {
     case Accuracy::fast:
       return {2.0, 7.0, 0.1};
     case Accuracy::balanced:
-      return {2.6, 10.0, 0.05};
+      return {3.0, 10.0, 0.05};
     case Accuracy::accurate:
       return {3.0, 10.0, 0.02};
   }
-  return {2.6, 10.0, 0.05};
+  return {3.0, 10.0, 0.05};
 }
 
 // Between and past the tabulated H / dx the limit is taken linear.

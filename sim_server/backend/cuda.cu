@@ -5,8 +5,6 @@
 #include <atomic>
 #include <stdexcept>
 
-#include <fmt/format.h>
-
 #include "sim_server/backend/make.h"
 #include "sim_server/simulation_on.h"
 
@@ -15,7 +13,7 @@ namespace {
 
 void check(cudaError_t error, const char* what) {
   if (error != cudaSuccess)
-    throw std::runtime_error(fmt::format("CUDA: {} failed: {}", what, cudaGetErrorString(error)));
+    throw std::runtime_error(std::string("CUDA: ") + what + " failed: " + cudaGetErrorString(error));
 }
 
 // L neighbouring lanes of a warp share one particle's neighbour loop.
@@ -135,7 +133,7 @@ class Cuda {
     check(cudaGetDevice(&device), "choosing the device");
     cudaDeviceProp properties{};
     check(cudaGetDeviceProperties(&properties, device), "reading the device's properties");
-    name_ = fmt::format("cuda, {}, float", properties.name);
+    name_ = std::string("cuda, ") + properties.name + ", float";
     check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "creating a stream");
     check(cudaStreamCreateWithFlags(&copy_stream_, cudaStreamNonBlocking), "creating a stream");
     check(cudaEventCreateWithFlags(&packed_, cudaEventDisableTiming), "creating an event");
@@ -164,8 +162,8 @@ class Cuda {
     const std::size_t bytes = std::max<std::size_t>(1, count) * sizeof(T);
     void* p = nullptr;
     if (cudaMalloc(&p, bytes) != cudaSuccess)
-      throw std::runtime_error(fmt::format(
-          "the GPU has no {:.0f} MB for the array '{}': use fewer particles or another GPU", 1e-6 * bytes, name));
+      throw std::runtime_error("the GPU has no " + std::to_string(bytes / 1000000 + 1) + " MB for the array '" + name +
+                               "': use fewer particles or another GPU");
     device_blocks_.push_back(p);
     arrays_.emplace_back(name, bytes);
     check(cudaMemset(p, 0, bytes), "clearing an array");
@@ -311,7 +309,7 @@ std::string cuda_unavailable() {
   int devices = 0;
   const cudaError_t error = cudaGetDeviceCount(&devices);
   if (error != cudaSuccess)
-    return fmt::format("no CUDA device can be used ({}): use --backend cpu", cudaGetErrorString(error));
+    return std::string("no CUDA device can be used (") + cudaGetErrorString(error) + "): use --backend cpu";
   return devices > 0 ? "" : "this host has no CUDA device: use --backend cpu";
 }
 

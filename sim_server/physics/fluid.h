@@ -65,6 +65,13 @@ struct AdvanceDensity {
   }
 };
 
+// What the artificial viscosity takes off the pressure between two particles that part, and adds when they approach.
+PALP_HD inline real artificial_pressure(const Medium& medium, const WendlandC2& kernel, real rho, const Vec3& v_ij,
+                                        const Vec3& x_ij, real r2) {
+  const real h = real(0.5) * kernel.support;
+  return medium.artificial * medium.sound_speed * h * rho * v_ij.dot(x_ij) / (r2 + real(0.01) * h * h);
+}
+
 // Force of fluid particle j on fluid particle i.
 PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& kernel, Tag tag_i, const Packed& xV_i,
                                      const Packed& vp_i, Tag tag_j, real V_j, const Packed& vp_j, const Vec3& x_ij,
@@ -73,23 +80,25 @@ PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& ker
   const Material& a = medium.material[tag_i.material()];
   const Material& b = medium.material[tag_j.material()];
   const Vec3 v_ij = vp_i.xyz() - vp_j.xyz();
-  const real h = real(0.5) * kernel.support;
   const real mu_sum = a.viscosity + b.viscosity;
   const real mu = mu_sum > real(0) ? real(2) * a.viscosity * b.viscosity / mu_sum : real(0);
-  const real approach = v_ij.dot(x_ij) / (r2 + real(0.01) * h * h);
   const real rho = real(0.5) * (a.density + b.density);
   const real along = acting_pressure(medium, vp_i.w) + acting_pressure(medium, vp_j.w) -
-                     medium.artificial * medium.sound_speed * h * rho * approach;
+                     artificial_pressure(medium, kernel, rho, v_ij, x_ij, r2);
   return VVF * (along * x_ij - real(2) * mu * v_ij);
 }
 
-// Force of solid particle j on fluid particle i. wall: the pressure that the solid shows to the fluid (w) and the
-// velocity that makes the mean of fluid and wall the wall's own at its surface (boundary.h).
+// Force of solid particle j, moving with v_j, on fluid particle i. wall: the pressure that the solid shows to the fluid
+// (w) and the velocity that makes the mean of fluid and wall the wall's own at its surface (boundary.h). The artificial
+// viscosity acts here too: without it the extrapolated wall pressure can feed sound waves.
 PALP_HD inline Vec3 wall_pair_force(const Medium& medium, const WendlandC2& kernel, Tag tag_i, const Packed& xV_i,
-                                    const Packed& vp_i, real V_j, const Packed& wall_j, const Vec3& x_ij, real r2) {
+                                    const Packed& vp_i, real V_j, const Vec3& v_j, const Packed& wall_j,
+                                    const Vec3& x_ij, real r2) {
   const real VVF = xV_i.w * V_j * kernel.F(Eigen::numext::sqrt(r2));
-  const real mu = medium.material[tag_i.material()].viscosity;
-  return VVF * ((acting_pressure(medium, vp_i.w) + wall_j.w) * x_ij - real(2) * mu * (vp_i.xyz() - wall_j.xyz()));
+  const Material& fluid = medium.material[tag_i.material()];
+  const real along = acting_pressure(medium, vp_i.w) + wall_j.w -
+                     artificial_pressure(medium, kernel, fluid.density, vp_i.xyz() - v_j, x_ij, r2);
+  return VVF * (along * x_ij - real(2) * fluid.viscosity * (vp_i.xyz() - wall_j.xyz()));
 }
 
 // Acceleration of fluid particles [m/s^2], into acceleration[i].
@@ -113,7 +122,8 @@ struct FluidForce {
       if (tag_j.is_fluid())
         force += fluid_pair_force(medium, kernel, tag_i, xV_i, vp_i, tag_j, state.xV[j].w, state.vp[j], x_ij, r2);
       else
-        force += wall_pair_force(medium, kernel, tag_i, xV_i, vp_i, state.xV[j].w, wall[j], x_ij, r2);
+        force +=
+            wall_pair_force(medium, kernel, tag_i, xV_i, vp_i, state.xV[j].w, state.vp[j].xyz(), wall[j], x_ij, r2);
     });
     force = team.sum(force);
     if (team.leader()) acceleration[i] = pack(force / state.mass[i] + forcing->gravity + forcing->body_force, 0);

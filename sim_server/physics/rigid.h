@@ -73,7 +73,7 @@ struct SolidForce {
     for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team, [&](std::uint32_t j, const Vec3& x_ij, real r2) {
       const Tag tag_j = state.tag[j];
       if (tag_j.is_fluid())
-        force -= wall_pair_force(medium, kernel, tag_j, state.xV[j], state.vp[j], xV_i.w, wall[i], -x_ij, r2);
+        force -= wall_pair_force(medium, kernel, tag_j, state.xV[j], state.vp[j], xV_i.w, v_i, wall[i], -x_ij, r2);
       else if (contact && tag_j.body() != tag_i.body())
         force += contact_pair_force(medium, body, bodies.body[tag_j.body()], v_i - state.vp[j].xyz(), x_ij, r2);
     });
