@@ -156,7 +156,7 @@ TEST(Scene, TooManyParticlesAreRefusedBeforeTheyAreMade) {
             "alone), and memory here allows 1000000; a spacing of 0.021 m would fit");
   config.bodies[0].shapes[0] = sphere(1);
   EXPECT_NE(fault_of(config).find("needs about"), std::string::npos);
-  config.numerics.spacing = 0.021;
+  config.numerics.spacing = 0.04;
   config.bodies[0].shapes[0] = box({2, 2, 2});
   EXPECT_EQ(fault_of(config), "");
 }
