@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <fstream>
 #include <random>
-#include <regex>
 #include <set>
 #include <sstream>
 
@@ -361,8 +360,11 @@ std::set<std::string> documented_keys() {
   while (std::getline(in, line)) {
     if (line.rfind("### ", 0) == 0) {
       tables.clear();
-      static const std::regex name("\\[([a-z_.]+)\\]");
-      for (std::sregex_iterator it(line.begin(), line.end(), name), end; it != end; ++it) tables.push_back((*it)[1]);
+      // names in the innermost brackets
+      for (std::size_t end = line.find(']'); end != std::string::npos; end = line.find(']', end + 1)) {
+        const std::size_t begin = line.rfind('[', end) + 1;
+        if (line[end - 1] != ']') tables.push_back(line.substr(begin, end - begin));
+      }
       keys.insert(tables.begin(), tables.end());
     } else if (line.rfind("| `", 0) == 0) {
       const std::string key = line.substr(3, line.find('`', 3) - 3);

@@ -81,18 +81,18 @@ void expect_near(const Moments& a, const Moments& b, double tolerance) {
 }
 
 TEST_F(SolidTest, MomentsOfPrimitivesAgreeWithIntegrationByLines) {
-  for (int round = 0; round < 8; ++round) {
+  for (int round = 0; round < 3; ++round) {
     for (const ShapeConfig& shape : {box(), sphere(), cylinder()}) {
       // the second part's pose turns the shape against the lines; the first is cut away again
       Solid solid = make_solid({shape});
-      expect_near(solid_moments(solid), by_lines(solid, 500), 3e-3);
+      expect_near(solid_moments(solid), by_lines(solid, 250), 5e-3);
       ShapeConfig carrier;
       carrier.size = Eigen::Vector3d::Constant(1e-3);
       carrier.position = Eigen::Vector3d(5, 0, 0);
       solid = make_solid({carrier, posed(shape)});
       solid.bounds = solid.parts[1].bounds;
-      const Moments lines = by_lines(solid, 500);
-      expect_near(solid.parts[1].moments, lines, 3e-3);
+      const Moments lines = by_lines(solid, 250);
+      expect_near(solid.parts[1].moments, lines, 5e-3);
     }
   }
 }
@@ -136,15 +136,15 @@ TEST_F(SolidTest, MeshMomentsAreExact) {
 
 // Volume of the union of two balls, and of a drilled ball (napkin ring), in closed form.
 TEST_F(SolidTest, CombinedSolidsAreWithinTheStatedError) {
-  for (int round = 0; round < 5; ++round) {
+  for (int round = 0; round < 2; ++round) {
     ShapeConfig a = sphere(), b = sphere();
     b.radius = a.radius;
     const double r = a.radius, d = between(0.3, 1.7) * r;
     b.position = d * vector(1).normalized();
     const double lens = M_PI * (4 * r + d) * (2 * r - d) * (2 * r - d) / 12;
     const double whole = 2 * sphere_moments(r).volume - lens;
-    EXPECT_NEAR(solid_moments(make_solid({a, b})).volume, whole, 1e-3 * whole);
     const Moments joined = solid_moments(make_solid({a, b}));
+    EXPECT_NEAR(joined.volume, whole, 1e-3 * whole);
     EXPECT_LT((joined.center() - b.position / 2).norm(), 1e-3 * r);
 
     ShapeConfig drill = cylinder();
