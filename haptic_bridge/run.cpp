@@ -23,7 +23,7 @@ LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& 
     ports.report.put(loop.report());
     const TickRecord& record = loop.record();
     ports.lateness.add(record.lateness_ns);
-    if (record.sequence != 0) ports.age.add(record.age_ns);
+    if (record.state != LoopState::waiting && record.state != LoopState::stale) ports.age.add(record.age_ns);
     if (record.verdict == static_cast<std::int32_t>(Verdict::accepted)) ports.delay.add(record.delay_ns);
     log.add(record);
 

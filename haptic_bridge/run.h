@@ -19,7 +19,7 @@ struct LoopPorts {
   Latest<LoopReport> report;       // read by whoever tells people
   Wakeup sample_ready;             // after each outgoing sample
   Histogram lateness;              // of each tick behind its deadline
-  Histogram age;                   // of the sample in use, in ticks with a server
+  Histogram age;                   // of the sample in use, in ticks that have one and it is not stale
   Histogram delay;                 // device state read -> first tick that renders its answer, per sample used
 };
 
