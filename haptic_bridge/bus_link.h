@@ -34,7 +34,7 @@ class BusLink {
 
   // Any thread.
   DropCounts drops() const;
-  int servers() const { return servers_.load(std::memory_order_relaxed); }    // matched writers of proxy samples
+  int servers() const { return servers_.load(std::memory_order_relaxed); }  // matched writers of proxy samples
   std::uint64_t received() const { return received_.load(std::memory_order_relaxed); }
   std::uint64_t sent() const { return sent_.load(std::memory_order_relaxed); }
   std::uint64_t send_failures() const { return send_failures_.load(std::memory_order_relaxed); }

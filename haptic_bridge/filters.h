@@ -17,16 +17,18 @@ inline Wrench<double> zero_wrench() { return {Eigen::Vector3d::Zero(), Eigen::Ve
 inline bool is_finite(const Eigen::Vector3d& v) {
   return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
 }
-inline bool is_finite(const Eigen::Quaterniond& q) { return is_finite(Eigen::Vector3d(q.vec())) && std::isfinite(q.w()); }
+inline bool is_finite(const Eigen::Quaterniond& q) {
+  return is_finite(Eigen::Vector3d(q.vec())) && std::isfinite(q.w());
+}
 inline bool is_finite(const Wrench<double>& w) { return is_finite(w.force) && is_finite(w.torque); }
 inline bool is_finite(const HandleState<double>& h) {
   return is_finite(h.x) && is_finite(h.q) && is_finite(h.v) && is_finite(h.w);
 }
 
 // A quaternion further than this from unit length is not an orientation.
-inline constexpr double kQuaternionTolerance = 1e-3;
+inline constexpr double kUnitTolerance = 1e-3;
 inline bool is_unit(const Eigen::Quaterniond& q) {
-  return is_finite(q) && std::abs(q.coeffs().stableNorm() - 1) <= kQuaternionTolerance;
+  return is_finite(q) && std::abs(q.coeffs().stableNorm() - 1) <= kUnitTolerance;
 }
 
 // v, shortened to the limit if it is longer. The direction is kept. limit >= 0; v finite, however large.
@@ -70,10 +72,10 @@ inline double low_pass_share(double cutoff_hz, double dt) {
 
 // Largest wrench that may be sent, and how fast it may change.
 struct WrenchLimits {
-  double force = 8;            // [N]
-  double torque = 0.5;         // [N m]
-  double force_slew = 300;     // [N/s]
-  double torque_slew = 30;     // [N m/s]
+  double force = 8;         // [N]
+  double torque = 0.5;      // [N m]
+  double force_slew = 300;  // [N/s]
+  double torque_slew = 30;  // [N m/s]
 };
 
 inline Wrench<double> saturated(const Wrench<double>& w, const WrenchLimits& limits) {

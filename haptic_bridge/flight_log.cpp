@@ -110,13 +110,15 @@ void FlightLog::write_csv(const std::string& path) const {
   std::error_code error;
   const fs::path parent = fs::path(path).parent_path();
   if (!parent.empty()) fs::create_directories(parent, error);
-  if (error) throw std::runtime_error(fmt::format("flight log {}: its directory cannot be made: {}", path, error.message()));
+  if (error)
+    throw std::runtime_error(fmt::format("flight log {}: its directory cannot be made: {}", path, error.message()));
 
   const std::string temporary = path + ".part";
   try {
     OutputFile file(temporary);
     Row row;
-    for (const Column& column : kColumns) fmt::format_to(std::back_inserter(row), "{}{}", row.size() ? "," : "", column.name);
+    for (const Column& column : kColumns)
+      fmt::format_to(std::back_inserter(row), "{}{}", row.size() ? "," : "", column.name);
     row.push_back('\n');
     for (std::size_t i = 0; i < size(); ++i) {
       const char* separator = "";
@@ -138,7 +140,9 @@ void FlightLog::write_csv(const std::string& path) const {
     throw;
   }
   fs::rename(temporary, path, error);
-  if (error) throw std::runtime_error(fmt::format("flight log {}: cannot be renamed from {}: {}", path, temporary, error.message()));
+  if (error)
+    throw std::runtime_error(
+        fmt::format("flight log {}: cannot be renamed from {}: {}", path, temporary, error.message()));
 }
 
 std::string flight_log_columns() {

@@ -25,8 +25,9 @@ class FlightLog {
   const TickRecord& at(std::size_t i) const { return ring_[(count_ - size() + i) % ring_.size()]; }
 
   // Writes what is held, oldest first, to a file beside the path and renames it: the path holds either the whole log or
-  // what was there before. Missing directories are made. First line: column names with units (flight_log_columns() explains
-  // them). Throws std::runtime_error with one sentence (disk full, no permission). Not while add() may be called.
+  // what was there before. Missing directories are made. First line: column names with units (flight_log_columns()
+  // explains them). Throws std::runtime_error with one sentence (disk full, no permission). Not while add() may be
+  // called.
   void write_csv(const std::string& path) const;
 
  private:

@@ -48,7 +48,8 @@ class Histogram {
   static double end_of(std::size_t i) {
     if (i < (std::size_t{2} << kSubBits)) return static_cast<double>(i);
     const std::size_t shift = (i >> kSubBits) - 1;
-    const double mantissa = static_cast<double>((i & ((std::size_t{1} << kSubBits) - 1)) + (std::size_t{1} << kSubBits));
+    const double mantissa =
+        static_cast<double>((i & ((std::size_t{1} << kSubBits) - 1)) + (std::size_t{1} << kSubBits));
     return (mantissa + 1) * static_cast<double>(std::uint64_t{1} << shift);
   }
   static void bump(std::atomic<std::uint64_t>& n) {

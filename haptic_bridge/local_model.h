@@ -15,7 +15,7 @@ struct LocalModel {
   Wrench<double> wrench;       // W0, on the device, about the handle
   HandleState<double> device;  // the device state that W0 was computed from
   Gains<double> gains;
-  double blend_linear = 0;     // L, 0..1
+  double blend_linear = 0;  // L, 0..1
   double blend_angular = 0;
 };
 
@@ -23,6 +23,9 @@ inline Eigen::Vector3d to_vector(const std::array<double, 3>& a) { return {a[0],
 inline Eigen::Quaterniond to_quaternion(const std::array<double, 4>& a) { return {a[3], a[0], a[1], a[2]}; }
 inline HandleState<double> to_handle(const PoseD& pose, const TwistD& twist) {
   return {to_vector(pose.position), to_quaternion(pose.orientation), to_vector(twist.linear), to_vector(twist.angular)};
+}
+inline HandleState<double> at_rest(const Eigen::Vector3d& x, const Eigen::Quaterniond& q) {
+  return {x, q, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
 }
 inline PoseD to_pose(const HandleState<double>& h) {
   return {{h.x.x(), h.x.y(), h.x.z()}, {h.q.x(), h.q.y(), h.q.z(), h.q.w()}};
@@ -44,8 +47,8 @@ inline LocalModel local_model(const ProxySample& s) {
 
 inline Wrench<double> evaluate(const LocalModel& m, const HandleState<double>& d) {
   const Eigen::Vector3d pull = m.gains.stiffness * (d.x - m.device.x) + m.gains.damping * (d.v - m.device.v);
-  const Eigen::Vector3d twist = m.gains.angular_stiffness * rotation_between(m.device.q, d.q) +
-                                m.gains.angular_damping * (d.w - m.device.w);
+  const Eigen::Vector3d twist =
+      m.gains.angular_stiffness * rotation_between(m.device.q, d.q) + m.gains.angular_damping * (d.w - m.device.w);
   return {m.wrench.force - m.blend_linear * pull, m.wrench.torque - m.blend_angular * twist};
 }
 
@@ -80,10 +83,7 @@ class BlendedModel {
 
  private:
   double decay_;
-  LocalModel model_{zero_wrench(),
-                    {Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero(),
-                     Eigen::Vector3d::Zero()},
-                    {0, 0, 0, 0}};
+  LocalModel model_{zero_wrench(), at_rest(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity()), {0, 0, 0, 0}};
   Wrench<double> residual_ = zero_wrench();
 };
 

@@ -9,12 +9,14 @@ const char* to_string(LoopState state) {
 
 const char* to_string(LoopFault fault) {
   switch (fault) {
-    case LoopFault::none: return "";
+    case LoopFault::none:
+      return "";
     case LoopFault::device_read:
       return "the device gave no usable pose for too many ticks in a row: check its cable, power and calibration";
     case LoopFault::device_write:
       return "the device refused the wrench for too many ticks in a row: check its power and dead-man switch";
-    case LoopFault::not_finite: return "the wrench became non-finite and was cut: the flight log shows the inputs";
+    case LoopFault::not_finite:
+      return "the wrench became non-finite and was cut: the flight log shows the inputs";
   }
   return "";
 }
@@ -51,8 +53,8 @@ void HapticLoop::tick(std::int64_t now_ns, std::int64_t lateness_ns, std::uint32
 
 void HapticLoop::read_device(std::int64_t now_ns) {
   DeviceReading next;
-  record_.good_reading = device_.read(now_ns, next) && is_finite(next.state) && is_unit(next.state.q) &&
-                         plausible(next.state, now_ns);
+  record_.good_reading =
+      device_.read(now_ns, next) && is_finite(next.state) && is_unit(next.state.q) && plausible(next.state, now_ns);
   if (!record_.good_reading) {
     ++report_.bad_readings;
     if (++bad_reads_in_a_row_ > config_.max_bad_ticks) fault_ = LoopFault::device_read;
@@ -105,8 +107,8 @@ void HapticLoop::follow_link(std::int64_t now_ns) {
   bool stale = false;
   if (have_sample_) {
     record_.delay_ns = now_ns - t_device_ns_;
-    record_.age_ns = std::max<std::int64_t>(
-        {0, now_ns - t_receive_ns_, record_.delay_ns - config_.round_trip_allowance_ns});
+    record_.age_ns =
+        std::max<std::int64_t>({0, now_ns - t_receive_ns_, record_.delay_ns - config_.round_trip_allowance_ns});
     record_.stale_scale = stale_scale(record_.age_ns, config_.stale);
     stale = record_.age_ns >= config_.stale.zero_at_ns;
     if (stale) {
@@ -190,6 +192,8 @@ void HapticLoop::describe(std::int64_t now_ns) {
   record_.blend_linear = model_.model().blend_linear;
   record_.blend_angular = model_.model().blend_angular;
 
+  if (report_.ticks == 1) report_.t_first_ns = now_ns;
+  report_.t_last_ns = now_ns;
   report_.missed += record_.missed;
   report_.state = record_.state;
   report_.fault = fault_;

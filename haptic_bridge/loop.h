@@ -15,21 +15,22 @@ namespace palp {
 struct LoopConfig {
   std::int64_t period_ns = 1'000'000;
   std::uint32_t device = 0;
-  std::uint64_t own_session = 0;  // of this bridge's DeviceSamples
+  std::uint64_t own_session = 0;           // of this bridge's DeviceSamples
   CouplingGains gains{1000, 20, 10, 0.2};  // proposed to the server
   WrenchLimits limits;
   StaleTimes stale;
-  // A wrench computed from a device state older than this is stale however fresh its arrival: the server does not hear us.
+  // A wrench computed from a device state older than this is stale however fresh its arrival: the server does not hear
+  // us.
   std::int64_t round_trip_allowance_ns = 10'000'000;
-  double blend_time = 0.005;          // time constant of going over to a new sample [s]
+  double blend_time = 0.005;            // time constant of going over to a new sample [s]
   std::int64_t fresh_ns = 200'000'000;  // so long must data have been fresh before force comes (back)
-  double ramp_up = 0.5;               // [s] from no force to all of it
-  double ramp_down = 0.05;            // [s]
-  double fade_damping = 3;            // takes the place of the local model when data grows old [N s/m]
-  double fade_angular_damping = 0.03;  // [N m s/rad]
-  double max_speed = 5;               // a reading that moved faster than this since the last good one is wrong [m/s]
-  double max_angular_speed = 50;      // [rad/s]
-  int max_bad_ticks = 20;             // that many failures of the device in a row are a fault
+  double ramp_up = 0.5;                 // [s] from no force to all of it
+  double ramp_down = 0.05;              // [s]
+  double fade_damping = 3;              // takes the place of the local model when data grows old [N s/m]
+  double fade_angular_damping = 0.03;   // [N m s/rad]
+  double max_speed = 5;                 // a reading that moved faster than this since the last good one is wrong [m/s]
+  double max_angular_speed = 50;        // [rad/s]
+  int max_bad_ticks = 20;               // that many failures of the device in a row are a fault
 };
 
 enum class LoopState : std::uint32_t {
@@ -56,17 +57,16 @@ struct TickRecord {
   LoopState state = LoopState::waiting;
   bool good_reading = false;
   bool engaged_device = false;
-  bool cut = false;              // the wrench was set to zero by a safety cut, not by the slew limit
-  std::int32_t verdict = -1;     // on the sample that came in this tick (Verdict), -1: none came
-  std::uint64_t sequence = 0;    // of the sample in use
-  std::int64_t age_ns = 0;       // since it was received; 0 without sample
-  std::int64_t delay_ns = 0;     // since the device state that it was computed from was read
-  double sim_time = 0;           // of the sample in use [s]
-  HandleState<double> device{Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero(),
-                             Eigen::Vector3d::Zero()};
+  bool cut = false;            // the wrench was set to zero by a safety cut, not by the slew limit
+  std::int32_t verdict = -1;   // on the sample that came in this tick (Verdict), -1: none came
+  std::uint64_t sequence = 0;  // of the sample in use
+  std::int64_t age_ns = 0;     // since it was received; 0 without sample
+  std::int64_t delay_ns = 0;   // since the device state that it was computed from was read
+  double sim_time = 0;         // of the sample in use [s]
+  HandleState<double> device = at_rest(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());
   Eigen::Vector3d proxy = Eigen::Vector3d::Zero();  // position of the proxy in the sample in use [m]
-  Wrench<double> model = zero_wrench();  // before the limits
-  Wrench<double> sent = zero_wrench();   // on the device
+  Wrench<double> model = zero_wrench();             // before the limits
+  Wrench<double> sent = zero_wrench();              // on the device
   double stale_scale = 1;
   double engagement = 0;
   double blend_linear = 0;
@@ -76,7 +76,9 @@ struct TickRecord {
 // Running totals, copied out once a tick.
 struct LoopReport {
   std::uint64_t ticks = 0;
-  std::uint64_t missed = 0;  // whole periods
+  std::uint64_t missed = 0;     // whole periods
+  std::int64_t t_first_ns = 0;  // of the first tick
+  std::int64_t t_last_ns = 0;
   LoopState state = LoopState::waiting;
   LoopFault fault = LoopFault::none;
   std::uint64_t server_session = 0;

@@ -8,7 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "config/error.h"
-#include "haptic_bridge/filters.h"
+#include "haptic_bridge/local_model.h"
 #include "idl/bus_options.h"
 
 namespace palp {
@@ -47,8 +47,9 @@ void add_loop_options(CLI::App& app, BridgeOptions& o) {
   app.add_option("--seconds", o.seconds, "stop after so many seconds of ticks; 0: until SIGINT or SIGTERM")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
-  app.add_option("--log", o.log,
-                 "flight log (CSV), or a directory for it; a summary (JSON) goes beside it [out/bridge_N/bridge_log.csv]")
+  app.add_option(
+         "--log", o.log,
+         "flight log (CSV), or a directory for it; a summary (JSON) goes beside it [out/bridge_N/bridge_log.csv]")
       ->type_name("PATH");
   app.add_option("--log-seconds", o.log_seconds, "how much of the run's end the flight log holds")
       ->check(CLI::Range(1.0, 3600.0))
@@ -59,7 +60,8 @@ void add_loop_options(CLI::App& app, BridgeOptions& o) {
   app.add_option("--cpu", o.realtime.cpu, "core that the loop stays on; -1: any")
       ->check(CLI::Range(-1, 1023))
       ->capture_default_str();
-  app.add_option("--stiffness", o.stiffness, "coupling gain [N/m], instead of the profile's")->check(CLI::Range(0.0, 1e5));
+  app.add_option("--stiffness", o.stiffness, "coupling gain [N/m], instead of the profile's")
+      ->check(CLI::Range(0.0, 1e5));
   app.add_option("--damping", o.damping, "coupling gain [N s/m]")->check(CLI::Range(0.0, 1e4));
   app.add_option("--angular-stiffness", o.angular_stiffness, "coupling gain [N m/rad]")->check(CLI::Range(0.0, 1e4));
   app.add_option("--angular-damping", o.angular_damping, "coupling gain [N m s/rad]")->check(CLI::Range(0.0, 1e3));
@@ -67,7 +69,8 @@ void add_loop_options(CLI::App& app, BridgeOptions& o) {
 
 void add_options(CLI::App& app, RawOptions& raw) {
   app.description(
-      "The 1 kHz process between a haptic device and sim_server: reads the device, renders the virtual coupling, limits "
+      "The 1 kHz process between a haptic device and sim_server: reads the device, renders the virtual coupling, "
+      "limits "
       "the wrench, sends it to the device.");
   app.set_version_flag("--version", "haptic_bridge " PALP_VERSION);
   add_device_options(app, raw);
@@ -76,10 +79,7 @@ void add_options(CLI::App& app, RawOptions& raw) {
 }
 
 HandleState<double> to_home(const std::vector<double>& n) {
-  HandleState<double> home{{n[0], n[1], n[2]},
-                           Eigen::Quaterniond::Identity(),
-                           Eigen::Vector3d::Zero(),
-                           Eigen::Vector3d::Zero()};
+  HandleState<double> home = at_rest({n[0], n[1], n[2]}, Eigen::Quaterniond::Identity());
   if (n.size() == 7) home.q = Eigen::Quaterniond(n[6], n[3], n[4], n[5]);
   if (!is_finite(home.x) || !is_unit(home.q))
     throw ConfigError("--home: expected finite metres and a quaternion of length 1 within 0.001");
@@ -100,7 +100,8 @@ void check_together(RawOptions& raw) {
   if (replay && o.path.empty()) throw ConfigError("--device replay needs --path FILE, the path to replay");
   if (!replay && (!o.path.empty() || o.loop_path)) throw ConfigError("--path and --loop-path need --device replay");
   if (replay && !o.hand.empty()) throw ConfigError("--hand needs --device simulated; a replayed path has no hand");
-  if (replay && !raw.home.empty()) throw ConfigError("--home needs --device simulated; a replayed path is in the world frame");
+  if (replay && !raw.home.empty())
+    throw ConfigError("--home needs --device simulated; a replayed path is in the world frame");
   if (!raw.home.empty() && raw.home.size() != 3 && raw.home.size() != 7)
     throw ConfigError("--home: expected 3 numbers (position) or 7 (position and quaternion x y z w), got " +
                       std::to_string(raw.home.size()));

@@ -17,9 +17,9 @@ enum class DeviceKind { simulated, replay };
 struct BridgeOptions {
   DeviceKind device = DeviceKind::simulated;
   std::uint32_t device_number = 0;
-  std::string profile;    // TOML; empty: built-in defaults
-  std::string hand;       // TOML; empty: holds still
-  std::string path;       // CSV of the replay device
+  std::string profile;  // TOML; empty: built-in defaults
+  std::string hand;     // TOML; empty: holds still
+  std::string path;     // CSV of the replay device
   bool loop_path = false;
   std::optional<HandleState<double>> home;  // at rest; none: from the scene
   double rate_hz = 1000;

@@ -10,8 +10,8 @@
 namespace palp {
 
 struct RealtimeOptions {
-  int priority = 75;        // SCHED_FIFO, 1..98; 0: ordinary scheduling
-  int cpu = -1;             // core to stay on; -1: any
+  int priority = 75;  // SCHED_FIFO, 1..98; 0: ordinary scheduling
+  int cpu = -1;       // core to stay on; -1: any
   bool lock_memory = true;
 };
 

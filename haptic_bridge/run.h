@@ -23,8 +23,8 @@ struct LoopPorts {
   Histogram delay;                 // device state read -> first tick that renders its answer, per sample used
 };
 
-// Ticks until stop is set, a fault occurs, or max_ticks (0: no end) are done. A tick that is late by whole periods skips
-// them and never catches up in a burst. No allocation, no lock, no throw, no print; system calls: the clock, the
+// Ticks until stop is set, a fault occurs, or max_ticks (0: no end) are done. A tick that is late by whole periods
+// skips them and never catches up in a burst. No allocation, no lock, no throw, no print; system calls: the clock, the
 // device's, and the futex of sample_ready, which does not block.
 LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& log, const std::atomic<bool>& stop,
                    std::uint64_t max_ticks = 0);

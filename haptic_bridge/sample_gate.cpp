@@ -27,12 +27,12 @@ bool all_finite(const std::array<double, N>& a) {
 
 bool all_finite(const ProxySample& s) {
   return all_finite(s.device_pose.position) && all_finite(s.device_pose.orientation) &&
-         all_finite(s.device_twist.linear) && all_finite(s.device_twist.angular) &&
-         all_finite(s.proxy_pose.position) && all_finite(s.proxy_pose.orientation) &&
-         all_finite(s.proxy_twist.linear) && all_finite(s.proxy_twist.angular) && all_finite(s.wrench.force) &&
-         all_finite(s.wrench.torque) && all_finite(s.blend) && all_finite(s.energy) &&
-         std::isfinite(s.gains.stiffness) && std::isfinite(s.gains.damping) &&
-         std::isfinite(s.gains.angular_stiffness) && std::isfinite(s.gains.angular_damping);
+         all_finite(s.device_twist.linear) && all_finite(s.device_twist.angular) && all_finite(s.proxy_pose.position) &&
+         all_finite(s.proxy_pose.orientation) && all_finite(s.proxy_twist.linear) &&
+         all_finite(s.proxy_twist.angular) && all_finite(s.wrench.force) && all_finite(s.wrench.torque) &&
+         all_finite(s.blend) && all_finite(s.energy) && std::isfinite(s.gains.stiffness) &&
+         std::isfinite(s.gains.damping) && std::isfinite(s.gains.angular_stiffness) &&
+         std::isfinite(s.gains.angular_damping);
 }
 
 bool sane(const ProxySample& s) {
@@ -55,9 +55,9 @@ Verdict SampleGate::check_content(const ProxySample& s, std::int64_t now_ns) con
   if (s.device != device_ || s.header.session == 0 || s.header.sequence == 0) return Verdict::bad_range;
   // a server that has not heard this bridge yet has nothing to say to it
   if (s.device_session != own_session_) return Verdict::other_bridge;
-  if (!sane(s) || !is_unit(to_quaternion(s.device_pose.orientation)) || !is_unit(to_quaternion(s.proxy_pose.orientation)) ||
-      s.t_device_ns <= 0 || s.t_device_ns > now_ns || s.blend[0] < 0 || s.blend[0] > 1 || s.blend[1] < 0 ||
-      s.blend[1] > 1)
+  if (!sane(s) || !is_unit(to_quaternion(s.device_pose.orientation)) ||
+      !is_unit(to_quaternion(s.proxy_pose.orientation)) || s.t_device_ns <= 0 || s.t_device_ns > now_ns ||
+      s.blend[0] < 0 || s.blend[0] > 1 || s.blend[1] < 0 || s.blend[1] > 1)
     return Verdict::bad_range;
   if (!within(s.gains.stiffness, proposed_.stiffness) || !within(s.gains.damping, proposed_.damping) ||
       !within(s.gains.angular_stiffness, proposed_.angular_stiffness) ||

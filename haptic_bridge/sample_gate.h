@@ -17,12 +17,12 @@ struct IncomingProxy {
 
 enum class Verdict : std::uint32_t {
   accepted = 0,
-  restarted,      // accepted, and it comes from a new session of the server: everything known of the old one is void
+  restarted,  // accepted, and it comes from a new session of the server: everything known of the old one is void
   not_finite,
-  bad_range,      // quaternion, blend, stamps or device number that cannot be
-  bad_gains,      // gains beyond those that were proposed
-  out_of_order,   // not newer than the last one, or of the session before this one
-  other_bridge,   // computed from samples of another bridge, or of none yet
+  bad_range,     // quaternion, blend, stamps or device number that cannot be
+  bad_gains,     // gains beyond those that were proposed
+  out_of_order,  // not newer than the last one, or of the session before this one
+  other_bridge,  // computed from samples of another bridge, or of none yet
 };
 inline constexpr std::size_t kVerdicts = 7;
 const char* to_string(Verdict verdict);

@@ -11,8 +11,8 @@ namespace palp {
 
 struct DeviceInfo {
   std::string name;
-  double force_limit = 0;   // most that it can render [N]
-  double torque_limit = 0;  // [N m]
+  double force_limit = 0;     // most that it can render [N]
+  double torque_limit = 0;    // [N m]
   bool renders_force = true;  // false: a wrench has no effect (replay)
 };
 

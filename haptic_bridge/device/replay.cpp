@@ -24,10 +24,11 @@ std::array<double, 8> parse_line(const std::string& line, const std::string& whe
     const auto [stop, error] = std::from_chars(at, end, values[i]);
     const bool last = i + 1 == values.size();
     if (error != std::errc() || (last ? stop != end : (stop == end || *stop != ',')))
-      throw ConfigError(where + ": column " + std::to_string(i + 1) + " is not a number, or the line has not exactly 8 "
-                        "columns (" + kHeader + ")");
-    if (!std::isfinite(values[i]))
-      throw ConfigError(where + ": column " + std::to_string(i + 1) + " is not finite");
+      throw ConfigError(where + ": column " + std::to_string(i + 1) +
+                        " is not a number, or the line has not exactly 8 "
+                        "columns (" +
+                        kHeader + ")");
+    if (!std::isfinite(values[i])) throw ConfigError(where + ": column " + std::to_string(i + 1) + " is not finite");
     at = stop + 1;
   }
   return values;
@@ -69,7 +70,8 @@ std::vector<Keyframe> read_pose_path(const std::string& file) {
     path.back().q.normalize();
   }
   if (in.bad()) throw ConfigError(file + ": reading failed");
-  if (path.empty()) throw ConfigError(file + ": no poses; expected the line \"" + std::string(kHeader) + "\" and then poses");
+  if (path.empty())
+    throw ConfigError(file + ": no poses; expected the line \"" + std::string(kHeader) + "\" and then poses");
   return path;
 }
 

@@ -13,12 +13,12 @@ namespace {
 using Vec3 = Eigen::Vector3d;
 using Quat = Eigen::Quaterniond;
 
-constexpr double kSubStep = 0.25e-3;      // [s]
-constexpr double kLongestGap = 0.1;       // after a longer pause of the loop the arm's time stood still [s]
-constexpr double kApproachSpeed = 0.1;    // [m/s], mean
-constexpr double kApproachTurn = 1.0;     // [rad/s], mean
-constexpr double kBristleReach = 20e-6;   // friction yields after this much [m]: less than a hand can notice
-constexpr double kAngularReach = 4e-4;    // [rad]
+constexpr double kSubStep = 0.25e-3;           // [s]
+constexpr double kLongestGap = 0.1;            // after a longer pause of the loop the arm's time stood still [s]
+constexpr double kApproachSpeed = 0.1;         // [m/s], mean
+constexpr double kApproachTurn = 1.0;          // [rad/s], mean
+constexpr double kBristleReach = 20e-6;        // friction yields after this much [m]: less than a hand can notice
+constexpr double kAngularReach = 4e-4;         // [rad]
 constexpr double kTremorRate = 2 * M_PI * 10;  // [rad/s]
 constexpr double kTremorDamping = 0.2;
 
@@ -62,9 +62,10 @@ double rounded(double value, double step) { return step > 0 ? std::round(value /
 void check_stable(const char* what, double mass, double stiffness) {
   if (!(mass > 0)) throw ConfigError(std::string("simulated device: its ") + what + " must be above zero");
   if (stiffness * kSubStep * kSubStep / mass > 1)
-    throw ConfigError(std::string("simulated device: its ") + what +
-                      " is too small for the stiffness of hand and friction at the device's time step of 0.25 ms: raise "
-                      "the mass or inertia, or lower the stiffness or friction");
+    throw ConfigError(
+        std::string("simulated device: its ") + what +
+        " is too small for the stiffness of hand and friction at the device's time step of 0.25 ms: raise "
+        "the mass or inertia, or lower the stiffness or friction");
 }
 
 }  // namespace
@@ -130,11 +131,11 @@ void SimulatedDevice::sub_step(double time, double dt) noexcept {
   state_.x += dt * state_.v;
 
   const double inertia = arm_.inertia + hand_.mass * lever2;
-  const Vec3 torque = applied_.torque + lever2 * hand_.stiffness * rotation_between(state_.q, wish.q) +
-                      lever2 * hand_.damping * wish.w +
-                      friction_force(angular_bristle_, state_.w, arm_.angular_friction, kAngularReach, arm_.inertia, dt);
-  state_.w =
-      (state_.w + dt / inertia * torque) / (1 + dt / inertia * (lever2 * hand_.damping + arm_.angular_damping));
+  const Vec3 torque =
+      applied_.torque + lever2 * hand_.stiffness * rotation_between(state_.q, wish.q) +
+      lever2 * hand_.damping * wish.w +
+      friction_force(angular_bristle_, state_.w, arm_.angular_friction, kAngularReach, arm_.inertia, dt);
+  state_.w = (state_.w + dt / inertia * torque) / (1 + dt / inertia * (lever2 * hand_.damping + arm_.angular_damping));
   const double angle = dt * state_.w.norm();
   if (angle > 0) state_.q = (Quat(Eigen::AngleAxisd(angle, state_.w.normalized())) * state_.q).normalized();
 }

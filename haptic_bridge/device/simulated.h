@@ -1,7 +1,7 @@
-// A simulated 6-DoF arm in a simulated hand. The arm: apparent mass and inertia (its own weight balanced, as the Virtuose
-// does), viscous and Coulomb friction, encoders of finite resolution, velocity by differentiation, a largest force.
-// The hand: it wants to follow a path and pulls the handle along it through a mass, spring and damper; the firmer the
-// grip, the stiffer (second-order grip models: Hasser & Cutkosky 2002; Fu & Cavusoglu 2012).
+// A simulated 6-DoF arm in a simulated hand. The arm: apparent mass and inertia (its own weight balanced, as the
+// Virtuose does), viscous and Coulomb friction, encoders of finite resolution, velocity by differentiation, a largest
+// force. The hand: it wants to follow a path and pulls the handle along it through a mass, spring and damper; the
+// firmer the grip, the stiffer (second-order grip models: Hasser & Cutkosky 2002; Fu & Cavusoglu 2012).
 #pragma once
 
 #include <memory>
@@ -13,27 +13,27 @@
 namespace palp {
 
 struct ArmModel {
-  double mass = 0.6;              // apparent at the handle [kg]
-  double inertia = 0.004;         // about any axis through the handle [kg m^2]
-  double damping = 1;             // viscous friction [N s/m]
-  double angular_damping = 0.005;  // [N m s/rad]
-  double friction = 0.1;          // Coulomb [N]
-  double angular_friction = 0.002;  // [N m]
-  double resolution = 5e-6;       // of a position [m]; 0: exact
+  double mass = 0.6;                 // apparent at the handle [kg]
+  double inertia = 0.004;            // about any axis through the handle [kg m^2]
+  double damping = 1;                // viscous friction [N s/m]
+  double angular_damping = 0.005;    // [N m s/rad]
+  double friction = 0.1;             // Coulomb [N]
+  double angular_friction = 0.002;   // [N m]
+  double resolution = 5e-6;          // of a position [m]; 0: exact
   double angular_resolution = 1e-4;  // [rad]
   double velocity_filter_hz = 60;  // of the low-pass after differentiating the encoders; 0: the exact velocity is given
-  double force_limit = 35;        // [N]
-  double torque_limit = 3;        // [N m]
+  double force_limit = 35;         // [N]
+  double torque_limit = 3;         // [N m]
 };
 
 struct HandModel {
-  double mass = 0.5;             // moves with the handle [kg]
-  double damping = 10;           // between the handle and where the hand wants it [N s/m]
-  double stiffness = 500;        // [N/m]
-  double lever = 0.1;            // half width of the grip: its rotational mass, damping, stiffness are those above times
-                                 // the lever squared [m]
-  double noise = 0;              // tremor, force rms around 10 Hz, each axis [N]
-  std::uint64_t seed = 1;        // of the tremor
+  double mass = 0.5;       // moves with the handle [kg]
+  double damping = 10;     // between the handle and where the hand wants it [N s/m]
+  double stiffness = 500;  // [N/m]
+  double lever = 0.1;      // half width of the grip: its rotational mass, damping, stiffness are those above times
+                           // the lever squared [m]
+  double noise = 0;        // tremor, force rms around 10 Hz, each axis [N]
+  std::uint64_t seed = 1;  // of the tremor
 };
 
 // Keyframes are offsets from the home pose: displacement in world axes [m], rotation in world axes about the handle.

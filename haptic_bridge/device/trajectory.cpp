@@ -42,7 +42,8 @@ Trajectory::Trajectory(std::vector<Keyframe> keyframes, Interpolation interpolat
     const std::string name = "keyframe " + std::to_string(i + 1);
     if (!(b.time > a.time)) throw std::invalid_argument(name + ": its time must be later than the one before");
     if (rotation_between(a.q, b.q).norm() >= kMaxCouplingAngle)
-      throw std::invalid_argument(name + ": it turns by more than 143 degrees from the one before, which leaves the way "
+      throw std::invalid_argument(name +
+                                  ": it turns by more than 143 degrees from the one before, which leaves the way "
                                   "round open; put a keyframe between them");
   }
   const Keyframe &first = keyframes_.front(), &last = keyframes_.back();

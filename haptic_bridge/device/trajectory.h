@@ -1,5 +1,6 @@
 // A path of poses through time: keyframes joined either by a smooth curve through them (Catmull-Rom tangents) or by
-// minimum-jerk moves that rest at each (Flash & Hogan 1985). Position and orientation, with the exact twist of the curve.
+// minimum-jerk moves that rest at each (Flash & Hogan 1985). Position and orientation, with the exact twist of the
+// curve.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +13,7 @@
 namespace palp {
 
 struct Keyframe {
-  double time = 0;  // [s]
+  double time = 0;                              // [s]
   Eigen::Vector3d x = Eigen::Vector3d::Zero();  // [m]
   Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
 };

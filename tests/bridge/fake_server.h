@@ -28,10 +28,10 @@ class PuppetDevice final : public HapticDevice {
     return writable;
   }
 
-  DeviceReading reading{{Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero(),
-                         Eigen::Vector3d::Zero()},
-                        true,
-                        0};
+  DeviceReading reading{
+      {Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()},
+      true,
+      0};
   Wrench<double> written = zero_wrench();
   bool readable = true;
   bool writable = true;

@@ -214,7 +214,10 @@ TEST(Loop, DropsWhatIsNotSoundAndCountsIt) {
       {"gain", Verdict::not_finite, [](ProxySample& s) { s.gains.damping = kNan; }},
       {"energy", Verdict::not_finite, [](ProxySample& s) { s.energy[1] = kNan; }},
       {"quaternion", Verdict::bad_range, [](ProxySample& s) { s.device_pose.orientation[3] = 0.9; }},
-      {"proxy quaternion", Verdict::bad_range, [](ProxySample& s) { s.proxy_pose.orientation = {0, 0, 0, 0}; }},
+      {"proxy quaternion", Verdict::bad_range,
+       [](ProxySample& s) {
+         s.proxy_pose.orientation = {0, 0, 0, 0};
+       }},
       {"blend", Verdict::bad_range, [](ProxySample& s) { s.blend[0] = 1.01; }},
       {"blend below", Verdict::bad_range, [](ProxySample& s) { s.blend[1] = -0.01; }},
       {"absurd force", Verdict::bad_range, [](ProxySample& s) { s.wrench.force[0] = 1e300; }},
@@ -356,10 +359,8 @@ TEST(Loop, SimulatedArmPressesOnAWallSteadilyThroughAServerWithDelay) {
     SCOPED_TRACE(delay_ticks);
     HandScript script;
     script.keyframes = {{0, {0, 0, 0}}, {1, {0, 0, -0.02}}};
-    const HandleState<double> home{{0, 0, 0.005},
-                                   Eigen::Quaterniond::Identity(),
-                                   Eigen::Vector3d::Zero(),
-                                   Eigen::Vector3d::Zero()};
+    const HandleState<double> home{
+        {0, 0, 0.005}, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     SimulatedDevice arm(ArmModel{}, script, home, home);
     HapticLoop loop(config_for_tests(), arm);
     std::deque<DeviceSample> in_flight;
