@@ -101,18 +101,29 @@ class OutputFile {
   std::FILE* file_;
 };
 
+void make_parent_of(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::path parent = std::filesystem::path(path).parent_path();
+  if (!parent.empty()) std::filesystem::create_directories(parent, error);
+  if (error)
+    throw std::runtime_error(fmt::format("flight log {}: its directory cannot be made: {}", path, error.message()));
+}
+
 }  // namespace
 
 FlightLog::FlightLog(std::size_t ticks) : ring_(std::max<std::size_t>(ticks, 1)) {}
 
+void check_log_path(const std::string& path) {
+  make_parent_of(path);
+  const std::string temporary = path + ".part";
+  OutputFile(temporary).close();
+  std::filesystem::remove(temporary);
+}
+
 void FlightLog::write_csv(const std::string& path) const {
   namespace fs = std::filesystem;
   std::error_code error;
-  const fs::path parent = fs::path(path).parent_path();
-  if (!parent.empty()) fs::create_directories(parent, error);
-  if (error)
-    throw std::runtime_error(fmt::format("flight log {}: its directory cannot be made: {}", path, error.message()));
-
+  make_parent_of(path);
   const std::string temporary = path + ".part";
   try {
     OutputFile file(temporary);

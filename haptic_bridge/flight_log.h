@@ -35,6 +35,10 @@ class FlightLog {
   std::size_t count_ = 0;
 };
 
+// Makes the directories of the path and tries to write there, so that a run does not find out at its end. Throws as
+// FlightLog::write_csv.
+void check_log_path(const std::string& path);
+
 // One line per column of the CSV: "name: meaning".
 std::string flight_log_columns();
 

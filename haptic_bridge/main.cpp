@@ -148,6 +148,11 @@ int run(const BridgeOptions& o) {
   // everything the user gave is read before anything is opened
   const DeviceProfile profile = profile_from(o);
   const HandScript script = o.hand.empty() ? HandScript{} : read_hand_script(o.hand);
+  try {
+    check_log_path(o.log);
+  } catch (const std::exception& error) {
+    throw ConfigError(error.what());
+  }
   const std::string process = fmt::format("haptic_bridge {}", o.device_number);
   StopSignal stop;
   const std::unique_ptr<Bus> bus = open_bus(o.bus);
