@@ -1,10 +1,8 @@
 // The loop as it is run: on a clock, between mailboxes and threads, into the flight log.
 #include "haptic_bridge/run.h"
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <new>
 #include <sstream>
 #include <thread>
 
@@ -13,38 +11,8 @@
 
 #include "haptic_bridge/device/simulated.h"
 #include "idl/clock.h"
+#include "tests/bridge/count_allocations.h"
 #include "tests/bridge/fake_server.h"
-
-namespace {
-// Allocations by this thread while it counts.
-thread_local bool t_counting = false;
-thread_local std::uint64_t t_allocations = 0;
-
-void* counted(std::size_t size) {
-  if (t_counting) ++t_allocations;
-  if (void* p = std::malloc(size ? size : 1)) return p;
-  throw std::bad_alloc();
-}
-void* counted_aligned(std::size_t size, std::align_val_t alignment) {
-  if (t_counting) ++t_allocations;
-  const std::size_t a = static_cast<std::size_t>(alignment);
-  if (void* p = std::aligned_alloc(a, (size + a - 1) / a * a)) return p;
-  throw std::bad_alloc();
-}
-}  // namespace
-
-void* operator new(std::size_t size) { return counted(size); }
-void* operator new[](std::size_t size) { return counted(size); }
-void* operator new(std::size_t size, std::align_val_t a) { return counted_aligned(size, a); }
-void* operator new[](std::size_t size, std::align_val_t a) { return counted_aligned(size, a); }
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete[](void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
-void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
-void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
-void operator delete[](void* p, std::align_val_t) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
-void operator delete[](void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
 
 namespace palp {
 namespace {
@@ -92,18 +60,15 @@ TEST(Run, AllocatesNothingInTheLoop) {
   FlightLog log(500);  // goes round twice
   LockStepClock clock;
   std::atomic<bool> stop{false};
-  t_allocations = 0;
-  t_counting = true;
+  test::start_counting_allocations();
   run_loop(loop, clock, *ports, log, stop, 1200);
-  t_counting = false;
-  EXPECT_EQ(t_allocations, 0u);
+  EXPECT_EQ(test::stop_counting_allocations(), 0u);
   EXPECT_EQ(loop.report().state, LoopState::engaged);
   EXPECT_GT(loop.report().peak_force, 0.5);
 
-  t_counting = true;
-  const auto seen = std::make_unique<int>(1);
-  t_counting = false;
-  EXPECT_EQ(t_allocations, 1u);  // the count does count
+  test::start_counting_allocations();
+  const std::vector<int> seen(100);
+  EXPECT_EQ(test::stop_counting_allocations(), 1u);  // the count does count
 }
 
 TEST(Run, RunsTheSameTwiceOnTheLockStepClock) {
