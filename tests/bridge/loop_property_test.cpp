@@ -16,7 +16,11 @@ namespace {
 using test::kMillisecond;
 
 constexpr double kRounding = 1e-9;
+#ifdef __SANITIZE_ADDRESS__
+constexpr int kSchedules = 1000;  // the sanitizer makes them forty times slower
+#else
 constexpr int kSchedules = 10000;
+#endif
 constexpr int kTicks = 60;          // per short schedule
 constexpr int kLongSchedules = 30;  // long enough to engage, go stale and come back
 constexpr int kLongTicks = 3000;
