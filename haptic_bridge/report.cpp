@@ -72,7 +72,7 @@ std::vector<Metric> bridge_metrics(const LoopReport& report, const LoopPorts& po
 }
 
 std::string bridge_trouble(const LoopReport& report, const BusLink& link) {
-  const std::string version = wrong_version_sentence("palp/proxy", link.drops());
+  std::string version = wrong_version_sentence("palp/proxy", link.drops());
   if (!version.empty()) return version;
   const auto of = [&](Verdict v) { return report.verdicts[static_cast<std::size_t>(v)]; };
   if (of(Verdict::bad_gains) > 0 && of(Verdict::restarted) == 0)
