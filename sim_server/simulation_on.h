@@ -18,7 +18,11 @@ namespace palp {
 template <class B>
 class SimulationOn final : public Simulation {
  public:
-  explicit SimulationOn(const Scene& scene) : scene_(scene), plan_(make_plan(scene)), results_(scene_, plan_) {
+  explicit SimulationOn(const Scene& scene)
+      : scene_(scene),
+        plan_(make_plan(scene, B::kSkinOverSpacing)),
+        results_(scene_, plan_),
+        back_end_(scene.position.size()) {
     allocate();
     reset();
   }
@@ -38,7 +42,7 @@ class SimulationOn final : public Simulation {
     config.numerics.max_speed = plan_.max_speed;
     std::swap(scene_.config, config);
     try {
-      plan_ = make_plan(scene_);
+      plan_ = make_plan(scene_, B::kSkinOverSpacing);
     } catch (...) {
       std::swap(scene_.config, config);
       throw;

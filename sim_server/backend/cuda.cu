@@ -121,6 +121,8 @@ __global__ void reorder(std::uint32_t n, const std::uint32_t* cell, const std::u
 
 class Cuda {
  public:
+  static constexpr double kSkinOverSpacing = 0;
+
   template <class T>
   struct Mirror {
     T* host = nullptr;
@@ -128,7 +130,7 @@ class Cuda {
     std::size_t count = 0;
   };
 
-  Cuda() {
+  explicit Cuda(std::size_t) {
     int device = 0;
     check(cudaGetDevice(&device), "choosing the device");
     cudaDeviceProp properties{};
@@ -277,7 +279,10 @@ class Cuda {
     return start_;
   }
 
-  void sort_into_cells(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid) {
+  // Stores no neighbour lists: sorting at every sub-step is cheaper here than reading them.
+  template <class Pair>
+  void sort_into_cells(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid, real,
+                       real, Pair) {
     note("sort");
     const std::uint32_t cells = grid.cells();
     check(cudaMemsetAsync(count_, 0, (cells + 1) * sizeof(std::uint32_t), stream_), "clearing the cells");
