@@ -17,12 +17,15 @@ namespace palp {
 
 enum class Vendor { cyclone, fastdds };
 
+inline constexpr int kMaxDomain = 232;
+
 struct BusOptions {
   Vendor vendor = Vendor::cyclone;
-  int domain = 0;                  // DDS domain, 0..232
-  bool network = false;            // false: loopback interface only
-  std::string interface;           // address or name of the network interface; empty: the vendor's choice (with network)
+  int domain = 0;         // DDS domain, 0..232
+  bool network = false;   // false: loopback interface only
+  std::string interface;  // address or name of the network interface; empty: the vendor's choice (with network)
   std::vector<std::string> peers;  // addresses of other hosts; not empty implies network
+  int socket_buffer_bytes = 0;     // receive buffer to ask the system for; 0: 64 MB, of which it gives what it allows
 };
 
 // What a reader knows of a sample beside its content.
@@ -35,9 +38,10 @@ struct Received {
 // What a reader refused. A refused sample is counted and dropped, never handed on.
 struct DropCounts {
   std::uint64_t wrong_version = 0;
-  std::uint64_t not_finite = 0;   // NaN or infinity anywhere
-  std::uint64_t malformed = 0;    // lengths, indices, enumerators, quaternions out of range, undecodable bytes
-  std::uint64_t lost = 0;         // gaps in the sequence, as far as they can be known
+  std::uint64_t not_finite = 0;     // NaN or infinity anywhere
+  std::uint64_t malformed = 0;      // lengths, indices, enumerators, quaternions out of range, undecodable bytes
+  std::uint64_t lost = 0;           // gaps in the sequence: not delivered, or overwritten by a newer one before taken
+  std::uint32_t other_version = 0;  // the last wrong version seen (validate.h makes a sentence of it)
 };
 
 template <class T>
@@ -53,9 +57,12 @@ template <class T>
 class Reader {
  public:
   virtual ~Reader() = default;
-  // The newest sample that has arrived since the last call, whatever its key; older ones are passed over. False if none.
+  // The newest sample that has arrived since the last call, whatever its key; older ones are passed over, also those of
+  // other keys: with several devices or processes use take_all. Newest is by the senders' clocks across keys. False if
+  // none.
   virtual bool take_latest(Received<T>& out) = 0;
-  // Everything that has arrived, oldest first, appended to out. Returns how many.
+  // Everything that has arrived, oldest first, appended to out. Returns how many. How much is kept until taken is the
+  // reader depth of topics.h, for each key.
   virtual std::size_t take_all(std::vector<Received<T>>& out) = 0;
   // Waits until a sample may be there or the time is up. True if one may be there.
   virtual bool wait(std::chrono::nanoseconds timeout) = 0;

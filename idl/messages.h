@@ -1,11 +1,12 @@
 // The messages that palp's processes exchange, as plain structs. palp.idl is the same list for the wire;
 // tests/wire fills every field and sends it through both vendors, so the two cannot drift apart.
 //
-// Units are SI. Frames are right-handed; poses, twists and wrenches are given in the world frame (z up in palp's scenes).
-// Quaternions are x y z w. Times in ns are readings of the sender's CLOCK_MONOTONIC: compare them with clocks of the same
-// host only; a receiver on another host measures age from its own time of receipt (Received::t_receive_ns) or from the
-// echo of its own stamp. Every sample carries the protocol version and the session of its sender, a random number drawn
-// at start, so that a restarted peer whose sequence begins again at zero is told from an old, reordered sample.
+// Units are SI. Frames are right-handed; poses, twists and wrenches are given in the world frame (z up in palp's
+// scenes). Quaternions are x y z w. Times in ns are readings of the sender's CLOCK_MONOTONIC: compare them with clocks
+// of the same host only; a receiver on another host measures age from its own time of receipt (Received::t_receive_ns)
+// or from the echo of its own stamp. Every sample carries the protocol version and the session of its sender, a random
+// number drawn at start, so that a restarted peer whose sequence begins again at zero is told from an old, reordered
+// sample.
 #pragma once
 
 #include <array>
@@ -26,8 +27,8 @@ struct Header {
 };
 
 struct PoseD {
-  std::array<double, 3> position{};                 // [m]
-  std::array<double, 4> orientation{0, 0, 0, 1};    // unit quaternion, x y z w
+  std::array<double, 3> position{};               // [m]
+  std::array<double, 4> orientation{0, 0, 0, 1};  // unit quaternion, x y z w
   bool operator==(const PoseD&) const = default;
 };
 
@@ -55,9 +56,9 @@ struct CouplingGains {
 
 // Bits of DeviceSample::flags and ProxySample::flags.
 enum SampleFlag : std::uint32_t {
-  kEngaged = 1u << 0,   // device: the hand holds the tool and force is wanted; proxy: coupled to that device
-  kHealthy = 1u << 1,   // no fault on the sender's side
-  kPaused = 1u << 2,    // proxy: the simulation stands still
+  kEngaged = 1u << 0,  // device: the hand holds the tool and force is wanted; proxy: coupled to that device
+  kHealthy = 1u << 1,  // no fault on the sender's side
+  kPaused = 1u << 2,   // proxy: the simulation stands still
   kButton0 = 1u << 8,
   kButton1 = 1u << 9,
 };
@@ -70,7 +71,7 @@ struct DeviceSample {
   std::int64_t t_device_ns = 0;  // when the pose was read from the device
   PoseD pose;                    // of the handle
   TwistD twist;
-  CouplingGains gains;           // proposed
+  CouplingGains gains;  // proposed
 };
 
 // At the haptic rate, server to bridge. Key: device.
@@ -78,18 +79,18 @@ struct ProxySample {
   Header header;
   std::uint32_t device = 0;
   std::uint32_t flags = 0;
-  double sim_time = 0;                 // [s]
-  std::uint64_t device_session = 0;    // which DeviceSample the wrench was computed from:
+  double sim_time = 0;               // [s]
+  std::uint64_t device_session = 0;  // which DeviceSample the wrench was computed from:
   std::uint64_t device_sequence = 0;
-  std::int64_t t_device_ns = 0;        // its stamp, on the bridge's clock
+  std::int64_t t_device_ns = 0;  // its stamp, on the bridge's clock
   PoseD device_pose;
   TwistD device_twist;
-  PoseD proxy_pose;                    // of the proxy's handle
+  PoseD proxy_pose;  // of the proxy's handle
   TwistD proxy_twist;
-  WrenchD wrench;                      // on the device, by the coupling, about the handle
-  CouplingGains gains;                 // used
-  std::array<double, 2> blend{};       // linear, angular: 0 in free space or fluid .. 1 in rigid contact
-  std::array<double, 2> energy{};      // [J] cumulative work of the proxy on the coupling: linear, angular
+  WrenchD wrench;                  // on the device, by the coupling, about the handle
+  CouplingGains gains;             // used
+  std::array<double, 2> blend{};   // linear, angular: 0 in free space or fluid .. 1 in rigid contact
+  std::array<double, 2> energy{};  // [J] cumulative work of the proxy on the coupling: linear, angular
 };
 
 enum class ScalarField : std::uint32_t { none = 0, speed = 1, density = 2, pressure = 3, temperature = 4 };
@@ -98,16 +99,16 @@ enum class ScalarField : std::uint32_t { none = 0, speed = 1, density = 2, press
 // chunk fits one datagram. A frame is complete when all chunk_count chunks of it have arrived.
 inline constexpr std::uint32_t kChunkParticles = 4000;
 struct ParticleChunk {
-  Header header;               // sequence: over all chunks
+  Header header;  // sequence: over all chunks
   std::uint64_t frame = 0;
-  double sim_time = 0;         // [s]
+  double sim_time = 0;  // [s]
   std::uint32_t chunk = 0;
   std::uint32_t chunk_count = 0;
   std::uint32_t first = 0;           // index of the first particle
   std::uint32_t particle_count = 0;  // of the whole frame
   ScalarField field = ScalarField::none;
-  std::vector<float> positions;      // [m], x y z per particle
-  std::vector<float> scalars;        // one per particle, or empty
+  std::vector<float> positions;  // [m], x y z per particle
+  std::vector<float> scalars;    // one per particle, or empty
 };
 
 enum class BodyKind : std::uint32_t { fluid = 0, rigid = 1, fixed = 2 };
@@ -117,9 +118,9 @@ struct BodyDescription {
   BodyKind kind = BodyKind::fluid;
   std::uint32_t first = 0;  // particles [first, first + count)
   std::uint32_t count = 0;
-  double density = 0;       // rest density [kg/m^3]
-  std::array<float, 3> color{};  // sRGB, 0..1
-  std::vector<float> vertices;   // closed surface in the body frame [m], x y z; empty: draw the particles
+  double density = 0;                    // rest density [kg/m^3]
+  std::array<float, 3> color{};          // sRGB, 0..1
+  std::vector<float> vertices;           // closed surface in the body frame [m], x y z; empty: draw the particles
   std::vector<std::uint32_t> triangles;  // three vertex indices each, counter-clockwise seen from outside
 };
 
@@ -142,7 +143,7 @@ struct SceneDescription {
   double haptic_rate_hz = 0;
   std::array<double, 3> bounds_min{};  // [m]
   std::array<double, 3> bounds_max{};
-  std::array<double, 3> gravity{};     // [m/s^2]
+  std::array<double, 3> gravity{};  // [m/s^2]
   std::vector<BodyDescription> bodies;
   std::vector<ProxyDescription> proxies;
 };

@@ -1,0 +1,17 @@
+// The clock that all of palp's time stamps are read from.
+#pragma once
+
+#include <ctime>
+
+#include <cstdint>
+
+namespace palp {
+
+// CLOCK_MONOTONIC of this host [ns]. No allocation, no lock; safe in a real-time thread.
+inline std::int64_t now_ns() {
+  timespec t;
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
+}
+
+}  // namespace palp

@@ -1,0 +1,102 @@
+// The topics and their quality of service, one row per message, for both vendors, the recorder and the replayer.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "idl/messages.h"
+
+namespace palp {
+
+enum class Reliability { best_effort, reliable };
+enum class Durability { volatile_only, transient_local };
+
+struct TopicRow {
+  const char* name;
+  const char* type_name;  // on the wire, the same for both vendors
+  bool keyed;
+  Reliability reliability;
+  Durability durability;
+  int writer_depth;  // history is always KEEP_LAST: nothing a slow reader does may block a writer
+  int reader_depth;
+};
+
+// At most this many keys live at once in a reader or writer; a peer that invents more of them gets no further.
+inline constexpr int kMaxKeys = 64;
+
+// A chunk is 64 kB and a frame of 1,000,000 particles 250 chunks: a reader that looks 60 times a second must hold a few
+// frames. Both vendors take the memory when chunks arrive, so small scenes do not pay for this.
+inline constexpr int kParticleReaderDepth = 768;
+
+// No deadline and no liveliness: readers judge each sample by its age, which covers every cause of silence, and neither
+// costs the 1 kHz writers a timer.
+inline constexpr std::array<TopicRow, 9> kTopics{{
+    // State at 1 kHz: only the newest counts, a repeated old one would do harm.
+    {"palp/device", "palp::wire::DeviceSample", true, Reliability::best_effort, Durability::volatile_only, 1, 1},
+    {"palp/proxy", "palp::wire::ProxySample", true, Reliability::best_effort, Durability::volatile_only, 1, 1},
+    // Frames: a lost chunk costs one picture, sending it again would delay the next.
+    {"palp/particles", "palp::wire::ParticleChunk", false, Reliability::best_effort, Durability::volatile_only, 1,
+     kParticleReaderDepth},
+    // Needed by all, whenever they start.
+    {"palp/scene", "palp::wire::SceneDescription", false, Reliability::reliable, Durability::transient_local, 1, 1},
+    // As the particle frames that they go with; a few, for readers that match them to frames.
+    {"palp/bodies", "palp::wire::BodyPoses", false, Reliability::best_effort, Durability::volatile_only, 1, 4},
+    // The last word of each process; who joins late need not wait for the next.
+    {"palp/status", "palp::wire::Status", true, Reliability::reliable, Durability::transient_local, 1, 4},
+    // People must see them, also in a viewer that was started because of them.
+    {"palp/event", "palp::wire::Event", false, Reliability::reliable, Durability::transient_local, 32, 64},
+    // Must arrive, but not later: who was not there must not act on it.
+    {"palp/command", "palp::wire::Command", false, Reliability::reliable, Durability::volatile_only, 64, 64},
+    {"palp/command_reply", "palp::wire::CommandReply", false, Reliability::reliable, Durability::volatile_only, 64, 64},
+}};
+
+template <class T>
+inline constexpr std::size_t kTopicIndex = kTopics.size();
+template <>
+inline constexpr std::size_t kTopicIndex<DeviceSample> = 0;
+template <>
+inline constexpr std::size_t kTopicIndex<ProxySample> = 1;
+template <>
+inline constexpr std::size_t kTopicIndex<ParticleChunk> = 2;
+template <>
+inline constexpr std::size_t kTopicIndex<SceneDescription> = 3;
+template <>
+inline constexpr std::size_t kTopicIndex<BodyPoses> = 4;
+template <>
+inline constexpr std::size_t kTopicIndex<Status> = 5;
+template <>
+inline constexpr std::size_t kTopicIndex<Event> = 6;
+template <>
+inline constexpr std::size_t kTopicIndex<Command> = 7;
+template <>
+inline constexpr std::size_t kTopicIndex<CommandReply> = 8;
+
+template <class T>
+constexpr const TopicRow& topic_of() {
+  static_assert(kTopicIndex<T> < kTopics.size(), "not a message of the bus");
+  return kTopics[kTopicIndex<T>];
+}
+
+// Runs macro for every message type, in the order of kTopics.
+#define PALP_FOR_EACH_MESSAGE(macro)                                                                                 \
+  macro(DeviceSample) macro(ProxySample) macro(ParticleChunk) macro(SceneDescription) macro(BodyPoses) macro(Status) \
+      macro(Event) macro(Command) macro(CommandReply)
+
+// FNV-1a: the key of a Status, made from the name of its process.
+constexpr std::uint64_t process_key(std::string_view process) {
+  std::uint64_t hash = 14695981039346656037u;
+  for (const char c : process) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
+  return hash;
+}
+
+// The key within the topic; 0 where the topic has none.
+template <class T>
+std::uint64_t key_of(const T&) {
+  return 0;
+}
+inline std::uint64_t key_of(const DeviceSample& m) { return m.device; }
+inline std::uint64_t key_of(const ProxySample& m) { return m.device; }
+inline std::uint64_t key_of(const Status& m) { return process_key(m.process); }
+
+}  // namespace palp
