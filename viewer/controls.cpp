@@ -6,17 +6,27 @@ namespace palp {
 
 std::optional<Action> action_of(int key) {
   switch (key) {
-    case 'c': return Action::next_color;
-    case 'r': return Action::home;
-    case 'm': return Action::surfaces;
-    case ' ': return Action::pause_or_resume;
-    case 'n': return Action::single_step;
-    case 'R': return Action::reset;
-    case 's': return Action::screenshot;
-    case 'u': return Action::figures;
+    case 'c':
+      return Action::next_color;
+    case 'r':
+      return Action::home;
+    case 'm':
+      return Action::surfaces;
+    case ' ':
+      return Action::pause_or_resume;
+    case 'n':
+      return Action::single_step;
+    case 'R':
+      return Action::reset;
+    case 's':
+      return Action::screenshot;
+    case 'u':
+      return Action::figures;
     case 'h':
-    case osgGA::GUIEventAdapter::KEY_F1: return Action::help;
-    default: return std::nullopt;
+    case osgGA::GUIEventAdapter::KEY_F1:
+      return Action::help;
+    default:
+      return std::nullopt;
   }
 }
 

@@ -12,17 +12,16 @@ namespace palp {
 struct ViewerOptions {
   BusOptions bus;
   StageOptions stage;
-  double rate_hz = 0;  // pictures per second at most
-  double seconds = 0;  // run this long; 0: until told to stop
-  ScalarField color = ScalarField::speed;
-  bool color_given = false;  // the user asked for it: ask the server to send that field
+  double rate_hz = 0;                // pictures per second at most
+  double seconds = 0;                // run this long; 0: until told to stop
+  std::optional<ScalarField> color;  // of the particles; none: by body; unset: by the field that the server sends
   bool figures = true;
-  int nice = 0;            // niceness of the process
-  int raster_threads = 1;  // of a software rasteriser, off-screen
-  std::string png;         // picture file, or empty
+  int nice = 0;                     // niceness of the process
+  int raster_threads = 1;           // of a software rasteriser, off-screen
+  std::string png;                  // picture file, or empty
   std::optional<double> png_at;     // [s] after the start; unset: when the viewer ends
   std::optional<double> png_every;  // [s]
-  std::string video;       // video file, or empty
+  std::string video;                // video file, or empty
   std::string shader_directory;
 };
 

@@ -43,9 +43,14 @@ double rate_of(std::deque<std::pair<std::int64_t, std::uint64_t>>& history, std:
 
 }  // namespace
 
-Session::Session(Stage& stage, ScalarField color, bool ask_server, Send send)
-    : stage_(stage), send_(std::move(send)), color_(color), ask_server_(ask_server) {
-  stage_.scene().set_color(color_);
+Session::Session(Stage& stage, std::optional<ScalarField> color, Send send)
+    : stage_(stage), send_(std::move(send)), chosen_(color.has_value()) {
+  set_color(color.value_or(ScalarField::none));
+}
+
+void Session::set_color(ScalarField field) {
+  color_ = field;
+  stage_.scene().set_color(field);
 }
 
 void Session::ask_for_field() {
@@ -60,7 +65,7 @@ void Session::take_scene(const FeedView& view) {
   stage_.scene().set_scene(*scene_);
   stage_.go_home();
   spdlog::info("scene '{}': {} particles, {} bodies", scene_->name, scene_->particle_count, scene_->bodies.size());
-  if (ask_server_) ask_for_field();
+  if (chosen_) ask_for_field();
 }
 
 void Session::update(const FeedView& view, std::int64_t now_ns) {
@@ -75,6 +80,7 @@ void Session::update(const FeedView& view, std::int64_t now_ns) {
       const bool first = !frame_;
       frame_ = view.frame;
       ++frames_drawn_;
+      if (!chosen_ && frame_->field != color_) set_color(frame_->field);
       stage_.scene().set_frame(*frame_);
       if (first) stage_.go_home();
     }
@@ -133,25 +139,36 @@ void Session::act(Action action) {
     case Action::next_color: {
       constexpr std::array kCycle{ScalarField::none, ScalarField::speed, ScalarField::density};
       const auto* at = std::find(kCycle.begin(), kCycle.end(), color_);
-      color_ = at == kCycle.end() || at + 1 == kCycle.end() ? kCycle.front() : *(at + 1);
-      ask_server_ = true;
+      set_color(at == kCycle.end() || at + 1 == kCycle.end() ? kCycle.front() : *(at + 1));
+      chosen_ = true;
       ask_for_field();
-      stage_.scene().set_color(color_);
       if (frame_) stage_.scene().set_frame(*frame_);
       figures_at_ns_ = 0;
       break;
     }
-    case Action::home: stage_.go_home(); break;
+    case Action::home:
+      stage_.go_home();
+      break;
     case Action::surfaces:
       draw_all_ = !draw_all_;
       stage_.scene().set_draw_all(draw_all_);
       if (frame_) stage_.scene().set_frame(*frame_);
       break;
-    case Action::pause_or_resume: send_(paused_ ? CommandKind::resume : CommandKind::pause, "", ""); break;
-    case Action::single_step: send_(CommandKind::step, "", ""); break;
-    case Action::reset: send_(CommandKind::reset, "", ""); break;
-    case Action::screenshot: screenshot_wanted_ = true; break;
-    case Action::help: stage_.hud().set_help(!stage_.hud().help_shown()); break;
+    case Action::pause_or_resume:
+      send_(paused_ ? CommandKind::resume : CommandKind::pause, "", "");
+      break;
+    case Action::single_step:
+      send_(CommandKind::step, "", "");
+      break;
+    case Action::reset:
+      send_(CommandKind::reset, "", "");
+      break;
+    case Action::screenshot:
+      screenshot_wanted_ = true;
+      break;
+    case Action::help:
+      stage_.hud().set_help(!stage_.hud().help_shown());
+      break;
     case Action::figures:
       figures_shown_ = !figures_shown_;
       stage_.hud().set_visible(figures_shown_);

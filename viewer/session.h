@@ -5,6 +5,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "viewer/controls.h"
@@ -17,8 +18,9 @@ class Session {
  public:
   using Send = std::function<void(CommandKind, const std::string& name, const std::string& value)>;
 
-  // stage must outlive the session. ask_server: tell the server at once which field to send (the user chose the color).
-  Session(Stage& stage, ScalarField color, bool ask_server, Send send);
+  // stage must outlive the session. color: what the user chose, which the server is asked to send; unset: whatever
+  // field the server sends.
+  Session(Stage& stage, std::optional<ScalarField> color, Send send);
 
   // Takes over what is new. now_ns: CLOCK_MONOTONIC.
   void update(const FeedView& view, std::int64_t now_ns);
@@ -35,12 +37,13 @@ class Session {
  private:
   void take_scene(const FeedView& view);
   void refresh_figures(const FeedView& view, std::int64_t now_ns);
+  void set_color(ScalarField field);
   void ask_for_field();
 
   Stage& stage_;
   Send send_;
-  ScalarField color_;
-  bool ask_server_;
+  ScalarField color_ = ScalarField::none;
+  bool chosen_ = false;  // color_ by the user
   bool draw_all_ = false;
   bool figures_shown_ = true;
   bool screenshot_wanted_ = false;
