@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
@@ -10,6 +11,7 @@
 #include <filesystem>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -19,6 +21,7 @@
 
 #include "idl/clock.h"
 #include "viewer/capture.h"
+#include "viewer/feed.h"
 #include "viewer/options.h"
 #include "viewer/session.h"
 #include "viewer/shaders.h"

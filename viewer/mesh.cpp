@@ -17,6 +17,8 @@ namespace palp {
 namespace {
 
 constexpr float kCreaseCosine = 0.77f;            // 40 degrees
+constexpr double kWeldShare = 1e-6;               // of the size: vertices this close are one
+constexpr float kSmallestArea = 1e-11f;           // of the size squared: smaller triangles have no direction
 constexpr double kHollowShare = 0.15;             // of the area facing the inside, from which a body counts as hollow
 constexpr std::size_t kMaxEdgeTriangles = 20000;  // finer surfaces are curved; lines on them are clutter
 
@@ -37,17 +39,27 @@ Surface weld(const BodyDescription& body) {
   Surface surface;
   const std::size_t count = body.vertices.size() / 3;
   std::vector<unsigned> welded(count);
-  std::map<std::tuple<float, float, float>, unsigned> seen;
+  const auto vertex = [&body](std::size_t i) {
+    return osg::Vec3f(body.vertices[3 * i], body.vertices[3 * i + 1], body.vertices[3 * i + 2]);
+  };
+  const auto usable = [](const osg::Vec3f& v) { return std::isfinite(v.length2()); };
   for (std::size_t i = 0; i < count; ++i) {
-    const osg::Vec3f v(body.vertices[3 * i], body.vertices[3 * i + 1], body.vertices[3 * i + 2]);
-    if (v.isNaN() || !std::isfinite(v.length2())) {
+    if (usable(vertex(i))) surface.box.expandBy(vertex(i));
+  }
+  const double cell = std::max(kWeldShare * surface.box.radius(), 1e-12);
+  std::map<std::tuple<long, long, long>, unsigned> seen;
+  for (std::size_t i = 0; i < count; ++i) {
+    const osg::Vec3f v = vertex(i);
+    if (!usable(v)) {
       welded[i] = ~0u;
       continue;
     }
-    const auto [at, is_new] = seen.try_emplace({v.x(), v.y(), v.z()}, static_cast<unsigned>(surface.vertices.size()));
+    const osg::Vec3d from = osg::Vec3d(v) - osg::Vec3d(surface.box._min);
+    const auto [at, is_new] =
+        seen.try_emplace({std::lround(from.x() / cell), std::lround(from.y() / cell), std::lround(from.z() / cell)},
+                         static_cast<unsigned>(surface.vertices.size()));
     if (is_new) surface.vertices.push_back(v);
     welded[i] = at->second;
-    surface.box.expandBy(v);
   }
   for (std::size_t t = 0; t + 2 < body.triangles.size(); t += 3) {
     Triangle triangle{};
@@ -61,7 +73,7 @@ Surface weld(const BodyDescription& body) {
     const osg::Vec3f& a = surface.vertices[triangle.corner[0]];
     triangle.normal = (surface.vertices[triangle.corner[1]] - a) ^ (surface.vertices[triangle.corner[2]] - a);
     triangle.area = 0.5f * triangle.normal.normalize();
-    if (triangle.area > 0) surface.triangles.push_back(triangle);
+    if (triangle.area > kSmallestArea * surface.box.radius2()) surface.triangles.push_back(triangle);
   }
   return surface;
 }

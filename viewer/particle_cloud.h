@@ -12,19 +12,10 @@
 #include <osg/ref_ptr>
 
 #include "idl/messages.h"
+#include "idl/particle_frame.h"
 #include "viewer/color_map.h"
 
 namespace palp {
-
-// A complete frame of particles, in the scene's order.
-struct ParticleFrame {
-  std::uint64_t session = 0;  // of the server
-  std::uint64_t frame = 0;
-  double sim_time = 0;  // [s]
-  ScalarField field = ScalarField::none;
-  std::vector<float> positions;  // x y z [m]
-  std::vector<float> scalars;    // one per particle, or empty
-};
 
 // All calls from the thread that renders, between frames. Three sets of arrays take turns, so that a driver never waits
 // for a buffer that the last frame still reads.

@@ -43,6 +43,8 @@ class SceneGraph {
   // Arrow of the force on the hand, at the proxy's handle. Devices from kMaxDevices on are passed over.
   void set_proxy(const ProxySample& sample);
 
+  // No force is known. device below kMaxDevices.
+  void hide_proxy(std::uint32_t device) { arrows_[device]->hide(); }
   void set_picture_height(int height) { cloud_.set_picture_height(height); }
   void set_color(ScalarField field) { cloud_.set_color(field); }
   // Particles of every body instead of surfaces. From the next frame on.

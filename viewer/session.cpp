@@ -84,8 +84,9 @@ void Session::update(const FeedView& view, std::int64_t now_ns) {
       stage_.scene().set_frame(*frame_);
       if (first) stage_.go_home();
     }
-    for (const auto& proxy : view.proxies) {
-      if (proxy) stage_.scene().set_proxy(*proxy);
+    for (std::uint32_t device = 0; device < kMaxDevices; ++device) {
+      const auto& proxy = view.proxies[device];
+      proxy ? stage_.scene().set_proxy(*proxy) : stage_.scene().hide_proxy(device);
     }
   }
   const bool paused = is_paused(view);
@@ -112,7 +113,7 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
       d.note = std::string("the server does not send ") + field_name(color_) + ": coloured by body";
     }
   }
-  if (!view.reply.empty()) d.note = view.reply;
+  if (!view.notice.empty()) d.note = view.notice;
   d.force = largest_force(view);
   d.arrow_force = stage_.scene().arrow_force();
   d.arrow_length = stage_.scene().arrow_length();

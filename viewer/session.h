@@ -9,7 +9,7 @@
 #include <string>
 
 #include "viewer/controls.h"
-#include "viewer/feed.h"
+#include "viewer/feed_state.h"
 #include "viewer/stage.h"
 
 namespace palp {
