@@ -35,13 +35,18 @@ class Inlet {
     return true;
   }
 
-  // Samples refused so far. Peers that speak another version are told of once.
+  // Samples refused so far. The first of each kind are told of.
   std::uint64_t refused() {
     const DropCounts drops = reader_->drops();
-    if (drops.wrong_version > 0 && !std::exchange(warned_, true)) {
+    if (drops.wrong_version > 0 && !std::exchange(warned_version_, true)) {
       spdlog::warn("{}", wrong_version_sentence(topic_of<T>().name, drops));
     }
-    return drops.wrong_version + drops.not_finite + drops.malformed;
+    const std::uint64_t unsound = drops.not_finite + drops.malformed;
+    if (unsound > 0 && !std::exchange(warned_unsound_, true)) {
+      spdlog::warn("a sample on topic {} was malformed or not finite and is passed over; more are only counted",
+                   topic_of<T>().name);
+    }
+    return drops.wrong_version + unsound;
   }
 
   bool wait() { return reader_->wait(kRound); }
@@ -49,7 +54,8 @@ class Inlet {
  private:
   std::unique_ptr<Reader<T>> reader_;
   std::vector<Received<T>> samples_;
-  bool warned_ = false;
+  bool warned_version_ = false;
+  bool warned_unsound_ = false;
 };
 
 }  // namespace

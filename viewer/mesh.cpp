@@ -69,7 +69,8 @@ Surface weld(const BodyDescription& body) {
       good = good && index < count && welded[index] != ~0u;
       if (good) triangle.corner[k] = welded[index];
     }
-    if (!good) continue;
+    const auto& c = triangle.corner;
+    if (!good || c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
     const osg::Vec3f& a = surface.vertices[triangle.corner[0]];
     triangle.normal = (surface.vertices[triangle.corner[1]] - a) ^ (surface.vertices[triangle.corner[2]] - a);
     triangle.area = 0.5f * triangle.normal.normalize();

@@ -83,6 +83,8 @@ inline SyntheticScene synthetic_scene(double time = 0.4, ScalarField field = Sca
   s.scene.header.session = s.frame.session = s.poses.header.session = s.proxy.header.session = 7;
   s.scene.name = "synthetic tray";
   s.scene.spacing = spacing;
+  s.scene.support_radius = 2 * spacing;
+  s.scene.haptic_rate_hz = 1000;
   s.scene.bounds_min = {-0.2, -0.2, -0.1};
   s.scene.bounds_max = {0.2, 0.2, 0.3};
   const double px = 0.05 * std::cos(2 * time), py = 0.03 * std::sin(2 * time);
