@@ -9,7 +9,8 @@ namespace palp {
 
 class ConfigError : public std::runtime_error {
  public:
-  explicit ConfigError(std::vector<std::string> faults) : std::runtime_error(join(faults)), faults_(std::move(faults)) {}
+  explicit ConfigError(std::vector<std::string> faults)
+      : std::runtime_error(join(faults)), faults_(std::move(faults)) {}
   explicit ConfigError(const std::string& fault) : ConfigError(std::vector<std::string>{fault}) {}
   const std::vector<std::string>& faults() const { return faults_; }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,7 +20,7 @@ struct MaterialConfig {
   double density = 1000;    // rest density [kg/m^3]
   double viscosity = 1e-3;  // dynamic viscosity [Pa s]; fluids, and as the viscosity a wall shows to a fluid
   std::array<float, 3> color{0.3f, 0.5f, 0.9f};  // sRGB
-  std::string where;        // file:line, for messages
+  std::string where;                             // file:line, for messages
 };
 
 enum class ShapeType { box, sphere, cylinder, mesh, particles };
@@ -33,8 +34,8 @@ struct ShapeConfig {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();  // box: edge lengths [m]
   double radius = 0;                               // sphere, cylinder [m]
   double height = 0;                               // cylinder, along its z [m]
-  std::string file;                                // mesh (OBJ, STL, PLY) or particles (CSV), resolved against the scene
-  double scale = 1;                                // mesh: metres per file unit
+  std::string file;  // mesh (OBJ, STL, PLY) or particles (CSV), resolved against the scene
+  double scale = 1;  // mesh: metres per file unit
   std::string where;
 };
 
@@ -47,7 +48,8 @@ struct BodyConfig {
   std::vector<ShapeConfig> shapes;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // of the body frame in the world [m]
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // initial [m/s]; fixed: of the wall's surface, which does not move
+  Eigen::Vector3d velocity =
+      Eigen::Vector3d::Zero();  // initial [m/s]; fixed: of the wall's surface, which does not move
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // initial [rad/s], rigid only
   std::optional<double> temperature;                           // initial [K]
   std::optional<std::array<float, 3>> color;                   // overrides the material's
@@ -55,17 +57,17 @@ struct BodyConfig {
 };
 
 struct CouplingConfig {
-  double stiffness = 1000;         // [N/m]
-  double damping = 20;             // [N s/m]
-  double angular_stiffness = 10;   // [N m/rad]
-  double angular_damping = 0.2;    // [N m s/rad]
+  double stiffness = 1000;        // [N/m]
+  double damping = 20;            // [N s/m]
+  double angular_stiffness = 10;  // [N m/rad]
+  double angular_damping = 0.2;   // [N m s/rad]
 };
 
 struct ProxyConfig {
   unsigned device = 0;
-  std::string body;                                    // a rigid body
-  Eigen::Vector3d handle = Eigen::Vector3d::Zero();    // coupling point in the body frame [m]
-  CouplingConfig coupling_limit;                       // the most the server lets a bridge ask for
+  std::string body;                                  // a rigid body
+  Eigen::Vector3d handle = Eigen::Vector3d::Zero();  // coupling point in the body frame [m]
+  CouplingConfig coupling_limit;                     // the most the server lets a bridge ask for
   std::string where;
 };
 
@@ -106,11 +108,11 @@ struct SceneConfig {
   std::string description;
   Method method = Method::accurate;
   Accuracy accuracy = Accuracy::balanced;
-  Eigen::Vector3d gravity{0, 0, -9.81};               // [m/s^2], balanced by pressure in a closed tank
+  Eigen::Vector3d gravity{0, 0, -9.81};                  // [m/s^2], balanced by pressure in a closed tank
   Eigen::Vector3d body_force = Eigen::Vector3d::Zero();  // [m/s^2], drives a flow (periodic channels)
-  double gravity_ramp = 0;                            // [s] gravity grows from zero over this time
-  double rate_hz = 1000;                              // haptic steps per second of simulated time
-  double duration = 10;                               // [s], default for palp_run
+  double gravity_ramp = 0;                               // [s] gravity grows from zero over this time
+  double rate_hz = 1000;                                 // haptic steps per second of simulated time
+  double duration = 10;                                  // [s], default for palp_run
   Eigen::Vector3d domain_min = Eigen::Vector3d::Zero();
   Eigen::Vector3d domain_max = Eigen::Vector3d::Zero();
   std::array<bool, 3> periodic{};

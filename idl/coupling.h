@@ -3,6 +3,8 @@
 // Stanley & Brown 1995; rotation vector as in McNeely, Puterbaugh & Troy 1999). Pure, host and device.
 #pragma once
 
+#include <cmath>
+
 #include <Eigen/Geometry>
 
 #if defined(__CUDACC__) && !defined(PALP_HD)
@@ -46,7 +48,8 @@ PALP_HD inline Eigen::Matrix<S, 3, 1> rotation_between(const Eigen::Quaternion<S
   if (e.w() < S(0)) e.coeffs() = -e.coeffs();
   const S s = e.vec().norm();
   if (s < S(1e-6)) return S(2) * e.vec();
-  S angle = S(2) * Eigen::numext::atan2(s, e.w());
+  using std::atan2;
+  S angle = S(2) * atan2(s, e.w());
   if (angle > S(kMaxCouplingAngle)) angle = S(kMaxCouplingAngle);
   return (angle / s) * e.vec();
 }

@@ -14,7 +14,7 @@
 namespace palp {
 
 struct SurfaceMesh {
-  std::vector<Eigen::Vector3d> vertices;               // body frame [m]
+  std::vector<Eigen::Vector3d> vertices;                // body frame [m]
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from outside
 };
 
@@ -24,11 +24,11 @@ struct Body {
   std::uint32_t material = 0;  // index into Scene::config.materials
   std::uint32_t first = 0;     // particles [first, first + count)
   std::uint32_t count = 0;
-  double volume = 0;           // exact volume of the shape [m^3]
-  double mass = 0;             // [kg]
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();        // centre of mass in the body frame [m]
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Identity();   // about the centre of mass, body axes [kg m^2]
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();      // of the body frame in the world, at the start [m]
+  double volume = 0;                                      // exact volume of the shape [m^3]
+  double mass = 0;                                        // [kg]
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();       // centre of mass in the body frame [m]
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Identity();  // about the centre of mass, body axes [kg m^2]
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();     // of the body frame in the world, at the start [m]
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // of the centre of mass [m/s]
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // world axes [rad/s]
@@ -38,7 +38,7 @@ struct Body {
 
 struct Proxy {
   std::uint32_t device = 0;
-  std::uint32_t body = 0;  // index into Scene::bodies, a rigid one
+  std::uint32_t body = 0;                            // index into Scene::bodies, a rigid one
   Eigen::Vector3d handle = Eigen::Vector3d::Zero();  // coupling point in the body frame [m]
   CouplingConfig limit;
 };
@@ -49,11 +49,11 @@ struct Scene {
   double spacing = 0;  // dx [m]
   std::vector<Body> bodies;
   std::vector<Proxy> proxies;
-  std::vector<Eigen::Vector3d> position;   // [m]
-  std::vector<Eigen::Vector3d> velocity;   // [m/s]
-  std::vector<double> volume;              // rest volume [m^3]
-  std::vector<std::uint32_t> body;         // index into bodies
-  std::vector<double> temperature;         // [K]; empty when no body has one
+  std::vector<Eigen::Vector3d> position;                 // [m]
+  std::vector<Eigen::Vector3d> velocity;                 // [m/s]
+  std::vector<double> volume;                            // rest volume [m^3]
+  std::vector<std::uint32_t> body;                       // index into bodies
+  std::vector<double> temperature;                       // [K]; empty when no body has one
   Eigen::Vector3d bounds_min = Eigen::Vector3d::Zero();  // of the domain
   Eigen::Vector3d bounds_max = Eigen::Vector3d::Zero();
 };

@@ -19,7 +19,8 @@ enum class Backend { automatic, cpu, cuda };
 inline constexpr int kMaxProxies = 8;
 
 struct RigidState {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // of the handle (devices, proxies) or the body frame (bodies) [m]
+  Eigen::Vector3d position =
+      Eigen::Vector3d::Zero();  // of the handle (devices, proxies) or the body frame (bodies) [m]
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // velocity of that point [m/s]
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();  // world axes [rad/s]
@@ -36,30 +37,32 @@ struct DeviceInput {
 using StepInput = std::array<DeviceInput, kMaxProxies>;
 
 struct ProxyOutput {
-  RigidState state;         // of the handle after the step
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();   // on the device by the coupling, mean over the step [N]
+  RigidState state;                                  // of the handle after the step
+  RigidState device;                                 // of the device at the end of the step, moved on with its twist
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   // on the device by the coupling, from the two states above [N]
   Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // about the handle [N m]
-  Eigen::Vector3d contact_force = Eigen::Vector3d::Zero();   // on the proxy by everything but coupling and gravity, mean [N]
+  Eigen::Vector3d contact_force =
+      Eigen::Vector3d::Zero();  // on the proxy by everything but coupling and gravity, mean [N]
   Eigen::Vector3d contact_torque = Eigen::Vector3d::Zero();  // about the handle [N m]
-  CouplingConfig gains;     // used
-  std::array<double, 2> blend{};   // local stiffness: linear, angular, 0..1
-  std::array<double, 2> energy{};  // cumulative work of the proxy on the coupling [J]
+  CouplingConfig gains;                                      // used
+  std::array<double, 2> blend{};                             // local stiffness: linear, angular, 0..1
+  std::array<double, 2> energy{};                            // cumulative work of the proxy on the coupling [J]
 };
 
 struct BodyOutput {
-  RigidState state;  // of the body frame
+  RigidState state;                                  // of the body frame
   Eigen::Vector3d force = Eigen::Vector3d::Zero();   // by fluids and other bodies, mean over the step [N]; no gravity
   Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // about the centre of mass [N m]
 };
 
 struct Health {
   bool ok = true;
-  std::string cause;              // one sentence when not ok
-  std::uint32_t non_finite = 0;   // particles
-  double max_speed = 0;           // [m/s]
-  double max_compression = 0;     // max of rho/rho0 - 1 over fluid particles
-  double kinetic_energy = 0;      // [J], fluid and rigid
-  std::uint32_t outside = 0;      // particles outside the domain
+  std::string cause;             // one sentence when not ok
+  std::uint32_t non_finite = 0;  // particles
+  double max_speed = 0;          // [m/s]
+  double max_compression = 0;    // max of rho/rho0 - 1 over fluid particles
+  double kinetic_energy = 0;     // [J], fluid and rigid
+  std::uint32_t outside = 0;     // particles outside the domain
 };
 
 struct StepOutput {
@@ -83,7 +86,7 @@ struct Snapshot {
 // What a plan costs: for tests of lightness and for the printed report.
 struct Footprint {
   std::vector<std::pair<std::string, std::size_t>> arrays;  // name, bytes
-  std::vector<std::string> launches;                        // stage names in one sub-step, in order
+  std::vector<std::string> launches;  // stages of one haptic step, in order; known after the first step
   std::size_t bytes() const {
     std::size_t sum = 0;
     for (const auto& [name, size] : arrays) sum += size;
@@ -106,11 +109,18 @@ class Simulation {
   virtual const Scene& scene() const = 0;
   virtual std::string backend_name() const = 0;  // "cpu, 2 threads, float", "cuda, NVIDIA H100, float"
   virtual std::string numerics() const = 0;      // one line: what the accuracy level expanded to
+  virtual double support_radius() const = 0;     // H [m]
 
   // One haptic step of 1 / rate_hz seconds. Valid until the next call. No allocation after the first step.
   virtual const StepOutput& step(const StepInput& input) = 0;
+  // After the last step; the initial state before the first.
+  virtual const StepOutput& output() const = 0;
   // Back to the initial state; the step count and time begin again.
   virtual void reset() = 0;
+  // Changes a parameter between two steps: gravity, body_force ("0 0 -9.81" [m/s^2]), material.NAME.viscosity [Pa s],
+  // numerics.artificial_viscosity, numerics.density_diffusion. Sub-steps follow. Throws ConfigError and changes nothing
+  // when the name is unknown, the value is malformed or out of range, or no stable step exists.
+  virtual void set_parameter(const std::string& name, const std::string& value) = 0;
   // Copies all fields out. Waits for the device.
   virtual void snapshot(Snapshot& out) = 0;
   // Starts copying a frame of the state after the last step; never waits. False while an earlier one is in flight.

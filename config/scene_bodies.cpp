@@ -1,0 +1,232 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/scene_reader.h"
+#include "config/text_file.h"
+
+namespace palp {
+
+namespace {
+
+const std::vector<std::string> kBodyTypes{"fluid", "rigid", "static"};
+const std::vector<std::string> kShapeTypes{"box", "sphere", "cylinder", "mesh", "particles"};
+constexpr double kPi = 3.14159265358979323846;
+
+template <class Item>
+std::vector<std::string> names_of(const std::vector<Item>& items) {
+  std::vector<std::string> names;
+  for (const Item& item : items) names.push_back(item.name);
+  return names;
+}
+
+// Keys that only some shapes have: each is needed by its shapes and refused on the others.
+struct ShapeKey {
+  const char* key;
+  std::vector<ShapeType> shapes;
+  bool required;
+};
+const std::vector<ShapeKey> kShapeKeys{
+    {"size", {ShapeType::box}, true},        {"radius", {ShapeType::sphere, ShapeType::cylinder}, true},
+    {"height", {ShapeType::cylinder}, true}, {"file", {ShapeType::mesh, ShapeType::particles}, true},
+    {"scale", {ShapeType::mesh}, false},
+};
+
+void read_shape_keys(TomlTable& table, const SceneConfig& scene, ShapeConfig& shape) {
+  const auto need = [&](const char* key) {
+    const auto& row = *std::find_if(kShapeKeys.begin(), kShapeKeys.end(),
+                                    [&](const ShapeKey& item) { return std::string_view(item.key) == key; });
+    const bool applies = std::find(row.shapes.begin(), row.shapes.end(), shape.type) != row.shapes.end();
+    if (!applies && table.has(key)) {
+      table.fault(key,
+                  fmt::format("{} does not apply to a {}", key, kShapeTypes[static_cast<std::size_t>(shape.type)]));
+    }
+    return applies && row.required ? Need::required : Need::optional;
+  };
+  if (const auto size = table.numbers("size", 3, positive("m"), need("size")))
+    shape.size = {(*size)[0], (*size)[1], (*size)[2]};
+  shape.radius = table.number("radius", positive("m"), need("radius")).value_or(0);
+  shape.height = table.number("height", positive("m"), need("height")).value_or(0);
+  const std::string file = table.text("file", need("file")).value_or("");
+  if (!file.empty()) shape.file = resolve_beside(scene.path, file);
+  need("scale");
+  shape.scale = table.number("scale", positive("m per unit of the file")).value_or(1);
+}
+
+ShapeConfig read_shape(TomlTable& table, const SceneConfig& scene) {
+  ShapeConfig shape;
+  shape.where = table.where();
+  if (const auto index = table.choice("type", kShapeTypes, Need::required)) {
+    shape.type = static_cast<ShapeType>(*index);
+    read_shape_keys(table, scene, shape);
+  } else {
+    for (const ShapeKey& row : kShapeKeys) table.has(row.key);  // known keys of a shape of unknown type
+  }
+  shape.position = read_vector(table, "position", "m", shape.position);
+  shape.orientation = read_orientation(table);
+  shape.subtract = table.boolean("subtract").value_or(false);
+  return shape;
+}
+
+void read_shapes(TomlTable& table, const SceneConfig& scene, BodyConfig& body) {
+  std::vector<TomlTable> shapes = table.tables("shape");
+  for (TomlTable& item : shapes) {
+    body.shapes.push_back(read_shape(item, scene));
+    const ShapeConfig& shape = body.shapes.back();
+    if (body.shapes.size() == 1 && shape.subtract) {
+      item.fault("subtract", "subtract is true on the first shape, expected a shape to subtract from before it");
+    }
+    if (shape.type == ShapeType::particles && shapes.size() > 1) {
+      item.fault("type", "type is \"particles\" among other shapes, expected it to be the body's only shape");
+    }
+  }
+  if (shapes.empty()) table.fault("", "shape is missing, expected at least one shape under [[body.shape]]");
+}
+
+BodyConfig read_body(TomlTable& table, const SceneConfig& scene) {
+  BodyConfig body;
+  body.where = table.where();
+  body.name = read_name(table, "body", names_of(scene.bodies), false);
+  const auto type = table.choice("type", kBodyTypes, Need::required);
+  if (type) body.type = static_cast<BodyType>(*type);
+  body.material = table.text("material", Need::required).value_or("");
+  const std::vector<std::string> materials = names_of(scene.materials);
+  if (!body.material.empty() && std::find(materials.begin(), materials.end(), body.material) == materials.end()) {
+    const std::string near = nearest_name(body.material, materials);
+    table.fault("material", fmt::format("material '{}' is not declared, expected the name of a [[material]]{}",
+                                        body.material, near.empty() ? "" : "; did you mean '" + near + "'?"));
+  }
+  body.position = read_vector(table, "position", "m", body.position);
+  body.orientation = read_orientation(table);
+  body.velocity = read_vector(table, "velocity", "m/s", body.velocity);
+  body.angular_velocity = read_vector(table, "angular_velocity", "rad/s", body.angular_velocity);
+  if (type && body.type != BodyType::rigid && !body.angular_velocity.isZero(0)) {
+    table.fault("angular_velocity", "angular_velocity is given, but only a rigid body has one");
+  }
+  body.temperature = table.number("temperature", {"K", 0, 1e5});
+  body.color = table.color("color");
+  read_shapes(table, scene, body);
+  return body;
+}
+
+CouplingConfig read_coupling_limit(TomlTable table) {
+  CouplingConfig limit;
+  limit.stiffness = table.number("stiffness", not_negative("N/m")).value_or(limit.stiffness);
+  limit.damping = table.number("damping", not_negative("N s/m")).value_or(limit.damping);
+  limit.angular_stiffness =
+      table.number("angular_stiffness", not_negative("N m/rad")).value_or(limit.angular_stiffness);
+  limit.angular_damping = table.number("angular_damping", not_negative("N m s/rad")).value_or(limit.angular_damping);
+  return limit;
+}
+
+// The body that a table names, or null. A name of no body is a fault.
+const BodyConfig* read_body_name(TomlTable& table, const SceneConfig& scene, Need need) {
+  const auto name = table.text("body", need);
+  if (!name) return nullptr;
+  for (const BodyConfig& body : scene.bodies) {
+    if (body.name == *name) return &body;
+  }
+  const std::string near = nearest_name(*name, names_of(scene.bodies));
+  table.fault("body", fmt::format("body '{}' is not declared, expected the name of a [[body]]{}", *name,
+                                  near.empty() ? "" : "; did you mean '" + near + "'?"));
+  return nullptr;
+}
+
+}  // namespace
+
+Eigen::Vector3d read_vector(TomlTable& table, std::string_view key, const char* unit, const Eigen::Vector3d& fallback,
+                            Need need) {
+  const auto values = table.numbers(key, 3, {unit, -1e9, 1e9}, need);
+  return values ? Eigen::Vector3d((*values)[0], (*values)[1], (*values)[2]) : fallback;
+}
+
+Eigen::Quaterniond read_orientation(TomlTable& table) {
+  const auto values = table.numbers("orientation", 4, {"", -1.001, 1.001});
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  if (values) {
+    orientation = Eigen::Quaterniond((*values)[3], (*values)[0], (*values)[1], (*values)[2]);
+    if (std::abs(orientation.norm() - 1) > 1e-3) {
+      table.fault("orientation", fmt::format("orientation has length {:g}, expected a unit quaternion [x, y, z, w]",
+                                             orientation.norm()));
+      orientation.setIdentity();
+    }
+    orientation.normalize();
+  }
+  if (!table.has("rotation_deg")) return orientation;
+  if (values) table.fault("rotation_deg", "both orientation and rotation_deg are given, expected one of them");
+  TomlTable rotation = table.table("rotation_deg");
+  const Eigen::Vector3d axis = read_vector(rotation, "axis", "", Eigen::Vector3d::UnitZ(), Need::required);
+  const double angle = rotation.number("angle", {"degrees", -360, 360}, Need::required).value_or(0);
+  if (axis.norm() < 1e-9) {
+    rotation.fault("axis", "axis has no length, expected a direction");
+    return orientation;
+  }
+  return Eigen::Quaterniond(Eigen::AngleAxisd(angle * kPi / 180, axis.normalized()));
+}
+
+std::string read_name(TomlTable& table, const std::string& kind, const std::vector<std::string>& taken,
+                      bool file_name) {
+  const auto name = table.text("name", Need::required);
+  if (!name) return {};
+  table.set_title(fmt::format("{} '{}'", kind, name->substr(0, 64)));
+  const auto fits = [&](char c) {
+    const auto u = static_cast<unsigned char>(c);
+    return std::isalnum(u) || c == '_' || c == '-' || (!file_name && (c == ' ' || c == '.' || u >= 128));
+  };
+  if (name->size() > 64 || !std::all_of(name->begin(), name->end(), fits)) {
+    table.fault("name", fmt::format("name is \"{}\", expected at most 64 {}", name->substr(0, 64),
+                                    file_name ? "letters, digits, - and _ (it names a file)"
+                                              : "letters, digits, blanks, dots, - and _"));
+  } else if (std::find(taken.begin(), taken.end(), *name) != taken.end()) {
+    table.fault("name", fmt::format("name is taken by another {}, expected a name of its own", kind));
+  }
+  return *name;
+}
+
+void read_materials(TomlTable& root, SceneConfig& scene) {
+  for (TomlTable& table : root.tables("material")) {
+    MaterialConfig material;
+    material.where = table.where();
+    material.name = read_name(table, "material", names_of(scene.materials), false);
+    material.density = table.number("density", {"kg/m^3", 0, 1e6, true}, Need::required).value_or(material.density);
+    material.viscosity = table.number("viscosity", {"Pa s", 0, 1e9}).value_or(material.viscosity);
+    material.color = table.color("color").value_or(material.color);
+    scene.materials.push_back(material);
+  }
+}
+
+void read_bodies(TomlTable& root, SceneConfig& scene) {
+  for (TomlTable& table : root.tables("body")) scene.bodies.push_back(read_body(table, scene));
+  if (!root.has("body")) root.fault("", "the scene has no [[body]], expected at least one");
+}
+
+void read_proxies(TomlTable& root, SceneConfig& scene) {
+  for (TomlTable& table : root.tables("proxy")) {
+    ProxyConfig proxy;
+    proxy.where = table.where();
+    proxy.device = static_cast<unsigned>(table.integer("device", 0, 7).value_or(0));
+    if (const BodyConfig* body = read_body_name(table, scene, Need::required)) {
+      proxy.body = body->name;
+      if (body->type != BodyType::rigid) {
+        table.fault("body", fmt::format("body '{}' is {}, expected a rigid body", body->name,
+                                        kBodyTypes[static_cast<std::size_t>(body->type)]));
+      }
+    }
+    for (const ProxyConfig& other : scene.proxies) {
+      if (other.device == proxy.device) {
+        table.fault("device", fmt::format("device {} already drives body '{}', expected one proxy per device",
+                                          proxy.device, other.body));
+      }
+      if (!proxy.body.empty() && other.body == proxy.body) {
+        table.fault("body", fmt::format("body '{}' is already the proxy of device {}, expected one device per body",
+                                        proxy.body, other.device));
+      }
+    }
+    proxy.handle = read_vector(table, "handle", "m", proxy.handle);
+    proxy.coupling_limit = read_coupling_limit(table.table("coupling_limit"));
+    scene.proxies.push_back(proxy);
+  }
+}
+
+}  // namespace palp

@@ -1,0 +1,173 @@
+#include "config/scene_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "config/scene_reader.h"
+#include "config/text_file.h"
+
+namespace palp {
+
+namespace {
+
+const std::vector<std::string> kMethods{"paper", "accurate"};
+const std::vector<std::string> kAccuracies{"fast", "balanced", "accurate"};
+const std::vector<std::string> kScalars{"none", "speed", "density", "pressure", "temperature"};
+constexpr Range kSpacing{"m", 0, 1000, true};
+// The widest grid that a solver can lay over a periodic axis needs three cells of one support radius.
+constexpr double kCellsPerPeriod = 3;
+constexpr double kSmallestSupport = 1.8;  // support radius / spacing
+
+void read_general(TomlTable& root, SceneConfig& scene, const SceneOverrides& overrides) {
+  TomlTable table = root.table("scene", Need::required);
+  scene.name = table.text("name").value_or(std::filesystem::path(scene.path).stem().string());
+  scene.description = table.text("description").value_or("");
+  if (const auto index = table.choice("method", kMethods)) scene.method = static_cast<Method>(*index);
+  if (const auto index = table.choice("accuracy", kAccuracies)) scene.accuracy = static_cast<Accuracy>(*index);
+  scene.method = overrides.method.value_or(scene.method);
+  scene.accuracy = overrides.accuracy.value_or(scene.accuracy);
+  scene.gravity = read_vector(table, "gravity", "m/s^2", scene.gravity);
+  scene.body_force = read_vector(table, "body_force", "m/s^2", scene.body_force);
+  scene.gravity_ramp = table.number("gravity_ramp", not_negative("s")).value_or(scene.gravity_ramp);
+  scene.rate_hz = table.number("rate_hz", {"Hz", 1, 1e6}).value_or(scene.rate_hz);
+  scene.duration = table.number("duration", {"s", 0, 1e6, true}).value_or(scene.duration);
+}
+
+// `spacing` is a number, or a table with a number for each accuracy level.
+void read_spacing(TomlTable& table, TomlTable& root, SceneConfig& scene, const SceneOverrides& overrides) {
+  const auto level = static_cast<std::size_t>(scene.accuracy);
+  if (table.is_table("spacing")) {
+    TomlTable levels = table.table("spacing");
+    std::array<std::optional<double>, 3> values;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const bool needed = i == level && !overrides.spacing;
+      values[i] = levels.number(kAccuracies[i], kSpacing, needed ? Need::required : Need::optional);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = i + 1; j < 3; ++j) {
+        if (values[i] && values[j] && *values[j] > *values[i]) {
+          levels.fault(kAccuracies[j],
+                       fmt::format("spacing {} of '{}' is coarser than {} of '{}', expected at most that", *values[j],
+                                   kAccuracies[j], *values[i], kAccuracies[i]));
+        }
+      }
+    }
+    scene.numerics.spacing = values[level];
+  } else if (table.has("spacing")) {
+    scene.numerics.spacing = table.number("spacing", kSpacing);
+  } else if (!overrides.spacing) {
+    (table.exists() ? table : root)
+        .fault("",
+               "numerics: spacing is missing, expected a number in m above 0, or a table "
+               "{fast = .., balanced = .., accurate = ..}");
+  }
+  if (overrides.spacing) scene.numerics.spacing = overrides.spacing;
+}
+
+void read_numerics(TomlTable& root, SceneConfig& scene, const SceneOverrides& overrides) {
+  TomlTable table = root.table("numerics");
+  table.set_title("numerics");
+  NumericsConfig& n = scene.numerics;
+  read_spacing(table, root, scene, overrides);
+  n.support_over_spacing = table.number("support_over_spacing", {"", kSmallestSupport, 4});
+  n.sound_speed = table.number("sound_speed", positive("m/s"));
+  n.max_speed = table.number("max_speed", positive("m/s"));
+  n.artificial_viscosity = table.number("artificial_viscosity", {"", 0, 1});
+  n.density_diffusion = table.number("density_diffusion", {"", 0, 0.5});
+  n.tension = table.boolean("tension");
+  if (const auto steps = table.integer("sub_steps", 1, 100000)) n.sub_steps = static_cast<int>(*steps);
+  n.safety = table.number("safety", {"", 0.05, 1}).value_or(n.safety);
+  if (n.sound_speed && n.max_speed && *n.sound_speed <= *n.max_speed) {
+    table.fault("sound_speed", fmt::format("sound_speed is {}, expected more than max_speed, which is {} (ten times "
+                                           "it keeps the density within 1 %)",
+                                           *n.sound_speed, *n.max_speed));
+  }
+}
+
+void read_domain(TomlTable& root, SceneConfig& scene) {
+  TomlTable table = root.table("domain", Need::required);
+  table.set_title("domain");
+  scene.domain_min = read_vector(table, "min", "m", scene.domain_min, Need::required);
+  scene.domain_max = read_vector(table, "max", "m", scene.domain_max, Need::required);
+  if (const auto periodic = table.booleans3("periodic")) scene.periodic = *periodic;
+}
+
+void check_domain(TomlTable& root, const SceneConfig& scene) {
+  TomlTable table = root.table("domain");
+  table.set_title("domain");
+  if (!table.has("min") || !table.has("max") || !scene.numerics.spacing) return;
+  const double dx = *scene.numerics.spacing;
+  const double support = scene.numerics.support_over_spacing.value_or(kSmallestSupport) * dx;
+  for (int axis = 0; axis < 3; ++axis) {
+    const char name = "xyz"[axis];
+    const double low = scene.domain_min[axis], high = scene.domain_max[axis];
+    if (!(low < high)) {
+      table.fault("max", fmt::format("max is {} on axis {}, expected more than min, which is {}", high, name, low));
+    } else if (scene.periodic[static_cast<std::size_t>(axis)] && high - low < kCellsPerPeriod * support * (1 - 1e-9)) {
+      table.fault("periodic", fmt::format("axis {} is periodic and {:g} m long, expected at least {:g} m ({} support "
+                                          "radii); make it longer or the spacing finer",
+                                          name, high - low, kCellsPerPeriod * support, kCellsPerPeriod));
+    } else if (high - low < dx) {
+      table.fault("max", fmt::format("axis {} is {:g} m long, expected at least the particle spacing {:g} m", name,
+                                     high - low, dx));
+    }
+  }
+}
+
+void read_stream(TomlTable& root, SceneConfig& scene) {
+  TomlTable table = root.table("stream");
+  table.set_title("stream");
+  scene.stream.particle_rate_hz =
+      table.number("particle_rate_hz", {"Hz", 0, 1000}).value_or(scene.stream.particle_rate_hz);
+  if (const auto index = table.choice("scalar", kScalars)) scene.stream.scalar = kScalars[*index];
+}
+
+// FNV-1a, 64 bits.
+std::uint64_t hash_of(const std::string& text, std::uint64_t hash = 14695981039346656037ULL) {
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+  return hash;
+}
+
+std::uint64_t hash_of_overrides(const SceneOverrides& overrides, std::uint64_t hash) {
+  if (overrides.method) hash = hash_of(fmt::format("method {}", to_string(*overrides.method)), hash);
+  if (overrides.accuracy) hash = hash_of(fmt::format("accuracy {}", to_string(*overrides.accuracy)), hash);
+  if (overrides.spacing) hash = hash_of(fmt::format("spacing {:a}", *overrides.spacing), hash);
+  return hash;
+}
+
+}  // namespace
+
+SceneConfig read_scene(TomlFile& file, const std::string& path, const SceneOverrides& overrides) {
+  SceneConfig scene;
+  scene.path = path;
+  TomlTable root = file.root();
+  read_general(root, scene, overrides);
+  read_domain(root, scene);
+  if (overrides.spacing && !(*overrides.spacing > 0 && *overrides.spacing <= kSpacing.max)) {
+    file.fault(0, fmt::format("spacing on the command line is {}, expected a number in m above 0 and at most {}",
+                              *overrides.spacing, kSpacing.max));
+  }
+  read_numerics(root, scene, overrides);
+  check_domain(root, scene);
+  read_stream(root, scene);
+  read_materials(root, scene);
+  read_bodies(root, scene);
+  read_proxies(root, scene);
+  read_probes(root, scene);
+  scene.hash = hash_of_overrides(overrides, hash_of(file.text()));
+  return scene;
+}
+
+SceneConfig load_scene(const std::string& path, const SceneOverrides& overrides) {
+  TomlFile file = TomlFile::read(path);
+  SceneConfig scene = read_scene(file, path, overrides);
+  file.finish();
+  return scene;
+}
+
+const char* to_string(Method method) { return kMethods[static_cast<std::size_t>(method)].c_str(); }
+const char* to_string(Accuracy accuracy) { return kAccuracies[static_cast<std::size_t>(accuracy)].c_str(); }
+
+}  // namespace palp

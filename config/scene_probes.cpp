@@ -1,0 +1,126 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "config/scene_reader.h"
+
+namespace palp {
+
+namespace {
+
+const std::vector<std::string> kQuantities{"pressure", "density", "velocity", "temperature",
+                                           "front",    "energy",  "extremes", "body"};
+
+bool is_field(Quantity quantity) { return quantity <= Quantity::temperature; }
+
+// Points of `point` or `line`, from first to last.
+std::vector<Eigen::Vector3d> read_points(TomlTable& table) {
+  std::vector<Eigen::Vector3d> points;
+  if (table.has("point")) points.push_back(read_vector(table, "point", "m", Eigen::Vector3d::Zero()));
+  if (!table.has("line")) return points;
+  if (!points.empty()) table.fault("line", "both point and line are given, expected one of them");
+  TomlTable line = table.table("line");
+  const Eigen::Vector3d from = read_vector(line, "from", "m", Eigen::Vector3d::Zero(), Need::required);
+  const Eigen::Vector3d to = read_vector(line, "to", "m", Eigen::Vector3d::Zero(), Need::required);
+  const long long count = line.integer("count", 2, 10000, Need::required).value_or(2);
+  points.clear();
+  for (long long i = 0; i < count; ++i) {
+    points.push_back(from + (to - from) * (static_cast<double>(i) / static_cast<double>(count - 1)));
+  }
+  return points;
+}
+
+// What a probe needs and what it must not have, by its quantity.
+void check_keys(TomlTable& table, const ProbeConfig& probe) {
+  const std::string quantity = kQuantities[static_cast<std::size_t>(probe.quantity)];
+  const bool field = is_field(probe.quantity), front = probe.quantity == Quantity::front;
+  if (field && !table.has("point") && !table.has("line")) {
+    table.fault("", fmt::format("point is missing, expected a point or a line where to measure the {}", quantity));
+  }
+  const auto refuse = [&](const char* key, bool applies) {
+    if (!applies && table.has(key)) table.fault(key, fmt::format("{} does not apply to a probe of {}", key, quantity));
+  };
+  refuse("point", field);
+  refuse("line", field);
+  refuse("body", !field);
+  refuse("axis", front);
+  refuse("side", front);
+}
+
+void check_body(TomlTable& table, const SceneConfig& scene, ProbeConfig& probe) {
+  const bool required = probe.quantity == Quantity::body;
+  const auto name = table.text("body", required ? Need::required : Need::optional);
+  if (!name) return;
+  probe.body = *name;
+  std::vector<std::string> names;
+  for (const BodyConfig& body : scene.bodies) names.push_back(body.name);
+  const auto found = std::find(names.begin(), names.end(), *name);
+  if (found == names.end()) {
+    const std::string near = nearest_name(*name, names);
+    table.fault("body", fmt::format("body '{}' is not declared, expected the name of a [[body]]{}", *name,
+                                    near.empty() ? "" : "; did you mean '" + near + "'?"));
+    return;
+  }
+  const BodyType type = scene.bodies[static_cast<std::size_t>(found - names.begin())].type;
+  if (required && type == BodyType::fluid) {
+    table.fault("body", fmt::format("body '{}' is a fluid, expected a rigid or static body, which has a pose", *name));
+  }
+  const bool of_fluid = probe.quantity == Quantity::front || probe.quantity == Quantity::extremes;
+  if (of_fluid && type != BodyType::fluid) {
+    table.fault("body", fmt::format("body '{}' is not a fluid, expected a fluid body", *name));
+  }
+}
+
+// Inside the domain, and a quantity that the scene has.
+void check_place(TomlTable& table, const SceneConfig& scene, const ProbeConfig& probe) {
+  const Eigen::Vector3d slack = 1e-9 * (scene.domain_max - scene.domain_min);
+  for (const Eigen::Vector3d& p : probe.points) {
+    if (((p + slack).array() < scene.domain_min.array()).any() ||
+        ((p - slack).array() > scene.domain_max.array()).any()) {
+      table.fault(
+          table.has("line") ? "line" : "point",
+          fmt::format("({:g}, {:g}, {:g}) is outside the domain, expected a point inside it", p.x(), p.y(), p.z()));
+      break;
+    }
+  }
+  const bool warm = std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodyConfig& body) {
+    const bool from_file = std::any_of(body.shapes.begin(), body.shapes.end(),
+                                       [](const ShapeConfig& shape) { return shape.type == ShapeType::particles; });
+    return body.temperature.has_value() || from_file;
+  });
+  if (probe.quantity == Quantity::temperature && !warm) {
+    table.fault("quantity", "quantity is \"temperature\", but no body has a temperature");
+  }
+}
+
+}  // namespace
+
+void read_probes(TomlTable& root, SceneConfig& scene) {
+  for (TomlTable& table : root.tables("probe")) {
+    ProbeConfig probe;
+    probe.where = table.where();
+    std::vector<std::string> taken;
+    for (const ProbeConfig& other : scene.probes) taken.push_back(other.name);
+    probe.name = read_name(table, "probe", taken, true);
+    const auto quantity = table.choice("quantity", kQuantities, Need::required);
+    probe.points = read_points(table);
+    if (const auto axis = table.choice("axis", {"x", "y", "z"})) probe.axis = static_cast<int>(*axis);
+    if (const auto side = table.choice("side", {"max", "min"})) probe.front_max = *side == 0;
+    probe.rate_hz = table.number("rate_hz", positive("Hz")).value_or(std::min(probe.rate_hz, scene.rate_hz));
+    if (probe.rate_hz > scene.rate_hz) {
+      table.fault("rate_hz", fmt::format("rate_hz is {}, expected at most the scene's rate_hz, which is {}",
+                                         probe.rate_hz, scene.rate_hz));
+    }
+    if (quantity) {
+      probe.quantity = static_cast<Quantity>(*quantity);
+      check_keys(table, probe);
+      check_body(table, scene, probe);
+      check_place(table, scene, probe);
+    } else {
+      table.has("body");
+    }
+    scene.probes.push_back(probe);
+  }
+}
+
+}  // namespace palp

@@ -1,0 +1,25 @@
+// The parts of the scene reader. Not for use outside config/ and its tests.
+#pragma once
+
+#include "config/scene_config.h"
+#include "config/toml_reader.h"
+
+namespace palp {
+
+// Reads all tables of a scene and gathers faults in the file; TomlFile::finish is left to the caller.
+SceneConfig read_scene(TomlFile& file, const std::string& path, const SceneOverrides& overrides);
+
+// Each reads its tables from the root. Materials before bodies, bodies before proxies and probes.
+void read_materials(TomlTable& root, SceneConfig& scene);
+void read_bodies(TomlTable& root, SceneConfig& scene);
+void read_proxies(TomlTable& root, SceneConfig& scene);
+void read_probes(TomlTable& root, SceneConfig& scene);
+
+// Orientation from `orientation` (quaternion x y z w) or `rotation_deg` (axis and angle), else none.
+Eigen::Quaterniond read_orientation(TomlTable& table);
+Eigen::Vector3d read_vector(TomlTable& table, std::string_view key, const char* unit, const Eigen::Vector3d& fallback,
+                            Need need = Need::optional);
+// A name fit for messages, tables and (file_name) files, not taken yet; titles the table "<kind> '<name>'".
+std::string read_name(TomlTable& table, const std::string& kind, const std::vector<std::string>& taken, bool file_name);
+
+}  // namespace palp

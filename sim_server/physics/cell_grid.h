@@ -1,0 +1,114 @@
+// The cell grid and the loop over neighbours. Particles are stored sorted by cell, x fastest, so the three cells of a
+// row are one contiguous run of particles and a neighbourhood is nine runs.
+#pragma once
+
+#include "sim_server/physics/real.h"
+
+namespace palp {
+
+struct CellGrid {
+  Vec3 origin;                           // of cell (0,0,0) [m]
+  Vec3 inv_cell;                         // 1 / cell edge, at least the support radius [1/m]
+  Vec3 period;                           // domain length along periodic axes, 0 elsewhere [m]
+  int n[3];                              // cells per axis; periodic axes have at least 3
+  const std::uint32_t* start = nullptr;  // [cells + 1] first particle of each cell
+
+  PALP_HD bool periodic(int axis) const { return period[axis] > real(0); }
+  // Particles outside the domain are binned in its outermost cells, where they still find each other.
+  PALP_HD int cell_of(real x, int axis) const {
+    const real c = (x - origin[axis]) * inv_cell[axis];
+    if (!(c > real(0))) return 0;
+    const int i = c < real(n[axis]) ? static_cast<int>(c) : n[axis] - 1;
+    return i < n[axis] ? i : n[axis] - 1;
+  }
+  PALP_HD std::uint32_t index(int cx, int cy, int cz) const {
+    return (static_cast<std::uint32_t>(cz) * n[1] + cy) * n[0] + cx;
+  }
+  PALP_HD std::uint32_t index_of(const Vec3& x) const {
+    return index(cell_of(x.x(), 0), cell_of(x.y(), 1), cell_of(x.z(), 2));
+  }
+  std::uint32_t cells() const { return static_cast<std::uint32_t>(n[0]) * n[1] * n[2]; }
+  // Back into the domain along periodic axes; a sub-step moves a particle by far less than a period.
+  PALP_HD Vec3 wrap(Vec3 x) const {
+    for (int a = 0; a < 3; ++a) {
+      if (!periodic(a)) continue;
+      if (x[a] < origin[a])
+        x[a] += period[a];
+      else if (x[a] >= origin[a] + period[a])
+        x[a] -= period[a];
+    }
+    return x;
+  }
+};
+
+// Neighbour index along one axis: false when there is none, else the cell and the shift to add to its particles.
+PALP_HD inline bool neighbor_cell(const CellGrid& g, int axis, int c, int& cell, real& shift) {
+  cell = c;
+  shift = real(0);
+  if (c >= 0 && c < g.n[axis]) return true;
+  if (!g.periodic(axis)) return false;
+  cell = c < 0 ? c + g.n[axis] : c - g.n[axis];
+  shift = c < 0 ? -g.period[axis] : g.period[axis];
+  return true;
+}
+
+// Calls f(j, x_i - x_j, r^2) for every particle j within the support radius of x_i, the particle itself included.
+// The lanes of the team share the loop; each lane sees a part, in a fixed order.
+template <class Team, class F>
+PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, Team team,
+                                  F&& f) {
+  const int c[3] = {g.cell_of(x_i.x(), 0), g.cell_of(x_i.y(), 1), g.cell_of(x_i.z(), 2)};
+  const real support2 = support * support;
+  for (int row = 0; row < 9; ++row) {
+    int cy, cz;
+    Vec3 shift(0, 0, 0);
+    if (!neighbor_cell(g, 1, c[1] + row % 3 - 1, cy, shift[1])) continue;
+    if (!neighbor_cell(g, 2, c[2] + row / 3 - 1, cz, shift[2])) continue;
+    const std::uint32_t base = g.index(0, cy, cz);
+    int from = c[0] - 1;
+    const int last = c[0] + 1;
+    while (from <= last) {
+      // one run, or two where a periodic row wraps
+      int to = last, begin = from;
+      if (from < 0) {
+        if (!g.periodic(0)) {
+          from = 0;
+          continue;
+        }
+        begin = from + g.n[0];
+        to = -1;
+        shift[0] = -g.period[0];
+      } else if (from >= g.n[0]) {
+        if (!g.periodic(0)) break;
+        begin = from - g.n[0];
+        shift[0] = g.period[0];
+      } else {
+        if (to >= g.n[0]) to = g.n[0] - 1;
+        shift[0] = real(0);
+      }
+      const Vec3 x = x_i - shift;
+      const std::uint32_t end = g.start[base + begin + (to - from) + 1];
+      for (std::uint32_t j = g.start[base + begin] + team.lane(); j < end; j += team.size()) {
+        const Packed x_j = xV[j];
+        const Vec3 d(x.x() - x_j.x, x.y() - x_j.y, x.z() - x_j.z);
+        const real r2 = d.squaredNorm();
+        if (r2 < support2) f(j, d, r2);
+      }
+      from = to + 1;
+    }
+  }
+}
+
+// One thread does the whole loop: the CPU's team.
+struct SerialTeam {
+  PALP_HD std::uint32_t lane() const { return 0; }
+  PALP_HD std::uint32_t size() const { return 1; }
+  PALP_HD bool leader() const { return true; }
+  template <class T>
+  PALP_HD T sum(const T& value) const {
+    return value;
+  }
+  PALP_HD real max(real value) const { return value; }
+};
+
+}  // namespace palp

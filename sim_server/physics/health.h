@@ -1,0 +1,90 @@
+// What the server must know of a state to trust it: non-finite values, largest speed and compression, energy.
+#pragma once
+
+#include "sim_server/physics/rigid.h"
+
+namespace palp {
+
+struct HealthSums {
+  real max_speed = 0;        // [m/s]
+  real max_compression = 0;  // rho / rho0 - 1
+  real kinetic_energy = 0;   // of fluids [J]
+  std::uint32_t non_finite = 0;
+  std::uint32_t outside = 0;  // particles outside the domain
+};
+
+inline constexpr std::uint32_t kHealthBlocks = 64;
+
+template <class Team>
+PALP_HD inline HealthSums combine(HealthSums s, Team team) {
+  s.max_speed = team.max(s.max_speed);
+  s.max_compression = team.max(s.max_compression);
+  s.kinetic_energy = team.sum(s.kinetic_energy);
+  s.non_finite = team.sum(s.non_finite);
+  s.outside = team.sum(s.outside);
+  return s;
+}
+
+// One team for each of kHealthBlocks equal parts of the particles.
+struct MeasureHealth {
+  ParticleView state;
+  Medium medium;
+  CellGrid grid;
+  std::uint32_t count;
+  HealthSums* part;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t block, Team team) const {
+    const std::uint32_t begin = static_cast<std::uint32_t>(std::uint64_t(count) * block / kHealthBlocks);
+    const std::uint32_t end = static_cast<std::uint32_t>(std::uint64_t(count) * (block + 1) / kHealthBlocks);
+    const real c2 = medium.sound_speed * medium.sound_speed;
+    HealthSums s;
+    for (std::uint32_t i = begin + team.lane(); i < end; i += team.size()) {
+      const Tag tag = state.tag[i];
+      const Packed xV = state.xV[i], vp = state.vp[i];
+      const Vec3 v = vp.xyz();
+      const real speed2 = v.squaredNorm();
+      // comparisons that are false for NaN: fmax and its kin would hide it
+      if (!(speed2 + xV.xyz().squaredNorm() + vp.w * vp.w < real(1e30))) {
+        ++s.non_finite;
+        continue;
+      }
+      const Vec3 low = xV.xyz() - grid.origin;
+      for (int a = 0; a < 3; ++a)
+        if (!grid.periodic(a) && (low[a] < real(0) || low[a] * grid.inv_cell[a] > real(grid.n[a]))) {
+          ++s.outside;
+          break;
+        }
+      if (tag.kind() == Kind::fixed) continue;
+      const real speed = Eigen::numext::sqrt(speed2);
+      if (speed > s.max_speed) s.max_speed = speed;
+      if (!tag.is_fluid()) continue;
+      const real compression = vp.w / (c2 * medium.material[tag.material()].density);
+      if (compression > s.max_compression) s.max_compression = compression;
+      s.kinetic_energy += real(0.5) * state.mass[i] * speed2;
+    }
+    s = combine(s, team);
+    if (team.leader()) part[block] = s;
+  }
+};
+
+struct CollectHealth {
+  const HealthSums* part;
+  HealthSums* total;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t, Team team) const {
+    HealthSums s;
+    for (std::uint32_t b = team.lane(); b < kHealthBlocks; b += team.size()) {
+      if (part[b].max_speed > s.max_speed) s.max_speed = part[b].max_speed;
+      if (part[b].max_compression > s.max_compression) s.max_compression = part[b].max_compression;
+      s.kinetic_energy += part[b].kinetic_energy;
+      s.non_finite += part[b].non_finite;
+      s.outside += part[b].outside;
+    }
+    s = combine(s, team);
+    if (team.leader()) *total = s;
+  }
+};
+
+}  // namespace palp

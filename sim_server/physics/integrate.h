@@ -1,0 +1,34 @@
+// Moves the particles at the end of a sub-step: fluids by symplectic Euler, rigid bodies' particles with their body.
+#pragma once
+
+#include "sim_server/physics/rigid.h"
+
+namespace palp {
+
+struct MoveParticles {
+  ParticleView state;
+  const Packed* acceleration;  // of fluids
+  BodyViews bodies;
+  CellGrid grid;
+  real dt;
+
+  PALP_HD void operator()(std::uint32_t i) const {
+    const Tag tag = state.tag[i];
+    if (tag.kind() == Kind::fixed) return;
+    const Packed xV = state.xV[i], vp = state.vp[i];
+    Vec3 x, v;
+    if (tag.is_fluid()) {
+      v = vp.xyz() + dt * acceleration[i].xyz();
+      x = xV.xyz() + dt * v;
+    } else {
+      const BodyState& body = bodies.body[tag.body()];
+      const Vec3 r = body.q * bodies.local[body.force_first + state.id[i] - body.first].xyz();
+      v = body.v + body.w.cross(r);
+      x = body.x + r;
+    }
+    state.xV[i] = pack(grid.wrap(x), xV.w);
+    state.vp[i] = pack(v, vp.w);
+  }
+};
+
+}  // namespace palp

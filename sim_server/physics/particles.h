@@ -1,0 +1,73 @@
+// The particles as the kernels see them: raw pointers, null where the plan has no such array.
+//
+// symbol      meaning                                                     unit
+// x, V        position; current volume m / rho (solids: rest volume)      m, m^3
+// v, p        velocity; pressure (the fluid's state: rho = rho0 + p/c^2)  m/s, Pa
+// m           mass                                                        kg
+// T           temperature                                                 K
+#pragma once
+
+#include "sim_server/physics/real.h"
+
+namespace palp {
+
+enum class Kind : std::uint32_t { fluid = 0, rigid = 1, fixed = 2 };
+
+// A particle's kind, material and body in one word.
+struct Tag {
+  std::uint32_t bits;
+  PALP_HD Kind kind() const { return static_cast<Kind>(bits & 3u); }
+  PALP_HD bool is_fluid() const { return (bits & 3u) == 0; }
+  PALP_HD std::uint32_t material() const { return (bits >> 2) & 0x3fu; }
+  PALP_HD std::uint32_t body() const { return bits >> 8; }
+};
+inline constexpr std::uint32_t kMaxMaterials = 16;
+
+inline Tag make_tag(Kind kind, std::uint32_t material, std::uint32_t body) {
+  return {static_cast<std::uint32_t>(kind) | material << 2 | body << 8};
+}
+
+// One set of per-particle arrays, sorted by cell. There are two: the state, and the copy that sorting writes.
+struct ParticleView {
+  Packed* xV = nullptr;
+  Packed* vp = nullptr;
+  real* mass = nullptr;
+  Tag* tag = nullptr;
+  std::uint32_t* id = nullptr;  // index in the scene's order
+  real* temperature = nullptr;
+};
+
+PALP_HD inline void copy_particle(const ParticleView& from, std::uint32_t i, const ParticleView& to, std::uint32_t j) {
+  to.xV[j] = from.xV[i];
+  to.vp[j] = from.vp[i];
+  to.mass[j] = from.mass[i];
+  to.tag[j] = from.tag[i];
+  to.id[j] = from.id[i];
+  if (to.temperature != nullptr) to.temperature[j] = from.temperature[i];
+}
+
+struct Material {
+  real density;    // rho0 [kg/m^3]
+  real viscosity;  // mu [Pa s]
+};
+
+// What stays the same during one sub-step, in every kernel's hands.
+struct Medium {
+  Material material[kMaxMaterials];
+  real support;      // H [m]
+  real spacing;      // dx [m]
+  real sound_speed;  // c [m/s]
+  real diffusion;    // delta of the density diffusion [-]
+  real artificial;   // alpha of the artificial viscosity [-]
+  bool tension;      // whether fluid pressure may be negative
+  real dt;           // sub-step [s]
+};
+
+// What changes from one haptic step to the next, read through a pointer so that a captured graph sees it.
+struct Forcing {
+  Vec3 gravity;        // [m/s^2], balanced by pressure
+  Vec3 level_gravity;  // gravity without its components along periodic axes, which no pressure can balance
+  Vec3 body_force;     // [m/s^2]
+};
+
+}  // namespace palp

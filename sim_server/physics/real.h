@@ -1,0 +1,37 @@
+// The scalar and the small fixed-size types of the physics, on host and device.
+// Nothing in this folder includes anything of ours outside it.
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Geometry>
+
+#if defined(__CUDACC__) && !defined(PALP_HD)
+#define PALP_HD __host__ __device__
+#elif !defined(PALP_HD)
+#define PALP_HD
+#endif
+
+namespace palp {
+
+#ifdef PALP_DOUBLE
+using real = double;
+#else
+using real = float;
+#endif
+
+using Vec3 = Eigen::Matrix<real, 3, 1>;
+using Mat3 = Eigen::Matrix<real, 3, 3>;
+using Quat = Eigen::Quaternion<real>;
+
+inline constexpr real kPi = real(3.14159265358979323846);
+
+// Four scalars that are loaded and stored at once.
+struct alignas(4 * sizeof(real)) Packed {
+  real x, y, z, w;
+  PALP_HD Vec3 xyz() const { return {x, y, z}; }
+};
+
+PALP_HD inline Packed pack(const Vec3& v, real w) { return {v.x(), v.y(), v.z(), w}; }
+
+}  // namespace palp

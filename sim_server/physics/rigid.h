@@ -1,0 +1,135 @@
+// Rigid bodies: sets of particles that move as one (paper 3.1). Each receives, particle by particle, the opposite of
+// what it exerts on fluids, and a contact force from other solids.
+//
+// symbol     meaning                                               unit
+// x, q       centre of mass; orientation (body to world)           m, -
+// v, L, w    velocity; angular momentum; angular velocity, world   m/s, kg m^2/s, rad/s
+// I0         inertia about the centre of mass, body axes           kg m^2
+#pragma once
+
+#include "sim_server/physics/boundary.h"
+
+namespace palp {
+
+inline constexpr std::uint32_t kNone = 0xffffffffu;
+
+struct BodyState {
+  Vec3 x, v, L, w;
+  Quat q;
+  Mat3 inertia, inverse_inertia;  // I0 and its inverse
+  real mass;
+  Kind kind;
+  std::uint32_t first, count;  // particles, in the scene's order
+  std::uint32_t force_first;   // of its particles in BodyViews::force and local, kNone: nobody asks for its wrench
+  std::int32_t proxy;          // index of the proxy whose handle it is, -1: none
+  Vec3 handle;                 // coupling point relative to the centre of mass, body axes [m]
+  real contact_mass;           // a contact's share of the mass, from which its stiffness follows [kg]
+  Vec3 force, torque;          // of this sub-step, about the centre of mass [N, N m]
+  Vec3 force_sum, torque_sum;  // over the sub-steps of this haptic step
+  Vec3 coupling_force, coupling_torque;  // on the proxy, about the handle, of this sub-step [N, N m]
+  real work[2];                          // of the proxy on the coupling in this haptic step: linear, angular [J]
+};
+
+struct BodyViews {
+  BodyState* body = nullptr;  // one per body of the scene, fluids included (unused)
+  Packed* force = nullptr;    // per particle of bodies whose wrench is asked for [N]
+  Packed* local = nullptr;    // its position relative to the centre of mass, body axes [m]
+};
+
+// Contact between solids: a spring between particles closer than a spacing, damped, as stiff as the lighter body's mass
+// allows with this sub-step (20 contacts at once use a tenth of the linear stability limit). Frictionless.
+PALP_HD inline Vec3 contact_pair_force(const Medium& medium, const BodyState& a, const BodyState& b, const Vec3& v_ij,
+                                       const Vec3& x_ij, real r2) {
+  const real r = Eigen::numext::sqrt(r2);
+  const real overlap = medium.spacing - r;
+  if (!(overlap > real(0)) || !(r > real(0))) return Vec3(0, 0, 0);
+  const real m = a.contact_mass < b.contact_mass ? a.contact_mass : b.contact_mass;
+  const real k = real(0.4) * m / (medium.dt * medium.dt);
+  const real damping = real(0.15) * m / medium.dt;
+  const Vec3 n = x_ij / r;
+  const real push = k * overlap - damping * v_ij.dot(n);
+  return push > real(0) ? Vec3(push * n) : Vec3(0, 0, 0);
+}
+
+// Force on each particle of the bodies whose wrench is asked for.
+struct SolidForce {
+  ParticleView state;
+  const Packed* wall;  // null without fluid
+  BodyViews bodies;
+  CellGrid grid;
+  WendlandC2 kernel;
+  Medium medium;
+  bool contact;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t i, Team team) const {
+    const Tag tag_i = state.tag[i];
+    if (tag_i.is_fluid()) return;
+    const BodyState& body = bodies.body[tag_i.body()];
+    if (body.force_first == kNone) return;
+    const Packed xV_i = state.xV[i];
+    const Vec3 v_i = state.vp[i].xyz();
+    Vec3 force(0, 0, 0);
+    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team, [&](std::uint32_t j, const Vec3& x_ij, real r2) {
+      const Tag tag_j = state.tag[j];
+      if (tag_j.is_fluid())
+        force -= wall_pair_force(medium, kernel, tag_j, state.xV[j], state.vp[j], xV_i.w, v_i, wall[i], -x_ij, r2);
+      else if (contact && tag_j.body() != tag_i.body())
+        force += contact_pair_force(medium, body, bodies.body[tag_j.body()], v_i - state.vp[j].xyz(), x_ij, r2);
+    });
+    force = team.sum(force);
+    if (team.leader()) bodies.force[body.force_first + state.id[i] - body.first] = pack(force, 0);
+  }
+};
+
+// Adds up a body's forces and torques; one team, in a fixed order, for each entry of the list.
+struct ReduceWrench {
+  BodyViews bodies;
+  const std::uint32_t* reactive;  // bodies whose wrench is asked for
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t k, Team team) const {
+    BodyState& body = bodies.body[reactive[k]];
+    const Mat3 R = body.q.toRotationMatrix();
+    Vec3 force(0, 0, 0), torque(0, 0, 0);
+    for (std::uint32_t p = body.force_first + team.lane(); p < body.force_first + body.count; p += team.size()) {
+      const Vec3 f = bodies.force[p].xyz();
+      force += f;
+      torque += (R * bodies.local[p].xyz()).cross(f);
+    }
+    force = team.sum(force);
+    torque = team.sum(torque);
+    if (!team.leader()) return;
+    body.force = force;
+    body.torque = torque;
+    body.force_sum += force;
+    body.torque_sum += torque;
+  }
+};
+
+PALP_HD inline Mat3 world_inverse_inertia(const BodyState& b, const Quat& q) {
+  const Mat3 R = q.toRotationMatrix();
+  return R * b.inverse_inertia * R.transpose();
+}
+
+PALP_HD inline Quat rotated(const Quat& q, const Vec3& rotation) {
+  const real angle = rotation.norm();
+  const real half = real(0.5) * angle;
+  const real s = angle > real(1e-6) ? Eigen::numext::sin(half) / angle : real(0.5);
+  Quat out = Quat(Eigen::numext::cos(half), s * rotation.x(), s * rotation.y(), s * rotation.z()) * q;
+  out.normalize();
+  return out;
+}
+
+// Symplectic Euler for the centre; for the rotation the angular momentum is the state, so it is kept exactly, and the
+// angular velocity is taken at mid-step, which keeps the energy to second order.
+PALP_HD inline void advance_free_body(BodyState& b, const Vec3& gravity, real dt) {
+  b.v += dt * (b.force / b.mass + gravity);
+  b.x += dt * b.v;
+  b.L += dt * b.torque;
+  const Quat middle = rotated(b.q, real(0.5) * dt * (world_inverse_inertia(b, b.q) * b.L));
+  b.w = world_inverse_inertia(b, middle) * b.L;
+  b.q = rotated(b.q, dt * b.w);
+}
+
+}  // namespace palp

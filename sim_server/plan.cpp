@@ -1,0 +1,198 @@
+#include "sim_server/plan.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "config/error.h"
+#include "sim_server/physics/rigid.h"
+
+namespace palp {
+namespace {
+
+struct Level {
+  double support_over_spacing;
+  double mach;        // c / largest expected speed
+  double artificial;  // alpha
+};
+
+Level level_of(Accuracy accuracy) {
+  switch (accuracy) {
+    case Accuracy::fast:
+      return {2.0, 7.0, 0.1};
+    case Accuracy::balanced:
+      return {3.0, 10.0, 0.05};
+    case Accuracy::accurate:
+      return {3.0, 10.0, 0.02};
+  }
+  return {3.0, 10.0, 0.05};
+}
+
+// Between and past the tabulated H / dx the limit is taken linear.
+double interpolate(const std::array<std::array<double, 2>, 4>& table, double x) {
+  std::size_t k = 1;
+  while (k + 1 < table.size() && x > table[k][0]) ++k;
+  const auto [x0, y0] = table[k - 1];
+  const auto [x1, y1] = table[k];
+  return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
+}
+
+// The largest speed that the scene's own motion can reach: a free fall through the fluid's extent along gravity, the
+// initial speeds, a body force acting over the domain's smallest crossing of it, and a hand.
+double expected_speed(const Scene& scene) {
+  const SceneConfig& config = scene.config;
+  double speed = 1e-3;
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    const Body& body = scene.bodies[scene.body[i]];
+    speed = std::max(speed, scene.velocity[i].norm());
+    if (body.type != BodyType::fluid) continue;
+    low = low.cwiseMin(scene.position[i]);
+    high = high.cwiseMax(scene.position[i]);
+  }
+  if (low.x() < high.x() + 1e29)
+    for (int a = 0; a < 3; ++a)
+      if (!config.periodic[a])
+        speed = std::max(speed, std::sqrt(2 * std::abs(config.gravity[a]) * (high[a] - low[a] + scene.spacing)));
+  if (!scene.proxies.empty()) speed = std::max(speed, 1.0);
+  return speed;
+}
+
+void plan_bodies(const Scene& scene, Plan& plan) {
+  std::vector<bool> probed(scene.bodies.size(), false);
+  for (const ProbeConfig& probe : scene.config.probes)
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+      if (probe.quantity == Quantity::body && probe.body == scene.bodies[b].name) probed[b] = true;
+  std::size_t solids = 0;
+  plan.force_first.assign(scene.bodies.size(), kNone);
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    const Body& body = scene.bodies[b];
+    if (body.type == BodyType::fluid) {
+      plan.fluid = true;
+      continue;
+    }
+    ++solids;
+    if (body.type == BodyType::rigid) plan.rigid.push_back(b);
+    if (body.type == BodyType::rigid || probed[b]) {
+      plan.reactive.push_back(b);
+      plan.force_first[b] = plan.force_count;
+      plan.force_count += body.count;
+    }
+  }
+  plan.solids = solids > 0;
+  plan.wrench = !plan.reactive.empty();
+  plan.moving = !plan.rigid.empty();
+  plan.contact = plan.moving && solids > 1;
+}
+
+void plan_cells(const Scene& scene, Plan& plan) {
+  const SceneConfig& config = scene.config;
+  double cells = 1;
+  for (int a = 0; a < 3; ++a) {
+    const double length = scene.bounds_max[a] - scene.bounds_min[a];
+    plan.cells[a] = std::max(1, static_cast<int>(std::min(length / plan.support, 1e6)));
+    if (config.periodic[a] && plan.cells[a] < 3)
+      throw ConfigError(
+          fmt::format("{}: the domain is periodic along {} but only {:.4g} m long; expected at least three support "
+                      "radii, {:.4g} m: "
+                      "lengthen the domain or reduce the spacing",
+                      config.path, "xyz"[a], length, 3 * plan.support));
+    cells *= plan.cells[a];
+  }
+  // an airy domain needs no finer cells than about eight per particle
+  const double most = std::max(4096.0, 8.0 * static_cast<double>(scene.position.size()));
+  for (int a = 0; cells > most && a < 3; ++a) {
+    const int least = config.periodic[a] ? 3 : 1;
+    const int n = std::max(least, static_cast<int>(plan.cells[a] * std::cbrt(most / cells)));
+    cells *= static_cast<double>(n) / plan.cells[a];
+    plan.cells[a] = n;
+  }
+}
+
+void plan_time(const Scene& scene, Plan& plan) {
+  const SceneConfig& config = scene.config;
+  const double dx = scene.spacing, ratio = plan.support / dx;
+  double nu = plan.artificial * plan.sound_speed * 0.5 * plan.support / 10;  // what the artificial viscosity amounts to
+  double physical = 0;
+  for (const Body& body : scene.bodies) {
+    if (body.type != BodyType::fluid) continue;
+    const MaterialConfig& m = config.materials[body.material];
+    physical = std::max(physical, m.viscosity / m.density);
+  }
+  nu += physical;
+  const double sound = acoustic_limit(ratio) * dx / (plan.sound_speed + plan.max_speed);
+  const double viscous = nu > 0 ? viscous_limit(ratio) * dx * dx / nu : 1e30;
+  plan.dt_limit = plan.fluid ? std::min(sound, viscous) : 1e30;
+  plan.limited_by = sound < viscous ? "sound" : "viscosity";
+  const double step = 1.0 / config.rate_hz;
+  const double needed = std::ceil(step / (config.numerics.safety * plan.dt_limit) - 1e-9);
+  if (needed > 10000)
+    throw ConfigError(fmt::format(
+        "{}: a haptic step of {:.3g} ms would need {:.0f} sub-steps (limited by {}); expected at most 10000: "
+        "raise the spacing or rate_hz, or lower the sound speed or viscosity",
+        config.path, 1e3 * step, needed, plan.limited_by));
+  plan.sub_steps = std::max(1, static_cast<int>(needed));
+  if (config.numerics.sub_steps) {
+    plan.sub_steps = *config.numerics.sub_steps;
+    if (step / plan.sub_steps > plan.dt_limit)
+      throw ConfigError(
+          fmt::format("{}: numerics.sub_steps is {} but a stable step needs at least {:.0f} (limited by {}): raise it "
+                      "or leave it out",
+                      config.path, plan.sub_steps, std::ceil(step / plan.dt_limit), plan.limited_by));
+  }
+  plan.dt = step / plan.sub_steps;
+}
+
+}  // namespace
+
+double acoustic_limit(double support_over_spacing) {
+  return interpolate({{{2.0, 1.76}, {2.6, 2.23}, {3.0, 2.59}, {4.0, 3.67}}}, support_over_spacing);
+}
+
+double viscous_limit(double support_over_spacing) {
+  return interpolate({{{2.0, 0.323}, {2.6, 0.533}, {3.0, 0.697}, {4.0, 1.41}}}, support_over_spacing);
+}
+
+Plan make_plan(const Scene& scene) {
+  const SceneConfig& config = scene.config;
+  const NumericsConfig& n = config.numerics;
+  const Level level = level_of(config.accuracy);
+  if (config.materials.size() > kMaxMaterials)
+    throw ConfigError(
+        fmt::format("{}: {} materials; expected at most {}", config.path, config.materials.size(), kMaxMaterials));
+  Plan plan;
+  plan.method = config.method;
+  plan_bodies(scene, plan);
+  plan.temperature = !scene.temperature.empty();
+  plan.support = n.support_over_spacing.value_or(level.support_over_spacing) * scene.spacing;
+  plan.max_speed = n.max_speed.value_or(expected_speed(scene));
+  plan.sound_speed = n.sound_speed.value_or(level.mach * plan.max_speed);
+  plan.artificial = n.artificial_viscosity.value_or(level.artificial);
+  plan.diffusion = n.density_diffusion.value_or(0.1);
+  // without a free surface nothing can come apart, and clamping pressure would bias it
+  plan.tension = n.tension.value_or(config.gravity.isZero());
+  if (plan.method == Method::paper) {
+    plan.artificial = plan.diffusion = 0;
+    plan.tension = false;
+  }
+  plan_cells(scene, plan);
+  plan_time(scene, plan);
+  return plan;
+}
+
+std::string describe(const Plan& plan, const Scene& scene) {
+  std::string text = fmt::format("method {}, accuracy {}, {} particles, dx {:.4g} mm, H {:.3g} dx, ",
+                                 to_string(plan.method), to_string(scene.config.accuracy), scene.position.size(),
+                                 1e3 * scene.spacing, plan.support / scene.spacing);
+  if (plan.fluid)
+    text += fmt::format("c {:.3g} m/s for speeds to {:.3g} m/s, alpha {:.3g}, delta {:.3g}, ", plan.sound_speed,
+                        plan.max_speed, plan.artificial, plan.diffusion);
+  text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
+  if (plan.fluid)
+    text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
+  return text;
+}
+
+}  // namespace palp

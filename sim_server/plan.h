@@ -1,0 +1,55 @@
+// What a scene needs: which modules run, and the numbers that the accuracy level expands to. Nothing that the plan does
+// not name is allocated or launched.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sim_server/physics/particles.h"
+#include "sim_server/scene.h"
+
+namespace palp {
+
+struct Plan {
+  // modules
+  Method method = Method::accurate;
+  bool fluid = false;
+  bool solids = false;       // any rigid or fixed particles
+  bool wrench = false;       // a body whose wrench is asked for: rigid ones, and fixed ones with a probe
+  bool moving = false;       // rigid bodies
+  bool contact = false;      // a rigid body and another solid
+  bool temperature = false;  // carried, not yet conducted
+  // numerics
+  double support = 0;      // H [m]
+  double sound_speed = 0;  // c [m/s]
+  double max_speed = 0;    // expected [m/s]
+  double artificial = 0;   // alpha
+  double diffusion = 0;    // delta
+  bool tension = false;
+  int sub_steps = 1;       // per haptic step
+  double dt = 0;           // sub-step [s]
+  double dt_limit = 0;     // the largest stable sub-step by linear theory [s]
+  std::string limited_by;  // "sound" or "viscosity"
+  // cells
+  int cells[3] = {1, 1, 1};
+  // bodies
+  std::vector<std::uint32_t> reactive;     // bodies whose wrench is reduced
+  std::vector<std::uint32_t> rigid;        // bodies that move
+  std::uint32_t force_count = 0;           // particles of the reactive bodies
+  std::vector<std::uint32_t> force_first;  // per body, kNone
+};
+
+// Throws ConfigError when the scene cannot be run as asked: sub_steps unstable, a periodic axis too short, too many
+// cells.
+Plan make_plan(const Scene& scene);
+
+// "method accurate, dx 20 mm, H 2.5 dx, c 17.7 m/s, ..." one line.
+std::string describe(const Plan& plan, const Scene& scene);
+
+// Linear stability limit of c dt / dx for weakly compressible SPH with a Wendland C2 kernel, and of nu dt / dx^2 for
+// the Morris viscosity, on a cubic lattice, as functions of H / dx (from the operators' largest eigenvalues).
+double acoustic_limit(double support_over_spacing);
+double viscous_limit(double support_over_spacing);
+
+}  // namespace palp

@@ -1,0 +1,296 @@
+#include "sim_server/probes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim_server/cell_grid.h"
+
+namespace palp {
+
+namespace {
+
+constexpr double kReachOverSpacing = 2;
+
+// Wendland C2, without its constant, which the division by the sum of weights removes.
+double wendland(double q) {
+  const double a = 1 - q;
+  return q < 1 ? a * a * a * a * (1 + 4 * q) : 0;
+}
+
+Eigen::Vector3d vector_at(const std::vector<float>& values, std::size_t i) {
+  return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+}
+
+std::optional<double> finite(double value) {
+  return std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
+}
+
+void add(ProbeRow& row, const Eigen::Vector3d& v) {
+  for (int a = 0; a < 3; ++a) row.push_back(finite(v[a]));
+}
+
+bool is_line(const ProbeConfig& probe) { return probe.points.size() > 1; }
+
+}  // namespace
+
+// The fluid particles of a snapshot that have a place, and a grid to find them by.
+struct ProbeSampler::Fields {
+  std::vector<Eigen::Vector3d> position;
+  std::vector<std::uint32_t> index;
+  std::optional<CellGrid> grid;
+};
+
+std::vector<std::string> probe_columns(const ProbeConfig& probe) {
+  std::vector<std::string> columns{"time_s"};
+  const auto more = [&](const std::vector<std::string>& names) {
+    columns.insert(columns.end(), names.begin(), names.end());
+  };
+  if (is_line(probe)) more({"x_m", "y_m", "z_m"});
+  switch (probe.quantity) {
+    case Quantity::pressure:
+      more({"pressure_Pa"});
+      break;
+    case Quantity::density:
+      more({"density_kg_m3"});
+      break;
+    case Quantity::velocity:
+      more({"vx_m_s", "vy_m_s", "vz_m_s"});
+      break;
+    case Quantity::temperature:
+      more({"temperature_K"});
+      break;
+    case Quantity::front:
+      more({std::string("front_") + "xyz"[probe.axis] + "_m"});
+      break;
+    case Quantity::energy:
+      more({"kinetic_J", "potential_J", "total_J"});
+      break;
+    case Quantity::extremes:
+      more({"max_speed_m_s", "min_pressure_Pa", "max_pressure_Pa", "min_density_kg_m3", "max_density_kg_m3"});
+      break;
+    case Quantity::body:
+      more({"x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s",
+            "wz_rad_s", "fx_N", "fy_N", "fz_N", "tx_N_m", "ty_N_m", "tz_N_m"});
+      break;
+  }
+  return columns;
+}
+
+bool needs_snapshot(const ProbeConfig& probe) { return probe.quantity != Quantity::body; }
+
+ProbeSampler::ProbeSampler(const Scene& scene) : scene_(scene), fields_(std::make_unique<Fields>()) {}
+ProbeSampler::~ProbeSampler() = default;
+
+void ProbeSampler::load(const Snapshot* snapshot, const StepOutput& output) {
+  snapshot_ = snapshot;
+  output_ = &output;
+  fields_ready_ = false;
+}
+
+std::vector<ProbeRow> ProbeSampler::evaluate(const ProbeConfig& probe) const {
+  std::vector<ProbeRow> rows;
+  switch (probe.quantity) {
+    case Quantity::front:
+      rows.push_back(front(probe));
+      break;
+    case Quantity::energy:
+      rows.push_back(energy(probe));
+      break;
+    case Quantity::extremes:
+      rows.push_back(extremes(probe));
+      break;
+    case Quantity::body:
+      rows.push_back(body(probe));
+      break;
+    default:
+      for (const Eigen::Vector3d& point : probe.points) {
+        rows.push_back(at_point(probe, point));
+        if (is_line(probe)) rows.back().insert(rows.back().begin(), {point.x(), point.y(), point.z()});
+      }
+  }
+  for (ProbeRow& row : rows) row.insert(row.begin(), output_->time);
+  return rows;
+}
+
+ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d& point) const {
+  const PeriodicBox box{scene_.bounds_min, scene_.bounds_max, scene_.config.periodic};
+  const double reach = kReachOverSpacing * scene_.spacing;
+  if (!fields_ready_) {
+    fields_->position.clear();
+    fields_->index.clear();
+    for (std::uint32_t i = 0; i < scene_.position.size(); ++i) {
+      if (scene_.bodies[scene_.body[i]].type != BodyType::fluid) continue;
+      const Eigen::Vector3d p = vector_at(snapshot_->position, i);
+      // far strays have no place in the grid and no weight anywhere inside the domain
+      if (!p.allFinite() || p.cwiseAbs().maxCoeff() > 1e9 * reach) continue;
+      fields_->position.push_back(p);
+      fields_->index.push_back(i);
+    }
+    fields_->grid.emplace(fields_->position, box, reach);
+    fields_ready_ = true;
+  }
+  double weights = 0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  fields_->grid->near(point, [&](std::uint32_t n) {
+    const std::uint32_t i = fields_->index[n];
+    const double rest = scene_.config.materials[scene_.bodies[scene_.body[i]].material].density;
+    const double density = snapshot_->density[i];
+    const double volume = density > 0 ? scene_.volume[i] * rest / density : scene_.volume[i];
+    const double w = volume * wendland(box.between(point, fields_->position[n]).norm() / reach);
+    if (!(w > 0)) return;
+    weights += w;
+    switch (probe.quantity) {
+      case Quantity::pressure:
+        sum[0] += w * snapshot_->pressure[i];
+        break;
+      case Quantity::density:
+        sum[0] += w * density;
+        break;
+      case Quantity::temperature:
+        sum[0] += snapshot_->temperature.empty() ? NAN : w * snapshot_->temperature[i];
+        break;
+      default:
+        sum += w * vector_at(snapshot_->velocity, i);
+    }
+  });
+  const bool vector = probe.quantity == Quantity::velocity;
+  if (weights <= 0) return ProbeRow(vector ? 3 : 1);
+  if (!vector) return {finite(sum[0] / weights)};
+  ProbeRow row;
+  add(row, sum / weights);
+  return row;
+}
+
+bool ProbeSampler::counts(const ProbeConfig& probe, std::size_t body) const {
+  return probe.body.empty() || scene_.bodies[body].name == probe.body;
+}
+
+ProbeRow ProbeSampler::front(const ProbeConfig& probe) const {
+  const double sign = probe.front_max ? 1 : -1;
+  double best = -std::numeric_limits<double>::infinity();
+  for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
+    const Body& body = scene_.bodies[b];
+    if (body.type != BodyType::fluid || !counts(probe, b)) continue;
+    for (std::size_t i = body.first; i < body.first + body.count; ++i) {
+      const double value = sign * vector_at(snapshot_->position, i)[probe.axis];
+      if (value > best) best = value;
+    }
+  }
+  return {finite(sign * best)};
+}
+
+ProbeRow ProbeSampler::energy(const ProbeConfig& probe) const {
+  double kinetic = 0, potential = 0;
+  for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
+    const Body& body = scene_.bodies[b];
+    if (body.type == BodyType::fixed || !counts(probe, b)) continue;
+    if (body.type == BodyType::fluid) {
+      const double density = scene_.config.materials[body.material].density;
+      for (std::size_t i = body.first; i < body.first + body.count; ++i) {
+        const double mass = density * scene_.volume[i];
+        kinetic += mass / 2 * vector_at(snapshot_->velocity, i).squaredNorm();
+        potential -= mass * scene_.config.gravity.dot(vector_at(snapshot_->position, i));
+      }
+      continue;
+    }
+    const RigidState state = body_state(b).state;
+    const Eigen::Vector3d arm = state.orientation * body.center;
+    const Eigen::Vector3d spin = state.orientation.conjugate() * state.angular;
+    kinetic +=
+        body.mass / 2 * (state.linear + state.angular.cross(arm)).squaredNorm() + spin.dot(body.inertia * spin) / 2;
+    potential -= body.mass * scene_.config.gravity.dot(state.position + arm);
+  }
+  return {finite(kinetic), finite(potential), finite(kinetic + potential)};
+}
+
+ProbeRow ProbeSampler::extremes(const ProbeConfig& probe) const {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  double speed = -kInf, pressure[2] = {kInf, -kInf}, density[2] = {kInf, -kInf};
+  for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
+    const Body& body = scene_.bodies[b];
+    if (body.type != BodyType::fluid || !counts(probe, b)) continue;
+    for (std::size_t i = body.first; i < body.first + body.count; ++i) {
+      speed = std::max(speed, vector_at(snapshot_->velocity, i).norm());
+      pressure[0] = std::min<double>(pressure[0], snapshot_->pressure[i]);
+      pressure[1] = std::max<double>(pressure[1], snapshot_->pressure[i]);
+      density[0] = std::min<double>(density[0], snapshot_->density[i]);
+      density[1] = std::max<double>(density[1], snapshot_->density[i]);
+    }
+  }
+  return {finite(speed), finite(pressure[0]), finite(pressure[1]), finite(density[0]), finite(density[1])};
+}
+
+BodyOutput ProbeSampler::body_state(std::size_t index) const {
+  if (index < output_->bodies.size()) return output_->bodies[index];
+  const Body& body = scene_.bodies[index];
+  BodyOutput initial;
+  initial.state.position = body.position;
+  initial.state.orientation = body.orientation;
+  initial.state.angular = body.angular_velocity;
+  initial.state.linear = body.velocity - body.angular_velocity.cross(body.orientation * body.center);
+  return initial;
+}
+
+ProbeRow ProbeSampler::body(const ProbeConfig& probe) const {
+  const auto found = std::find_if(scene_.bodies.begin(), scene_.bodies.end(),
+                                  [&](const Body& item) { return item.name == probe.body; });
+  const auto index = static_cast<std::size_t>(found - scene_.bodies.begin());
+  const BodyOutput out = body_state(index);
+  ProbeRow row;
+  add(row, out.state.position);
+  add(row, out.state.orientation.vec());
+  row.push_back(finite(out.state.orientation.w()));
+  add(row, out.state.linear);
+  add(row, out.state.angular);
+  if (index < output_->bodies.size()) {
+    add(row, out.force);
+    add(row, out.torque);
+  } else {
+    row.resize(row.size() + 6);  // no force before the first step
+  }
+  return row;
+}
+
+bool rate_due(std::uint64_t step, double rate_hz, double base_rate_hz) {
+  if (!(rate_hz > 0)) return false;
+  if (step == 0) return true;
+  const double per_step = rate_hz / base_rate_hz, slack = 1e-9;
+  return std::floor(static_cast<double>(step) * per_step + slack) >
+         std::floor(static_cast<double>(step - 1) * per_step + slack);
+}
+
+ProbeRecorder::ProbeRecorder(const Scene& scene, const std::string& folder) : scene_(scene), sampler_(scene) {
+  make_folder(folder);
+  for (const ProbeConfig& probe : scene.config.probes)
+    files_.emplace_back(folder + "/" + probe.name + ".csv", probe_columns(probe));
+}
+
+bool ProbeRecorder::due(const ProbeConfig& probe, std::uint64_t step) const {
+  return rate_due(step, probe.rate_hz, scene_.config.rate_hz);
+}
+
+bool ProbeRecorder::due(std::uint64_t step) const {
+  return std::any_of(scene_.config.probes.begin(), scene_.config.probes.end(),
+                     [&](const ProbeConfig& probe) { return due(probe, step); });
+}
+
+bool ProbeRecorder::due_with_snapshot(std::uint64_t step) const {
+  return std::any_of(scene_.config.probes.begin(), scene_.config.probes.end(),
+                     [&](const ProbeConfig& probe) { return needs_snapshot(probe) && due(probe, step); });
+}
+
+void ProbeRecorder::record(const Snapshot* snapshot, const StepOutput& output) {
+  sampler_.load(snapshot, output);
+  for (std::size_t i = 0; i < files_.size(); ++i) {
+    const ProbeConfig& probe = scene_.config.probes[i];
+    if (!due(probe, output.step)) continue;
+    for (const ProbeRow& row : sampler_.evaluate(probe)) files_[i].row(row);
+  }
+}
+
+void ProbeRecorder::close() {
+  for (CsvFile& file : files_) file.close();
+}
+
+}  // namespace palp

@@ -1,0 +1,103 @@
+#include "sim_server/scene_checks.h"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "sim_server/cell_grid.h"
+
+namespace palp {
+
+namespace {
+
+constexpr double kNearest = 0.5;      // of a spacing, between bodies
+constexpr double kCoincident = 1e-3;  // of a spacing, within a body
+
+std::string place(const Eigen::Vector3d& p) { return fmt::format("({:.4g}, {:.4g}, {:.4g}) m", p.x(), p.y(), p.z()); }
+
+PeriodicBox box_of(const Scene& scene) { return {scene.bounds_min, scene.bounds_max, scene.config.periodic}; }
+
+// Remembers which pairs of bodies were reported.
+class Pairs {
+ public:
+  Pairs(const Scene& scene, std::vector<std::string>& faults) : scene_(scene), faults_(faults) {}
+  void overlap(std::uint32_t a, std::uint32_t b, const Eigen::Vector3d& at) {
+    if (!seen_.insert(std::minmax(a, b)).second) return;
+    const auto& bodies = scene_.config.bodies;
+    const std::uint32_t later = std::max(a, b);
+    const std::string text =
+        a == b
+            ? fmt::format(
+                  "body '{}' has two particles in one place, near {}; a body in a periodic domain may not be "
+                  "longer than the period",
+                  bodies[a].name, place(at))
+            : fmt::format("body '{}' overlaps body '{}' near {}; move one of them or subtract the one from the other",
+                          bodies[later].name, bodies[std::min(a, b)].name, place(at));
+    faults_.push_back(bodies[later].where + ": " + text);
+  }
+
+ private:
+  const Scene& scene_;
+  std::vector<std::string>& faults_;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> seen_;
+};
+
+void check_distances(const Scene& scene, Pairs& pairs) {
+  const PeriodicBox box = box_of(scene);
+  const CellGrid grid(scene.position, box, kNearest * scene.spacing);
+  for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
+    grid.near(scene.position[i], [&](std::uint32_t j) {
+      if (j <= i) return;
+      const double limit = (scene.body[i] == scene.body[j] ? kCoincident : kNearest) * scene.spacing * (1 - 1e-6);
+      if (box.between(scene.position[i], scene.position[j]).norm() < limit) {
+        pairs.overlap(scene.body[i], scene.body[j], scene.position[i]);
+      }
+    });
+  }
+}
+
+void check_inside(const Scene& scene, const std::vector<std::optional<Solid>>& solids, Pairs& pairs) {
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    if (!solids[b] || scene.bodies[b].type == BodyType::fluid) continue;
+    const Body& body = scene.bodies[b];
+    const Eigen::Isometry3d to_world = Eigen::Translation3d(body.position) * body.orientation * solids[b]->frame;
+    const Eigen::Isometry3d to_solid = to_world.inverse();
+    for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
+      if (scene.body[i] == b) continue;
+      const Eigen::Vector3d p = to_solid * scene.position[i];
+      if (solids[b]->bounds.contains(p) && solids[b]->contains(p)) pairs.overlap(scene.body[i], b, scene.position[i]);
+    }
+  }
+}
+
+}  // namespace
+
+void check_inside_domain(Scene& scene, std::vector<std::string>& faults) {
+  const PeriodicBox box = box_of(scene);
+  const double slack = 1e-9 * (box.max - box.min).maxCoeff();
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const Body& body = scene.bodies[b];
+    std::size_t outside = 0;
+    Eigen::Vector3d first = Eigen::Vector3d::Zero();
+    for (std::size_t i = body.first; i < body.first + body.count; ++i) {
+      Eigen::Vector3d& p = scene.position[i];
+      if (body.type == BodyType::fluid) p = box.wrapped(p);
+      const bool out = ((p.array() + slack) < box.min.array()).any() || ((p.array() - slack) > box.max.array()).any();
+      if (out && outside++ == 0) first = p;
+    }
+    if (outside == 0) continue;
+    faults.push_back(
+        fmt::format("{}: body '{}' has {} of {} particles outside the domain, the first at {}; move it or "
+                    "make the [domain] larger",
+                    scene.config.bodies[b].where, body.name, outside, body.count, place(first)));
+  }
+}
+
+void check_overlaps(const Scene& scene, const std::vector<std::optional<Solid>>& solids,
+                    std::vector<std::string>& faults) {
+  Pairs pairs(scene, faults);
+  check_inside(scene, solids, pairs);
+  check_distances(scene, pairs);
+}
+
+}  // namespace palp

@@ -1,0 +1,21 @@
+// What a sampled scene must satisfy. Each check gives one sentence per fault, beginning with file:line of the body.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim_server/scene.h"
+#include "sim_server/solid.h"
+
+namespace palp {
+
+// Wraps fluid particles into the domain on periodic axes, then reports particles that are outside.
+void check_inside_domain(Scene& scene, std::vector<std::string>& faults);
+
+// Particles of two bodies nearer than half a spacing, particles inside the solid of another body, and particles of one
+// body on top of each other. One fault for each pair of bodies. `solids`: by body, empty for bodies of loose particles.
+void check_overlaps(const Scene& scene, const std::vector<std::optional<Solid>>& solids,
+                    std::vector<std::string>& faults);
+
+}  // namespace palp

@@ -1,0 +1,193 @@
+// The simulation on one back end: owns the arrays that the plan names, carries states in and results out.
+//
+// Flow of a step: input block to the device -> sub-steps (step.h) -> body states and health back -> one wait.
+#pragma once
+
+#include <atomic>
+#include <cmath>
+
+#include "sim_server/pack_frame.h"
+#include "sim_server/parameters.h"
+#include "sim_server/particle_store.h"
+#include "sim_server/simulation.h"
+#include "sim_server/step.h"
+#include "sim_server/step_results.h"
+
+namespace palp {
+
+template <class B>
+class SimulationOn final : public Simulation {
+ public:
+  explicit SimulationOn(const Scene& scene) : scene_(scene), plan_(make_plan(scene)), results_(scene_, plan_) {
+    allocate();
+    reset();
+  }
+
+  const Scene& scene() const override { return scene_; }
+  std::string backend_name() const override { return back_end_.name(); }
+  std::string numerics() const override { return describe(plan_, scene_); }
+
+  double support_radius() const override { return plan_.support; }
+
+  void set_parameter(const std::string& name, const std::string& value) override {
+    SceneConfig config = scene_.config;
+    apply_parameter(config, name, value);
+    // pressure is the fluid's state, so the sound speed that gives it its meaning stays
+    const NumericsConfig numerics = config.numerics;
+    config.numerics.sound_speed = plan_.sound_speed;
+    config.numerics.max_speed = plan_.max_speed;
+    std::swap(scene_.config, config);
+    try {
+      plan_ = make_plan(scene_);
+    } catch (...) {
+      std::swap(scene_.config, config);
+      throw;
+    }
+    scene_.config.numerics = numerics;
+    views_.medium = make_medium(scene_, plan_);
+    back_end_.forget();
+  }
+
+  const StepOutput& step(const StepInput& input) override {
+    results_.fill(input, output_.time, *input_.host);
+    back_end_.execute([this] {
+      back_end_.push(input_);
+      palp::step(back_end_, plan_, views_);
+      if (plan_.wrench) back_end_.pull(bodies_);
+      back_end_.pull(health_);
+    });
+    ++output_.step;
+    output_.time = static_cast<double>(output_.step) / scene_.config.rate_hz;
+    results_.read(input, bodies_.host, *health_.host, output_);
+    return output_;
+  }
+
+  const StepOutput& output() const override { return output_; }
+
+  void reset() override {
+    const ParticleStore store(scene_, plan_);
+    const ParticleView& s = views_.state;
+    back_end_.upload(s.xV, store.xV);
+    back_end_.upload(s.vp, store.vp);
+    back_end_.upload(s.mass, store.mass);
+    back_end_.upload(s.tag, store.tag);
+    back_end_.upload(s.id, store.id);
+    if (plan_.temperature) back_end_.upload(s.temperature, store.temperature);
+    if (plan_.wrench) {
+      back_end_.upload(views_.body.local, store.local);
+      back_end_.upload(const_cast<std::uint32_t*>(views_.reactive), plan_.reactive);
+    }
+    if (plan_.moving) back_end_.upload(const_cast<std::uint32_t*>(views_.rigid), plan_.rigid);
+    if (plan_.solids) back_end_.upload(views_.body.body, store.bodies);
+    results_.reset(store.bodies, output_);
+  }
+
+  void snapshot(Snapshot& out) override {
+    ParticleStore store(scene_, plan_);
+    const ParticleView& s = views_.state;
+    back_end_.download(store.xV, s.xV);
+    back_end_.download(store.vp, s.vp);
+    back_end_.download(store.tag, s.tag);
+    back_end_.download(store.id, s.id);
+    if (plan_.temperature) back_end_.download(store.temperature, s.temperature);
+    store.scatter(views_.medium, out);
+    out.time = output_.time;
+  }
+
+  bool begin_frame(FrameScalar scalar) override {
+    if (frame_state_ != FrameState::idle) return false;
+    if (frame_scalar_.device == nullptr && scalar != FrameScalar::none)
+      frame_scalar_ = back_end_.template mirror<float>("frame scalar", views_.particles);
+    if (frame_position_.device == nullptr)
+      frame_position_ = back_end_.template mirror<float>("frame position", 3 * std::size_t(views_.particles));
+    back_end_.for_each("frame", views_.particles,
+                       PackFrame{views_.state, views_.medium, frame_position_.device, frame_scalar_.device, scalar});
+    back_end_.begin_transfer(frame_position_, scalar == FrameScalar::none ? decltype(frame_scalar_){} : frame_scalar_);
+    frame_has_scalar_ = scalar != FrameScalar::none;
+    frame_time_ = output_.time;
+    frame_step_ = output_.step;
+    frame_state_ = FrameState::begun;
+    return true;
+  }
+
+  bool take_frame(Frame& out) override {
+    if (frame_state_ != FrameState::begun || !back_end_.transfer_done()) return false;
+    out.time = frame_time_;
+    out.step = frame_step_;
+    out.position.assign(frame_position_.host, frame_position_.host + 3 * std::size_t(views_.particles));
+    if (frame_has_scalar_)
+      out.scalar.assign(frame_scalar_.host, frame_scalar_.host + views_.particles);
+    else
+      out.scalar.clear();
+    frame_state_ = FrameState::idle;
+    return true;
+  }
+
+  Footprint footprint() const override { return {back_end_.arrays(), back_end_.launches()}; }
+
+ private:
+  enum class FrameState { idle, begun };
+
+  ParticleView allocate_particles(const std::string& set) {
+    const std::size_t n = scene_.position.size();
+    ParticleView v;
+    v.xV = back_end_.template allocate<Packed>(set + " position", n);
+    v.vp = back_end_.template allocate<Packed>(set + " velocity", n);
+    v.mass = back_end_.template allocate<real>(set + " mass", n);
+    v.tag = back_end_.template allocate<Tag>(set + " tag", n);
+    v.id = back_end_.template allocate<std::uint32_t>(set + " id", n);
+    if (plan_.temperature) v.temperature = back_end_.template allocate<real>(set + " temperature", n);
+    return v;
+  }
+
+  void allocate() {
+    const std::size_t n = scene_.position.size();
+    views_.particles = static_cast<std::uint32_t>(n);
+    views_.state = allocate_particles("state");
+    views_.sorted = allocate_particles("sorted");
+    views_.grid = make_grid(scene_, plan_);
+    views_.grid.start = back_end_.allocate_sort(views_.particles, views_.grid.cells());
+    views_.medium = make_medium(scene_, plan_);
+    if (plan_.fluid) views_.acceleration = back_end_.template allocate<Packed>("acceleration", n);
+    if (plan_.fluid && plan_.solids && plan_.method == Method::accurate)
+      views_.wall = back_end_.template allocate<Packed>("wall", n);
+    if (plan_.solids) {
+      bodies_ = back_end_.template mirror<BodyState>("bodies", scene_.bodies.size());
+      views_.bodies = static_cast<std::uint32_t>(scene_.bodies.size());
+      views_.body.body = bodies_.device;
+    }
+    if (plan_.wrench) {
+      views_.body.force = back_end_.template allocate<Packed>("solid force", plan_.force_count);
+      views_.body.local = back_end_.template allocate<Packed>("solid local", plan_.force_count);
+      views_.reactive = back_end_.template allocate<std::uint32_t>("reactive bodies", plan_.reactive.size());
+      views_.reactive_count = static_cast<std::uint32_t>(plan_.reactive.size());
+    }
+    if (plan_.moving) {
+      views_.rigid = back_end_.template allocate<std::uint32_t>("rigid bodies", plan_.rigid.size());
+      views_.rigid_count = static_cast<std::uint32_t>(plan_.rigid.size());
+    }
+    views_.health_part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
+    health_ = back_end_.template mirror<HealthSums>("health", 1);
+    views_.health = health_.device;
+    input_ = back_end_.template mirror<StepBlock>("input", 1);
+    views_.forcing = &input_.device->forcing;
+    views_.proxy = input_.device->proxy;
+  }
+
+  Scene scene_;
+  Plan plan_;
+  StepResults results_;
+  B back_end_;
+  StepViews views_;
+  typename B::template Mirror<StepBlock> input_;
+  typename B::template Mirror<BodyState> bodies_;
+  typename B::template Mirror<HealthSums> health_;
+  typename B::template Mirror<float> frame_position_, frame_scalar_;
+  std::atomic<FrameState> frame_state_{FrameState::idle};
+  bool frame_has_scalar_ = false;
+  double frame_time_ = 0;
+  std::uint64_t frame_step_ = 0;
+  StepOutput output_;
+};
+
+}  // namespace palp

@@ -1,0 +1,78 @@
+// One haptic step, every stage in order. B is a back end (backend/cpu.cpp, backend/cuda.cu): it iterates, sorts and
+// reduces, and knows no physics.
+#pragma once
+
+#include "sim_server/physics/boundary.h"
+#include "sim_server/physics/health.h"
+#include "sim_server/physics/integrate.h"
+#include "sim_server/physics/paper.h"
+#include "sim_server/physics/rigid.h"
+#include "sim_server/plan.h"
+#include "sim_server/proxy.h"
+
+namespace palp {
+
+// Everything the stages read and write: pointers into the back end's memory, and the constants of the plan.
+struct StepViews {
+  std::uint32_t particles = 0, bodies = 0, reactive_count = 0, rigid_count = 0;
+  ParticleView state, sorted;
+  CellGrid grid;
+  Medium medium;
+  BodyViews body;
+  const std::uint32_t* reactive = nullptr;
+  const std::uint32_t* rigid = nullptr;
+  Packed* wall = nullptr;
+  Packed* acceleration = nullptr;
+  HealthSums* health_part = nullptr;
+  HealthSums* health = nullptr;
+  const Forcing* forcing = nullptr;
+  const ProxyInput* proxy = nullptr;
+};
+
+template <class B>
+void fluid_stages(B& back_end, const Plan& plan, const StepViews& v) {
+  const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
+  const std::uint32_t n = v.particles;
+  back_end.for_each_team("density", n, AdvanceDensity{v.sorted, v.state, v.grid, kernel, v.medium, v.forcing});
+  if (plan.solids && plan.fluid)
+    back_end.for_each_team("walls", n, ExtrapolateToWalls{v.state, v.grid, kernel, v.medium, v.forcing, v.wall});
+  if (plan.fluid)
+    back_end.for_each_team("fluid force", n,
+                           FluidForce{v.state, v.wall, v.grid, kernel, v.medium, v.forcing, v.acceleration});
+  if (plan.wrench)
+    back_end.for_each_team("solid force", n,
+                           SolidForce{v.state, v.wall, v.body, v.grid, kernel, v.medium, plan.contact});
+}
+
+template <class B>
+void paper_stages(B& back_end, const StepViews& v) {
+  const Mueller kernel = Mueller::with_support(v.medium.support);
+  back_end.for_each_team("density (paper)", v.particles, PaperDensity{v.sorted, v.state, v.grid, kernel, v.medium});
+  back_end.for_each_team("force (paper)", v.particles,
+                         PaperForce{v.state, v.body, v.grid, kernel, v.medium, v.forcing, v.acceleration});
+}
+
+template <class B>
+void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
+  back_end.sort_into_cells(v.state, v.sorted, v.particles, v.grid);
+  if (plan.method == Method::paper)
+    paper_stages(back_end, v);
+  else
+    fluid_stages(back_end, plan, v);
+  if (plan.wrench) back_end.for_each_block("wrench", v.reactive_count, ReduceWrench{v.body, v.reactive});
+  if (plan.moving)
+    back_end.for_each("bodies", v.rigid_count,
+                      AdvanceBodies{v.body.body, v.rigid, v.proxy, v.forcing, v.medium.dt, elapsed});
+  back_end.for_each("move", v.particles, MoveParticles{v.state, v.acceleration, v.body, v.grid, v.medium.dt});
+}
+
+template <class B>
+void step(B& back_end, const Plan& plan, const StepViews& v) {
+  if (plan.wrench) back_end.for_each("begin", v.bodies, BeginStep{v.body.body});
+  for (int s = 0; s < plan.sub_steps; ++s) sub_step(back_end, plan, v, static_cast<real>((s + 1) * plan.dt));
+  back_end.for_each_block("health", kHealthBlocks,
+                          MeasureHealth{v.state, v.medium, v.grid, v.particles, v.health_part});
+  back_end.for_each_block("health", 1, CollectHealth{v.health_part, v.health});
+}
+
+}  // namespace palp

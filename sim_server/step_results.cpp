@@ -1,0 +1,171 @@
+#include "sim_server/step_results.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace palp {
+namespace {
+
+CouplingConfig clipped(const CouplingConfig& asked, const CouplingConfig& limit) {
+  return {std::clamp(asked.stiffness, 0.0, limit.stiffness), std::clamp(asked.damping, 0.0, limit.damping),
+          std::clamp(asked.angular_stiffness, 0.0, limit.angular_stiffness),
+          std::clamp(asked.angular_damping, 0.0, limit.angular_damping)};
+}
+
+Gains<real> to_real(const CouplingConfig& g) {
+  return {static_cast<real>(g.stiffness), static_cast<real>(g.damping), static_cast<real>(g.angular_stiffness),
+          static_cast<real>(g.angular_damping)};
+}
+
+HandleState<double> to_handle(const RigidState& s) { return {s.position, s.orientation, s.linear, s.angular}; }
+
+// The device after dt, moving on with its twist, as the sub-steps see it.
+RigidState moved_on(RigidState s, double dt) {
+  s.position += dt * s.linear;
+  const double angle = s.angular.norm() * dt;
+  if (angle > 0) s.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, s.angular.normalized())) * s.orientation;
+  return s;
+}
+
+}  // namespace
+
+StepResults::StepResults(const Scene& scene, const Plan& plan)
+    : scene_(scene), plan_(plan), step_(1.0 / scene.config.rate_hz), memory_(scene.proxies.size()) {}
+
+void StepResults::reset(const std::vector<BodyState>& bodies, StepOutput& out) {
+  memory_.assign(scene_.proxies.size(), {});
+  out = StepOutput{};
+  out.proxies.resize(scene_.proxies.size());
+  out.bodies.resize(scene_.bodies.size());
+  for (std::uint32_t b = 0; b < bodies.size(); ++b)
+    if (scene_.bodies[b].type != BodyType::fluid) read_body(b, bodies[b], out.bodies[b]);
+  for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
+    read_proxy(p, DeviceInput{}, bodies[scene_.proxies[p].body], out.proxies[p]);
+  memory_.assign(scene_.proxies.size(), {});
+}
+
+void StepResults::fill(const StepInput& input, double time, StepBlock& block) const {
+  const SceneConfig& config = scene_.config;
+  // gravity grows smoothly, so that a column of fluid settles instead of ringing
+  const double ramp = config.gravity_ramp > 0 && time < config.gravity_ramp
+                          ? 0.5 * (1 - std::cos(EIGEN_PI * time / config.gravity_ramp))
+                          : 1.0;
+  const Eigen::Vector3d gravity = ramp * config.gravity;
+  Eigen::Vector3d level = gravity;
+  for (int a = 0; a < 3; ++a)
+    if (config.periodic[a]) level[a] = 0;
+  block.forcing = {gravity.cast<real>(), level.cast<real>(), config.body_force.cast<real>()};
+  for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
+    const DeviceInput& in = input[p];
+    block.proxy[p].engaged = in.engaged;
+    block.proxy[p].gains = to_real(clipped(in.gains, scene_.proxies[p].limit));
+    block.proxy[p].device = {in.state.position.cast<real>(), in.state.orientation.normalized().cast<real>(),
+                             in.state.linear.cast<real>(), in.state.angular.cast<real>()};
+  }
+}
+
+void StepResults::read(const StepInput& input, const BodyState* bodies, const HealthSums& sums, StepOutput& out) {
+  judge(sums, out.health);
+  if (bodies == nullptr || !plan_.wrench) return;
+  for (std::uint32_t b : plan_.reactive) read_body(b, bodies[b], out.bodies[b]);
+  for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
+    read_proxy(p, input[p], bodies[scene_.proxies[p].body], out.proxies[p]);
+  for (std::uint32_t b : plan_.rigid) {
+    const BodyState& state = bodies[b];
+    out.health.kinetic_energy += 0.5 * state.mass * state.v.squaredNorm() + 0.5 * state.L.dot(state.w);
+    if (!state.x.allFinite() || !state.q.coeffs().allFinite() || !state.v.allFinite() || !state.w.allFinite()) {
+      out.health.ok = false;
+      out.health.cause =
+          fmt::format("body '{}' has a non-finite state: its contact or coupling is unstable", scene_.bodies[b].name);
+    }
+  }
+}
+
+void StepResults::read_body(std::uint32_t index, const BodyState& b, BodyOutput& out) const {
+  const Body& body = scene_.bodies[index];
+  out.state.orientation = b.q.cast<double>();
+  const Eigen::Vector3d r = out.state.orientation * -body.center;
+  out.state.angular = b.w.cast<double>();
+  out.state.position = b.x.cast<double>() + r;
+  out.state.linear = b.v.cast<double>() + out.state.angular.cross(r);
+  out.force = b.force_sum.cast<double>() / plan_.sub_steps;
+  out.torque = b.torque_sum.cast<double>() / plan_.sub_steps;
+}
+
+void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const BodyState& b, ProxyOutput& out) {
+  const HandleState<double> proxy = [&] {
+    const HandleState<real> h = handle_of(b);
+    return HandleState<double>{h.x.cast<double>(), h.q.cast<double>(), h.v.cast<double>(), h.w.cast<double>()};
+  }();
+  out.state = {proxy.x, proxy.q, proxy.v, proxy.w};
+  out.gains = clipped(input.gains, scene_.proxies[index].limit);
+  const Eigen::Vector3d r = (b.q * b.handle).cast<double>();
+  out.contact_force = b.force_sum.cast<double>() / plan_.sub_steps;
+  out.contact_torque = b.torque_sum.cast<double>() / plan_.sub_steps - r.cross(out.contact_force);
+  ProxyMemory& m = memory_[index];
+  if (!input.engaged) {
+    out.device = input.state;
+    out.force.setZero();
+    out.torque.setZero();
+    out.blend = {};
+    m.known = false;
+    return;
+  }
+  out.device = moved_on(input.state, step_);
+  const Gains<double> gains{out.gains.stiffness, out.gains.damping, out.gains.angular_stiffness,
+                            out.gains.angular_damping};
+  const Wrench<double> wrench = coupling_wrench(gains, to_handle(out.device), proxy);
+  out.force = wrench.force;
+  out.torque = wrench.torque;
+  out.energy[0] += b.work[0];
+  out.energy[1] += b.work[1];
+  if (m.known) {
+    const double decay = std::exp(-step_ / 0.005);
+    out.blend[0] = m.linear.update(out.state.position - m.proxy.position, out.device.position - m.device.position,
+                                   2e-3 * step_, decay);
+    out.blend[1] =
+        m.angular.update(rotation_between(m.proxy.orientation, out.state.orientation),
+                         rotation_between(m.device.orientation, out.device.orientation), 2e-2 * step_, decay);
+  }
+  m.device = out.device;
+  m.proxy = out.state;
+  m.known = true;
+}
+
+double StepResults::Blend::update(const Eigen::Vector3d& proxy_motion, const Eigen::Vector3d& device_motion,
+                                  double least, double decay) {
+  along = decay * along + (1 - decay) * proxy_motion.dot(device_motion);
+  device = decay * device + (1 - decay) * device_motion.squaredNorm();
+  // a hand that rests tells nothing new
+  if (device > least * least) value = std::clamp(1 - along / device, 0.0, 1.0);
+  return value;
+}
+
+void StepResults::judge(const HealthSums& sums, Health& health) const {
+  health.ok = true;
+  health.cause.clear();
+  health.non_finite = sums.non_finite;
+  health.outside = sums.outside;
+  health.max_speed = sums.max_speed;
+  health.max_compression = sums.max_compression;
+  health.kinetic_energy = sums.kinetic_energy;
+  if (sums.non_finite > 0) {
+    health.ok = false;
+    health.cause = fmt::format("{} particles have a non-finite state: the simulation has diverged", sums.non_finite);
+  } else if (plan_.fluid && plan_.method == Method::accurate && sums.max_speed > plan_.sound_speed) {
+    health.ok = false;
+    health.cause = fmt::format(
+        "a particle moves at {:.3g} m/s, faster than the sound speed {:.3g} m/s: the simulation has diverged, or "
+        "numerics.max_speed is too low for this scene",
+        sums.max_speed, plan_.sound_speed);
+  } else if (plan_.fluid && plan_.method == Method::accurate && sums.max_compression > 0.5) {
+    health.ok = false;
+    health.cause = fmt::format(
+        "a particle is compressed by {:.0f} %: the simulation has diverged, or something squeezes the fluid",
+        100 * sums.max_compression);
+  }
+}
+
+}  // namespace palp

@@ -1,0 +1,50 @@
+// The host's side of a step: what a caller's input becomes for the kernels, and what the kernels' body states mean.
+#pragma once
+
+#include <vector>
+
+#include "sim_server/physics/health.h"
+#include "sim_server/plan.h"
+#include "sim_server/proxy.h"
+#include "sim_server/simulation.h"
+
+namespace palp {
+
+// What goes to the device at the start of each haptic step.
+struct StepBlock {
+  Forcing forcing;
+  ProxyInput proxy[kMaxProxies];
+};
+
+class StepResults {
+ public:
+  StepResults(const Scene& scene, const Plan& plan);
+  void reset(const std::vector<BodyState>& bodies, StepOutput& out);
+  void fill(const StepInput& input, double time, StepBlock& block) const;
+  // bodies: null when the plan asks for no wrench.
+  void read(const StepInput& input, const BodyState* bodies, const HealthSums& sums, StepOutput& out);
+
+ private:
+  void read_body(std::uint32_t index, const BodyState& b, BodyOutput& out) const;
+  void read_proxy(std::size_t index, const DeviceInput& input, const BodyState& b, ProxyOutput& out);
+  void judge(const HealthSums& sums, Health& health) const;
+
+  // Estimates how far the proxy is held back: 1 - (its motion along the device's) / (the device's motion).
+  struct Blend {
+    double along = 0, device = 0, value = 0;
+    double update(const Eigen::Vector3d& proxy_motion, const Eigen::Vector3d& device_motion, double least,
+                  double decay);
+  };
+  struct ProxyMemory {
+    RigidState device, proxy;
+    bool known = false;
+    Blend linear, angular;
+  };
+
+  const Scene& scene_;
+  const Plan& plan_;
+  double step_ = 0;  // [s]
+  std::vector<ProxyMemory> memory_;
+};
+
+}  // namespace palp

@@ -1,0 +1,91 @@
+// Small scenes in code, so that physics tests need no file: boxes and spheres of particles on a lattice.
+#pragma once
+
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "sim_server/scene.h"
+
+namespace palp::testing {
+
+inline Scene empty_scene(double spacing, const Eigen::Vector3d& min, const Eigen::Vector3d& max) {
+  Scene scene;
+  scene.spacing = spacing;
+  scene.config.path = "test";
+  scene.config.name = "test";
+  scene.config.domain_min = scene.bounds_min = min;
+  scene.config.domain_max = scene.bounds_max = max;
+  return scene;
+}
+
+inline std::uint32_t add_material(Scene& scene, double density, double viscosity) {
+  MaterialConfig m;
+  m.name = "m" + std::to_string(scene.config.materials.size());
+  m.density = density;
+  m.viscosity = viscosity;
+  scene.config.materials.push_back(m);
+  return static_cast<std::uint32_t>(scene.config.materials.size() - 1);
+}
+
+// Fills the cells of a lattice over [min, max] whose centres are inside. The lattice is adjusted to fit the box.
+inline std::uint32_t add_body(Scene& scene, const std::string& name, BodyType type, std::uint32_t material,
+                              const Eigen::Vector3d& min, const Eigen::Vector3d& max,
+                              const std::function<bool(const Eigen::Vector3d&)>& inside = nullptr) {
+  Body body;
+  body.name = name;
+  body.type = type;
+  body.material = material;
+  body.first = static_cast<std::uint32_t>(scene.position.size());
+  const auto index = static_cast<std::uint32_t>(scene.bodies.size());
+  Eigen::Vector3i n;
+  Eigen::Vector3d cell;
+  for (int a = 0; a < 3; ++a) {
+    n[a] = std::max(1, static_cast<int>(std::lround((max[a] - min[a]) / scene.spacing)));
+    cell[a] = (max[a] - min[a]) / n[a];
+  }
+  const double volume = cell.prod(), density = scene.config.materials[material].density;
+  for (int k = 0; k < n.z(); ++k)
+    for (int j = 0; j < n.y(); ++j)
+      for (int i = 0; i < n.x(); ++i) {
+        const Eigen::Vector3d x = min + cell.cwiseProduct(Eigen::Vector3d(i + 0.5, j + 0.5, k + 0.5));
+        if (inside && !inside(x)) continue;
+        scene.position.push_back(x);
+        scene.velocity.push_back(Eigen::Vector3d::Zero());
+        scene.volume.push_back(volume);
+        scene.body.push_back(index);
+        body.volume += volume;
+        body.center += x * volume;
+      }
+  body.count = static_cast<std::uint32_t>(scene.position.size()) - body.first;
+  body.mass = body.volume * density;
+  // the body frame lies in the centre of mass, with world axes
+  body.position = body.center / body.volume;
+  body.center.setZero();
+  body.inertia.setZero();
+  for (std::uint32_t p = body.first; p < body.first + body.count; ++p) {
+    const Eigen::Vector3d r = scene.position[p] - body.position;
+    body.inertia += density * volume *
+                    (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose() +
+                     Eigen::Matrix3d(((cell.squaredNorm() * Eigen::Vector3d::Ones() - cell.cwiseAbs2()) / 12).asDiagonal()));
+  }
+  scene.bodies.push_back(body);
+  return index;
+}
+
+// A tray: floor and walls of the given thickness around the box [min, max], open at the top (+z), with the walls reaching
+// to max.z. Axes in skip have no walls (periodic).
+inline std::uint32_t add_tray(Scene& scene, std::uint32_t material, const Eigen::Vector3d& min, const Eigen::Vector3d& max,
+                              double thickness, std::array<bool, 3> skip = {}) {
+  Eigen::Vector3d low = min, high = max;
+  for (int a = 0; a < 3; ++a) {
+    if (skip[a]) continue;
+    low[a] -= thickness;
+    if (a < 2) high[a] += thickness;
+  }
+  return add_body(scene, "tray", BodyType::fixed, material, low, high, [=](const Eigen::Vector3d& x) {
+    return !((x.array() > min.array()).all() && (x.array() < max.array()).all());
+  });
+}
+
+}  // namespace palp::testing

@@ -1,0 +1,91 @@
+// Runs a scene without devices and DDS, as fast as it goes, for studies: probes and particle snapshots as CSV.
+// Exit status: 0 done, 1 the run failed, 2 bad input, 3 the simulation turned unhealthy, 128 + signal when stopped.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <map>
+
+#include "config/error.h"
+#include "sim_server/scene_files.h"
+#include "tools/run_scene.h"
+
+namespace {
+
+std::atomic<int> g_stop{0};
+static_assert(std::atomic<int>::is_always_lock_free);
+void on_signal(int signal) { g_stop = signal; }
+
+struct Arguments {
+  std::string scene, path;
+  palp::SceneOverrides overrides;
+  palp::Backend backend = palp::Backend::automatic;
+  palp::RunOptions run;
+};
+
+void declare(CLI::App& app, Arguments& a) {
+  static const std::map<std::string, palp::Backend> backends{
+      {"auto", palp::Backend::automatic}, {"cpu", palp::Backend::cpu}, {"cuda", palp::Backend::cuda}};
+  static const std::map<std::string, palp::Method> methods{{"paper", palp::Method::paper},
+                                                           {"accurate", palp::Method::accurate}};
+  static const std::map<std::string, palp::Accuracy> accuracies{
+      {"fast", palp::Accuracy::fast}, {"balanced", palp::Accuracy::balanced}, {"accurate", palp::Accuracy::accurate}};
+  app.add_option("scene", a.scene, "Scene file, or the name of one in config/scenes")->required();
+  app.add_option("--duration", a.run.duration, "Simulated seconds (default: the scene's)")
+      ->check(CLI::Range(1e-9, 1e6));
+  app.add_option("--out", a.run.out, "Folder for the results, made if missing")->required();
+  app.add_option("--backend", a.backend, "auto, cpu or cuda (default: auto)")
+      ->transform(CLI::CheckedTransformer(backends));
+  app.add_option("--accuracy", a.overrides.accuracy, "fast, balanced or accurate (default: the scene's)")
+      ->transform(CLI::CheckedTransformer(accuracies));
+  app.add_option("--method", a.overrides.method, "paper or accurate (default: the scene's)")
+      ->transform(CLI::CheckedTransformer(methods));
+  app.add_option("--spacing", a.overrides.spacing, "Particle spacing in metres (default: the scene's)");
+  app.add_option("--snapshots-hz", a.run.snapshots_hz, "Particle files per simulated second (default: 0, none)")
+      ->check(CLI::Range(0.0, 1e6));
+  app.add_option("--path", a.path, "CSV time,x,y,z,qx,qy,qz,qw that drives the handle of device 0");
+}
+
+int run(Arguments& a) {
+  if (!a.path.empty()) a.run.path = palp::read_path(a.path);
+  const palp::SceneConfig config = palp::load_scene(palp::find_scene_file(a.scene), a.overrides);
+  const palp::Scene scene = palp::sample_scene(config, palp::particles_in_memory());
+  const auto simulation = palp::make_simulation(scene, a.backend);
+  fmt::print(stderr, "{}: {} particles, {}; {}\n", config.name, scene.position.size(), simulation->backend_name(),
+             simulation->numerics());
+  a.run.progress = isatty(STDERR_FILENO) != 0;
+  a.run.stop = &g_stop;
+  const palp::RunResult result = palp::run_scene(*simulation, a.run);
+  fmt::print(stderr, "{} steps, {:g} s simulated in {:.2f} s; results in {}\n", result.steps, result.time,
+             result.wall_time, a.run.out);
+  if (!result.healthy) {
+    fmt::print(stderr, "palp_run: stopped at {:g} s: {}\n", result.time, result.cause);
+    return 3;
+  }
+  return result.stopped_by_signal > 0 ? 128 + result.stopped_by_signal : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Runs a scene as fast as it goes and writes its probes and particles as CSV.");
+  Arguments arguments;
+  declare(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  try {
+    return run(arguments);
+  } catch (const palp::ConfigError& error) {
+    for (const std::string& fault : error.faults()) fmt::print(stderr, "palp_run: {}\n", fault);
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "palp_run: {}\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,245 @@
+#include "tools/run_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+
+#include "config/error.h"
+#include "sim_server/probes.h"
+
+namespace palp {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+// One file per snapshot, and a list of them with their times.
+class SnapshotFiles {
+ public:
+  SnapshotFiles(const Scene& scene, const std::string& folder)
+      : scene_(scene), folder_(folder), list_(folder + "/snapshots.csv", {"snapshot", "time_s"}) {}
+
+  void write(const Snapshot& snapshot) {
+    std::vector<std::string> columns{"x", "y", "z", "vx", "vy", "vz", "density", "pressure"};
+    const bool warm = !snapshot.temperature.empty();
+    if (warm) columns.push_back("temperature");
+    columns.push_back("body");
+    CsvFile file(fmt::format("{}/particles_{:06}.csv", folder_, count_), columns);
+    std::string rows;
+    const auto to = std::back_inserter(rows);
+    for (std::size_t i = 0; i < scene_.position.size(); ++i) {
+      const float *x = &snapshot.position[3 * i], *v = &snapshot.velocity[3 * i];
+      fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},", x[0], x[1], x[2], v[0], v[1], v[2],
+                     snapshot.density[i], snapshot.pressure[i]);
+      if (warm) fmt::format_to(to, "{:.9g},", snapshot.temperature[i]);
+      fmt::format_to(to, "{}\n", scene_.bodies[scene_.body[i]].name);
+      if (rows.size() > (1u << 20)) {
+        file.append(rows);
+        rows.clear();
+      }
+    }
+    file.append(rows);
+    file.close();
+    list_.row({static_cast<double>(count_++), snapshot.time});
+  }
+
+  void close() { list_.close(); }
+
+ private:
+  const Scene& scene_;
+  std::string folder_;
+  CsvFile list_;
+  std::size_t count_ = 0;
+};
+
+// What the driven proxy feels, step by step.
+class ProxyFile {
+ public:
+  explicit ProxyFile(const std::string& folder)
+      : file_(folder + "/proxy.csv", {"time_s",
+                                      "x_m",
+                                      "y_m",
+                                      "z_m",
+                                      "qx",
+                                      "qy",
+                                      "qz",
+                                      "qw",
+                                      "fx_N",
+                                      "fy_N",
+                                      "fz_N",
+                                      "tx_N_m",
+                                      "ty_N_m",
+                                      "tz_N_m",
+                                      "contact_fx_N",
+                                      "contact_fy_N",
+                                      "contact_fz_N",
+                                      "contact_tx_N_m",
+                                      "contact_ty_N_m",
+                                      "contact_tz_N_m"}) {}
+  void write(double time, const ProxyOutput& proxy) {
+    ProbeRow row{time};
+    const auto add = [&](const auto& v) {
+      for (Eigen::Index a = 0; a < v.size(); ++a) row.push_back(v[a]);
+    };
+    add(proxy.state.position);
+    add(proxy.state.orientation.coeffs());
+    add(proxy.force);
+    add(proxy.torque);
+    add(proxy.contact_force);
+    add(proxy.contact_torque);
+    file_.row(row);
+  }
+  void close() { file_.close(); }
+
+ private:
+  CsvFile file_;
+};
+
+class Progress {
+ public:
+  Progress(bool wanted, double duration, std::size_t particles)
+      : wanted_(wanted), duration_(duration), particles_(static_cast<double>(particles)), start_(Clock::now()) {}
+  void show(const StepOutput& output) {
+    if (!wanted_ || seconds_since(shown_) < 0.2) return;
+    shown_ = Clock::now();
+    const double wall = seconds_since(start_), done = output.time / duration_;
+    std::fprintf(stderr, "\r%8.3f of %g s (%3.0f %%), %.2e particle-steps/s, %.0f s left   ", output.time, duration_,
+                 100 * done, static_cast<double>(output.step) * particles_ / wall, wall / done * (1 - done));
+    std::fflush(stderr);
+    any_ = true;
+  }
+  ~Progress() {
+    if (any_) std::fprintf(stderr, "\n");
+  }
+
+ private:
+  bool wanted_, any_ = false;
+  double duration_, particles_;
+  Clock::time_point start_, shown_{};
+};
+
+// JSON has no word for a number that is not finite.
+std::string json_number(double value) { return std::isfinite(value) ? fmt::format("{:.9g}", value) : "null"; }
+
+void write_summary(const Simulation& simulation, const RunOptions& options, const RunResult& result,
+                   const Health& health) {
+  const Scene& scene = simulation.scene();
+  const double rate =
+      result.wall_time > 0 ? static_cast<double>(result.steps * scene.position.size()) / result.wall_time : 0;
+  std::string text = "{\n";
+  const auto field = [&](const char* name, const std::string& value) {
+    text += fmt::format("{}  \"{}\": {}", text.size() > 2 ? ",\n" : "", name, value);
+  };
+  field("scene", json_string(scene.config.name));
+  field("scene_file", json_string(scene.config.path));
+  field("scene_hash", json_string(fmt::format("{:016x}", scene.config.hash)));
+  field("method", json_string(to_string(scene.config.method)));
+  field("accuracy", json_string(to_string(scene.config.accuracy)));
+  field("spacing_m", json_number(scene.spacing));
+  field("numerics", json_string(simulation.numerics()));
+  field("backend", json_string(simulation.backend_name()));
+  field("particles", fmt::format("{}", scene.position.size()));
+  field("rate_hz", json_number(scene.config.rate_hz));
+  field("steps", fmt::format("{}", result.steps));
+  field("simulated_time_s", json_number(result.time));
+  field("wall_time_s", json_number(result.wall_time));
+  field("particle_steps_per_s", json_number(rate));
+  field("healthy", result.healthy ? "true" : "false");
+  field("cause", json_string(result.cause));
+  field("stopped_by_signal", fmt::format("{}", result.stopped_by_signal));
+  field("max_speed_m_s", json_number(health.max_speed));
+  field("max_compression", json_number(health.max_compression));
+  field("kinetic_energy_J", json_number(health.kinetic_energy));
+  field("particles_outside", fmt::format("{}", health.outside));
+  field("particles_non_finite", fmt::format("{}", health.non_finite));
+  text += "\n}\n";
+  const std::string path = options.out + "/summary.json";
+  std::FILE* file = std::fopen(path.c_str(), "w");
+  const bool written = file && std::fwrite(text.data(), 1, text.size(), file) == text.size();
+  const bool closed = file && std::fclose(file) == 0;
+  if (!written || !closed)
+    throw std::runtime_error(path + ": cannot write; check the folder and the space on the disk");
+}
+
+// Index of the proxy that device 0 drives.
+std::optional<std::size_t> driven_proxy(const Scene& scene, const RunOptions& options) {
+  if (options.path.empty()) return {};
+  for (std::size_t i = 0; i < scene.proxies.size(); ++i) {
+    if (scene.proxies[i].device == 0) return i;
+  }
+  throw ConfigError(scene.config.path + ": a path is given, but the scene has no [[proxy]] for device 0");
+}
+
+}  // namespace
+
+RunResult run_scene(Simulation& simulation, const RunOptions& options) {
+  const Scene& scene = simulation.scene();
+  const double duration = options.duration.value_or(scene.config.duration), rate = scene.config.rate_hz;
+  const auto steps = static_cast<std::uint64_t>(std::llround(duration * rate));
+  const std::optional<std::size_t> driven = driven_proxy(scene, options);
+  make_folder(options.out);
+  ProbeRecorder probes(scene, options.out);
+  std::optional<SnapshotFiles> snapshots;
+  if (options.snapshots_hz > 0) snapshots.emplace(scene, options.out);
+  std::optional<ProxyFile> proxy;
+  if (driven) proxy.emplace(options.out);
+  Progress progress(options.progress, duration, scene.position.size());
+  Snapshot snapshot;
+  const auto record = [&](const StepOutput& output) {
+    const bool particles_due = snapshots && rate_due(output.step, options.snapshots_hz, rate);
+    if (particles_due || probes.due_with_snapshot(output.step)) simulation.snapshot(snapshot);
+    if (probes.due(output.step)) probes.record(&snapshot, output);
+    if (particles_due) snapshots->write(snapshot);
+    if (driven && output.step > 0) proxy->write(output.time, output.proxies.at(*driven));
+  };
+
+  RunResult result;
+  Health health;
+  simulation.reset();
+  record(StepOutput{});
+  const Clock::time_point start = Clock::now();
+  StepInput input;
+  while (result.steps < steps && result.healthy && result.stopped_by_signal == 0) {
+    if (driven) {
+      const double time = static_cast<double>(result.steps) / rate;
+      input[*driven] = device_on_path(options.path, time, scene.proxies[*driven].limit);
+    }
+    const StepOutput& output = simulation.step(input);
+    health = output.health;
+    result.healthy = health.ok;
+    result.cause = health.cause;
+    result.steps = output.step;
+    result.time = output.time;
+    record(output);
+    progress.show(output);
+    if (options.stop) result.stopped_by_signal = *options.stop;
+  }
+  result.wall_time = seconds_since(start);
+  probes.close();
+  if (snapshots) snapshots->close();
+  if (proxy) proxy->close();
+  write_summary(simulation, options, result, health);
+  return result;
+}
+
+std::string json_string(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += {'\\', c};
+    } else if (static_cast<unsigned char>(c) < 32) {
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+}  // namespace palp

@@ -1,0 +1,56 @@
+// The work of palp_run: a scene run as fast as it goes, its probes and particles written to files.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim_server/simulation.h"
+
+namespace palp {
+
+// A pose of the device's handle at a time.
+struct PathPoint {
+  double time = 0;  // [s]
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+};
+
+// CSV with the header time,x,y,z,qx,qy,qz,qw and times that increase. Throws ConfigError with file:line.
+std::vector<PathPoint> read_path(const std::string& file);
+
+// The device at `time`: straight between two points and turning evenly, with the twist of that motion. Not engaged
+// before the first point; at rest after the last.
+DeviceInput device_on_path(const std::vector<PathPoint>& path, double time, const CouplingConfig& gains);
+
+struct RunOptions {
+  std::string out;                         // folder for all files
+  std::optional<double> duration;          // [s] of simulated time; else the scene's
+  double snapshots_hz = 0;                 // particle files per simulated second; 0: none
+  std::vector<PathPoint> path;             // drives device 0
+  bool progress = false;                   // a line on stderr, rewritten as it runs
+  const std::atomic<int>* stop = nullptr;  // not zero: the signal that asks to stop
+};
+
+struct RunResult {
+  bool healthy = true;
+  std::string cause;  // one sentence when not healthy
+  std::uint64_t steps = 0;
+  double time = 0;       // [s] simulated
+  double wall_time = 0;  // [s]
+  int stopped_by_signal = 0;
+};
+
+// Runs the simulation from its initial state. Writes NAME.csv for each probe, proxy.csv when a path drives the proxy,
+// particles_NNNNNN.csv and snapshots.csv, and summary.json, also when the simulation turns unhealthy, which ends the
+// run. Throws std::runtime_error when a file cannot be written and ConfigError when there is a path but no proxy of
+// device 0.
+RunResult run_scene(Simulation& simulation, const RunOptions& options);
+
+// Text as a JSON string, quotes included.
+std::string json_string(const std::string& text);
+
+}  // namespace palp
