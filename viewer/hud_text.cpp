@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -24,18 +23,16 @@ std::string grouped(std::size_t n) {
   return digits;
 }
 
-// The first of these metrics that is there and finite.
-std::optional<double> metric(const Status& status, std::initializer_list<std::string_view> names) {
-  for (const std::string_view name : names) {
-    for (const Metric& m : status.metrics) {
-      if (m.name == name && std::isfinite(m.value)) return m.value;
-    }
+// The metric of that name times a factor, if it is there and finite.
+std::optional<double> metric(const Status& status, std::string_view name, double factor = 1) {
+  for (const Metric& m : status.metrics) {
+    if (m.name == name && std::isfinite(m.value)) return m.value * factor;
   }
   return std::nullopt;
 }
 
-std::optional<double> scaled(std::optional<double> value, double factor) {
-  return value ? std::optional<double>(*value * factor) : std::nullopt;
+void keep_larger(std::optional<double>& kept, const std::optional<double>& other) {
+  if (other && (!kept || *other > *kept)) kept = other;
 }
 
 }  // namespace
@@ -65,6 +62,7 @@ std::vector<HudRow> hud_rows(const HudData& d) {
   rows.push_back({"step", d.step_time ? format_time(*d.step_time) : kUnknown, false});
   std::string bridge = d.bridge_rate_hz ? fmt::format("{:.0f} Hz", *d.bridge_rate_hz) : "";
   if (d.bridge_late) bridge += fmt::format("{}{} late", bridge.empty() ? "" : "  ·  ", format_time(*d.bridge_late));
+  if (d.bridge_data_age) bridge += fmt::format("  ·  {} old", format_time(*d.bridge_data_age));
   rows.push_back({"bridge", bridge.empty() ? kUnknown : bridge, d.bridge_late && *d.bridge_late > kLateBridge});
   const std::string scale = fmt::format("  ·  arrow {:g} N = {:.0f} mm", d.arrow_force, 1e3 * d.arrow_length);
   rows.push_back({"force", d.force ? fmt::format("{:.2f} N", *d.force) + scale : kUnknown, false});
@@ -89,12 +87,12 @@ void read_status(const std::map<std::string, Status>& newest, HudData& d) {
       d.server_state = status.state;
       d.server_text = status.text;
       if (status.state == "paused") d.paused = true;
-      d.real_time_factor = metric(status, {"real_time_factor"});
-      d.step_time = scaled(metric(status, {"step_p50_us", "step_us"}), 1e-6);
+      d.real_time_factor = metric(status, "real_time_factor");
+      d.step_time = metric(status, "step_p50_us", 1e-6);
     } else if (process.starts_with("haptic_bridge")) {
-      const auto late = scaled(metric(status, {"late_p99_us", "lateness_p99_us", "late_max_us"}), 1e-6);
-      if (late && (!d.bridge_late || *late > *d.bridge_late)) d.bridge_late = late;
-      if (!d.bridge_rate_hz) d.bridge_rate_hz = metric(status, {"rate_hz", "haptic_rate_hz", "loop_rate_hz"});
+      keep_larger(d.bridge_late, metric(status, "lateness_p99_us", 1e-6));
+      keep_larger(d.bridge_data_age, metric(status, "sample_age_p99_ms", 1e-3));
+      if (!d.bridge_rate_hz) d.bridge_rate_hz = metric(status, "rate_hz");
     }
   }
 }

@@ -25,10 +25,11 @@ struct HudData {
   std::optional<double> real_time_factor;
   std::optional<double> step_time;  // [s] of the wall clock per haptic step, median
   std::optional<double> bridge_rate_hz;
-  std::optional<double> bridge_late;  // [s] behind its deadline, 99th percentile
-  std::optional<double> force;        // [N] on the hand, largest of all devices
-  double arrow_force = 1;             // [N] that arrow_length stands for
-  double arrow_length = 0.1;          // [m]
+  std::optional<double> bridge_late;      // [s] behind its deadline, 99th percentile
+  std::optional<double> bridge_data_age;  // [s] of the samples that the bridge renders from, 99th percentile
+  std::optional<double> force;            // [N] on the hand, largest of all devices
+  double arrow_force = 1;                 // [N] that arrow_length stands for
+  double arrow_length = 0.1;              // [m]
   bool paused = false;
   std::string note;  // what the viewer itself has to say
 };
@@ -48,7 +49,7 @@ std::string hud_banner(const HudData& data);
 std::string format_time(double seconds);
 
 // Fills the server's and the bridges' figures in data from their newest Status, by process name. Of several bridges the
-// latest (worst) lateness is taken.
+// worst is taken.
 void read_status(const std::map<std::string, Status>& newest, HudData& data);
 
 }  // namespace palp

@@ -138,12 +138,13 @@ TEST(HudText, TimesHaveTheUnitThatSuits) {
 
 TEST(HudText, TheWorstBridgeIsShown) {
   std::map<std::string, Status> status;
-  status["haptic_bridge 0"].metrics = {{"rate_hz", 1000}, {"late_p99_us", 20}};
-  status["haptic_bridge 1"].metrics = {{"late_p99_us", 700}};
+  status["haptic_bridge 0"].metrics = {{"rate_hz", 1000}, {"lateness_p99_us", 20}, {"sample_age_p99_ms", 3}};
+  status["haptic_bridge 1"].metrics = {{"lateness_p99_us", 700}};
   status["sim_server"].metrics = {{"step_p50_us", 410}, {"real_time_factor", 0.99}};
   HudData data;
   read_status(status, data);
   EXPECT_DOUBLE_EQ(data.bridge_late.value(), 700e-6);
+  EXPECT_DOUBLE_EQ(data.bridge_data_age.value(), 3e-3);
   EXPECT_DOUBLE_EQ(data.bridge_rate_hz.value(), 1000);
   EXPECT_DOUBLE_EQ(data.step_time.value(), 410e-6);
   EXPECT_DOUBLE_EQ(data.real_time_factor.value(), 0.99);
