@@ -105,7 +105,7 @@ void plan_cells(const Scene& scene, Plan& plan) {
   const double most = std::max(4096.0, 8.0 * static_cast<double>(scene.position.size()));
   for (int a = 0; cells > most && a < 3; ++a) {
     const int least = config.periodic[a] ? 3 : 1;
-    const int n = std::max(least, static_cast<int>(plan.cells[a] * std::cbrt(most / cells)));
+    const int n = std::max(least, static_cast<int>(plan.cells[a] * std::pow(most / cells, 1.0 / (3 - a))));
     cells *= static_cast<double>(n) / plan.cells[a];
     plan.cells[a] = n;
   }

@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "sim_server/simulation.h"
 #include "tests/support/scenes.h"
 
 namespace palp::testing {
@@ -88,8 +89,8 @@ inline Scene random_scene(Random& random, const RandomSceneOptions& options) {
   config.numerics.density_diffusion = 0.1;
   config.numerics.sub_steps = 1;
   config.rate_hz = 500;
-  const auto water = add_material(scene, 1000, 3), oil = add_material(scene, 700, 8), wood = add_material(scene, 600, 2),
-             stone = add_material(scene, 2000, 5);
+  const auto water = add_material(scene, 1000, 3), oil = add_material(scene, 700, 8),
+             wood = add_material(scene, 600, 2), stone = add_material(scene, 2000, 5);
   std::vector<Eigen::Vector3d> points[5];
   for (int k = 0; k < 9; ++k)
     for (int j = 0; j < 10; ++j)
@@ -127,8 +128,8 @@ inline StepInput random_input(Random& random, const Scene& scene) {
     DeviceInput& in = input[p];
     in.engaged = true;
     in.state.position = body.position + body.orientation * scene.proxies[p].handle + random_vector(random, 0.01);
-    in.state.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(0.2, random_vector(random, 1).normalized())) *
-                           body.orientation;
+    in.state.orientation =
+        Eigen::Quaterniond(Eigen::AngleAxisd(0.2, random_vector(random, 1).normalized())) * body.orientation;
     in.state.linear = random_vector(random, 0.3);
     in.state.angular = random_vector(random, 1);
     in.gains = {3e4, 200, 300, 4};

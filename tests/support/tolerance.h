@@ -36,11 +36,11 @@ inline ::testing::AssertionResult within(double residual, const Tolerance& toler
 
 namespace tol {
 // one sub-step against the equations restated in double, relative to the largest value of the field
-inline constexpr Tolerance kOneStep{2e-5, 5e-7, "round-off of sums over ~100 neighbours with cancellation"};
+inline constexpr Tolerance kOneStep{2e-5, 1e-6, "round-off of sums over ~100 neighbours with cancellation"};
 // several sub-steps: the round-off of the first is carried on and grows by the sound that it makes
 inline constexpr Tolerance kFewSteps{2e-4, 2e-6, "round-off carried over a few sub-steps"};
-inline constexpr Tolerance kBodyState{5e-6, 1e-9, "a body's state, relative to the size of the scene"};
-inline constexpr Tolerance kBodyWrench{1e-4, 1e-8, "a sum of many pair forces that nearly cancel"};
+inline constexpr Tolerance kBodyState{5e-6, 1e-13, "a body's state, relative to the size of the scene"};
+inline constexpr Tolerance kBodyWrench{1e-4, 1e-12, "a sum of many pair forces that nearly cancel"};
 // kernels
 inline constexpr Tolerance kKernelIntegral{1e-5, 1e-6, "midpoint rule with 4000 shells, kernel in real"};
 inline constexpr Tolerance kKernelSlope{2e-3, 1e-6, "central difference of a kernel in real"};
