@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "config/error.h"
-#include "tests/support/backend.h"
 #include "sim_server/plan.h"
+#include "tests/support/backend.h"
 #include "tests/support/scenes.h"
 
 namespace palp::testing {
