@@ -95,8 +95,9 @@ struct ProxySample {
 
 enum class ScalarField : std::uint32_t { none = 0, speed = 1, density = 2, pressure = 3, temperature = 4 };
 
-// A run of particles of one frame, in the order of the scene (not of the solver). At most kChunkParticles, so that a
-// chunk fits one datagram. A frame is complete when all chunk_count chunks of it have arrived.
+// A run of particles of one frame, in the order of the scene (not of the solver): kChunkParticles of them, the last
+// chunk the rest, so that a chunk fits one datagram. A frame is complete when all chunk_count chunks of it have
+// arrived. particle_sender.h cuts frames into chunks, frame_assembler.h puts them together.
 inline constexpr std::uint32_t kChunkParticles = 4000;
 struct ParticleChunk {
   Header header;  // sequence: over all chunks
@@ -104,7 +105,7 @@ struct ParticleChunk {
   double sim_time = 0;  // [s]
   std::uint32_t chunk = 0;
   std::uint32_t chunk_count = 0;
-  std::uint32_t first = 0;           // index of the first particle
+  std::uint32_t first = 0;           // index of the first particle: chunk * kChunkParticles
   std::uint32_t particle_count = 0;  // of the whole frame
   ScalarField field = ScalarField::none;
   std::vector<float> positions;  // [m], x y z per particle

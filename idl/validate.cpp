@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "idl/topics.h"
+#include "idl/particle_frame.h"
 
 namespace palp {
 namespace {
@@ -83,14 +83,9 @@ Fault validate(const ProxySample& m) {
 }
 
 Fault validate(const ParticleChunk& m) {
-  const std::size_t n = m.positions.size() / 3;
   Check check(m.header);
-  check.sound(m.positions.size() % 3 == 0 && n >= 1 && n <= kChunkParticles);
-  check.sound(m.particle_count <= kMaxParticles && m.first + std::uint64_t{n} <= m.particle_count);
-  check.sound(m.chunk < m.chunk_count && m.chunk_count <= m.particle_count);
-  check.sound(m.field <= ScalarField::temperature);
-  check.sound(m.field == ScalarField::none ? m.scalars.empty() : m.scalars.size() == n);
-  return check.at_least(m.sim_time, 0).all_finite(m.positions).all_finite(m.scalars).fault();
+  check.sound(m.particle_count >= 1 && m.particle_count <= kMaxParticles && m.field <= ScalarField::temperature);
+  return check.sound(well_placed(m)).at_least(m.sim_time, 0).all_finite(m.positions).all_finite(m.scalars).fault();
 }
 
 Fault validate(const SceneDescription& m) {

@@ -10,7 +10,7 @@
 namespace palp {
 
 // Maxima that no sound message passes; they bound what a reader has to hold.
-inline constexpr std::uint32_t kMaxParticles = 1u << 26;
+inline constexpr std::uint32_t kMaxParticles = 1u << 24;
 inline constexpr std::size_t kMaxBodies = 1u << 16;
 inline constexpr std::size_t kMaxMeshFloats = 3u << 22;
 inline constexpr std::size_t kMaxMeshIndices = 6u << 22;

@@ -89,16 +89,21 @@ void plan_bodies(const Scene& scene, Plan& plan) {
 
 void plan_cells(const Scene& scene, Plan& plan) {
   const SceneConfig& config = scene.config;
+  for (int a = 0; a < 3; ++a) {
+    if (!config.periodic[a]) continue;
+    const double length = scene.bounds_max[a] - scene.bounds_min[a];
+    if (length < 3 * plan.support)
+      throw ConfigError(
+          fmt::format("{}: the domain is periodic along {} but only {:.4g} m long; expected at least three support "
+                      "radii, {:.4g} m: lengthen the domain or reduce the spacing",
+                      config.path, "xyz"[a], length, 3 * plan.support));
+    plan.skin = std::min(plan.skin, length / 3 - plan.support);
+  }
   double cells = 1;
   for (int a = 0; a < 3; ++a) {
     const double length = scene.bounds_max[a] - scene.bounds_min[a];
-    plan.cells[a] = std::max(1, static_cast<int>(std::min(length / plan.support, 1e6)));
-    if (config.periodic[a] && plan.cells[a] < 3)
-      throw ConfigError(
-          fmt::format("{}: the domain is periodic along {} but only {:.4g} m long; expected at least three support "
-                      "radii, {:.4g} m: "
-                      "lengthen the domain or reduce the spacing",
-                      config.path, "xyz"[a], length, 3 * plan.support));
+    // a periodic axis of just three cells must not lose one to rounding
+    plan.cells[a] = std::max(1, static_cast<int>(std::min(length / (plan.support + plan.skin) * (1 + 1e-12), 1e6)));
     cells *= plan.cells[a];
   }
   // an airy domain needs no finer cells than about eight per particle
@@ -155,10 +160,13 @@ double viscous_limit(double support_over_spacing) {
   return interpolate({{{2.0, 0.323}, {2.6, 0.533}, {3.0, 0.697}, {4.0, 1.41}}}, support_over_spacing);
 }
 
-Plan make_plan(const Scene& scene) {
+Plan make_plan(const Scene& scene, double skin_over_spacing) {
   const SceneConfig& config = scene.config;
   const NumericsConfig& n = config.numerics;
   const Level level = level_of(config.accuracy);
+  if (config.materials.size() > kMaxMaterials)
+    throw ConfigError(
+        fmt::format("{}: {} materials; expected at most {}", config.path, config.materials.size(), kMaxMaterials));
   Plan plan;
   plan.method = config.method;
   plan_bodies(scene, plan);
@@ -174,6 +182,7 @@ Plan make_plan(const Scene& scene) {
     plan.artificial = plan.diffusion = 0;
     plan.tension = false;
   }
+  plan.skin = skin_over_spacing * scene.spacing;
   plan_cells(scene, plan);
   plan_time(scene, plan);
   return plan;

@@ -31,6 +31,7 @@ struct Plan {
   double dt = 0;           // sub-step [s]
   double dt_limit = 0;     // the largest stable sub-step by linear theory [s]
   std::string limited_by;  // "sound" or "viscosity"
+  double skin = 0;         // how far stored neighbour lists reach past the support radius; 0: none are stored [m]
   // cells
   int cells[3] = {1, 1, 1};
   // bodies
@@ -42,7 +43,8 @@ struct Plan {
 
 // Throws ConfigError when the scene cannot be run as asked: sub_steps unstable, a periodic axis too short, too many
 // cells.
-Plan make_plan(const Scene& scene);
+// skin_over_spacing: what the back end would like (backend/cpu.cpp); a short periodic axis may leave less.
+Plan make_plan(const Scene& scene, double skin_over_spacing = 0);
 
 // "method accurate, dx 20 mm, H 2.5 dx, c 17.7 m/s, ..." one line.
 std::string describe(const Plan& plan, const Scene& scene);

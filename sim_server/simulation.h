@@ -110,11 +110,18 @@ class Simulation {
   virtual const Scene& scene() const = 0;
   virtual std::string backend_name() const = 0;  // "cpu, 2 threads, float", "cuda, NVIDIA H100, float"
   virtual std::string numerics() const = 0;      // one line: what the accuracy level expanded to
+  virtual double support_radius() const = 0;     // H [m]
 
   // One haptic step of 1 / rate_hz seconds. Valid until the next call. No allocation after the first step.
   virtual const StepOutput& step(const StepInput& input) = 0;
+  // After the last step; the initial state before the first.
+  virtual const StepOutput& output() const = 0;
   // Back to the initial state; the step count and time begin again.
   virtual void reset() = 0;
+  // Changes a parameter between two steps: gravity, body_force ("0 0 -9.81" [m/s^2]), material.NAME.viscosity [Pa s],
+  // numerics.artificial_viscosity, numerics.density_diffusion. Sub-steps follow. Throws ConfigError and changes nothing
+  // when the name is unknown, the value is malformed or out of range, or no stable step exists.
+  virtual void set_parameter(const std::string& name, const std::string& value) = 0;
   // Copies all fields out. Waits for the device.
   virtual void snapshot(Snapshot& out) = 0;
   // Starts copying a frame of the state after the last step; never waits. False while an earlier one is in flight.

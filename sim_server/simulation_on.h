@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "sim_server/pack_frame.h"
+#include "sim_server/parameters.h"
 #include "sim_server/particle_store.h"
 #include "sim_server/simulation.h"
 #include "sim_server/step.h"
@@ -17,7 +18,11 @@ namespace palp {
 template <class B>
 class SimulationOn final : public Simulation {
  public:
-  explicit SimulationOn(const Scene& scene) : scene_(scene), plan_(make_plan(scene)), results_(scene_, plan_) {
+  explicit SimulationOn(const Scene& scene)
+      : scene_(scene),
+        plan_(make_plan(scene, B::kSkinOverSpacing)),
+        results_(scene_, plan_),
+        back_end_(scene.position.size()) {
     allocate();
     reset();
   }
@@ -25,6 +30,27 @@ class SimulationOn final : public Simulation {
   const Scene& scene() const override { return scene_; }
   std::string backend_name() const override { return back_end_.name(); }
   std::string numerics() const override { return describe(plan_, scene_); }
+
+  double support_radius() const override { return plan_.support; }
+
+  void set_parameter(const std::string& name, const std::string& value) override {
+    SceneConfig config = scene_.config;
+    apply_parameter(config, name, value);
+    // pressure is the fluid's state, so the sound speed that gives it its meaning stays
+    const NumericsConfig numerics = config.numerics;
+    config.numerics.sound_speed = plan_.sound_speed;
+    config.numerics.max_speed = plan_.max_speed;
+    std::swap(scene_.config, config);
+    try {
+      plan_ = make_plan(scene_, B::kSkinOverSpacing);
+    } catch (...) {
+      std::swap(scene_.config, config);
+      throw;
+    }
+    scene_.config.numerics = numerics;
+    views_.medium = make_medium(scene_, plan_);
+    back_end_.forget();
+  }
 
   const StepOutput& step(const StepInput& input) override {
     results_.fill(input, output_.time, *input_.host);
@@ -39,6 +65,8 @@ class SimulationOn final : public Simulation {
     results_.read(bodies_.host, *health_.host, output_);
     return output_;
   }
+
+  const StepOutput& output() const override { return output_; }
 
   void reset() override {
     const ParticleStore store(scene_, plan_);
@@ -150,8 +178,8 @@ class SimulationOn final : public Simulation {
     views_.proxy = input_.device->proxy;
   }
 
-  const Scene scene_;
-  const Plan plan_;
+  Scene scene_;
+  Plan plan_;
   StepResults results_;
   B back_end_;
   StepViews views_;

@@ -29,6 +29,16 @@ struct StepViews {
   const ProxyInput* proxy = nullptr;
 };
 
+// Whether two particles ever act on each other: stored neighbour lists leave out the pairs that do not.
+struct Interacts {
+  bool all;  // method "paper": a solid's own particles count in its density
+  bool contact;
+  bool operator()(Tag a, Tag b) const {
+    if (all || a.is_fluid() || b.is_fluid()) return true;
+    return contact && a.body() != b.body() && (a.kind() == Kind::rigid || b.kind() == Kind::rigid);
+  }
+};
+
 template <class B>
 void fluid_stages(B& back_end, const Plan& plan, const StepViews& v) {
   const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
@@ -54,7 +64,8 @@ void paper_stages(B& back_end, const StepViews& v) {
 
 template <class B>
 void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
-  back_end.sort_into_cells(v.state, v.sorted, v.particles, v.grid);
+  back_end.sort_into_cells(v.state, v.sorted, v.particles, v.grid, static_cast<real>(plan.support),
+                           static_cast<real>(plan.skin), Interacts{plan.method == Method::paper, plan.contact});
   if (plan.method == Method::paper)
     paper_stages(back_end, v);
   else

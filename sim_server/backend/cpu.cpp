@@ -1,4 +1,5 @@
-// The CPU back end: OpenMP loops over the same functors that the GPU runs.
+// The CPU back end: OpenMP loops over the same functors that the GPU runs, with stored neighbour lists.
+#include <fmt/format.h>
 #include <omp.h>
 
 #include <algorithm>
@@ -6,16 +7,74 @@
 #include <memory>
 #include <new>
 
-#include <fmt/format.h>
-
 #include "sim_server/backend/make.h"
 #include "sim_server/simulation_on.h"
 
 namespace palp {
 namespace {
 
+// Neighbours within the support radius and a skin, listed once for many sub-steps.
+class NeighborLists {
+ public:
+  // A new list is due when a particle has moved by half of the skin.
+  bool hold(const Packed* xV, std::uint32_t n, const CellGrid& grid) const {
+    if (!valid_) return false;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      Vec3 d = xV[i].xyz() - listed_at_[i];
+      for (int a = 0; a < 3; ++a)
+        if (std::abs(d[a]) > real(0.5) * grid.period[a]) d[a] = std::abs(d[a]) - grid.period[a];
+      if (!(d.squaredNorm() < allowed2_)) return false;
+    }
+    return true;
+  }
+  void forget() { valid_ = false; }
+
+  // sorted: particles sorted into the grid's cells. Runs of particles are listed side by side, each into memory of its
+  // own that it keeps from one listing to the next.
+  template <class Pair>
+  void build(const ParticleView& sorted, std::uint32_t n, const CellGrid& grid, real support, real skin,
+             const Pair& interacts, int threads) {
+    allowed2_ = real(0.25) * skin * skin;
+    listed_at_.resize(n);
+    end_.resize(n);
+    run_ = std::max<std::uint32_t>(1, (n + kRuns - 1) / kRuns);
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+    for (std::uint32_t r = 0; r < kRuns; ++r) {
+      std::vector<std::uint32_t>& list = list_[r];
+      list.clear();
+      for (std::uint32_t i = r * run_; i < std::min(n, (r + 1) * run_); ++i) {
+        const Tag tag_i = sorted.tag[i];
+        for_neighbors(grid, sorted.xV, sorted.xV[i].xyz(), support + skin, SerialTeam{},
+                      [&](std::uint32_t j, const Vec3&, real) {
+                        if (interacts(tag_i, sorted.tag[j])) list.push_back(j);
+                      });
+        end_[i] = static_cast<std::uint32_t>(list.size());
+        listed_at_[i] = sorted.xV[i].xyz();
+      }
+    }
+    valid_ = true;
+  }
+
+  ListTeam of(std::uint32_t i) const {
+    const std::uint32_t* list = list_[i / run_].data();
+    return {list + (i % run_ == 0 ? 0 : end_[i - 1]), list + end_[i]};
+  }
+
+ private:
+  static constexpr std::uint32_t kRuns = 64;
+  std::array<std::vector<std::uint32_t>, kRuns> list_;
+  std::vector<std::uint32_t> end_;  // of each particle's neighbours in its run's list
+  std::vector<Vec3> listed_at_;
+  std::uint32_t run_ = 1;
+  real allowed2_ = 0;
+  bool valid_ = false;
+};
+
 class Cpu {
  public:
+  // Wide enough to keep lists for tens of sub-steps of a stirred fluid, narrow enough that few of their pairs are idle.
+  static constexpr double kSkinOverSpacing = 0.3;
+
   template <class T>
   struct Mirror {
     T* host = nullptr;
@@ -23,18 +82,22 @@ class Cpu {
     std::size_t count = 0;
   };
 
+  // A small scene is stepped by one thread: others would cost more to wake, and to wait for when they are preempted,
+  // than they bring.
+  explicit Cpu(std::size_t particles) : threads_(particles < kAlone ? 1 : omp_get_max_threads()) {}
+
   std::string name() const {
-    return fmt::format("cpu, {} threads, {}", omp_get_max_threads(), sizeof(real) == 4 ? "float" : "double");
+    return fmt::format("cpu, {} thread{}, {}", threads_, threads_ > 1 ? "s" : "",
+                       sizeof(real) == 4 ? "float" : "double");
   }
   const std::vector<std::pair<std::string, std::size_t>>& arrays() const { return arrays_; }
   const std::vector<std::string>& launches() const { return launches_; }
 
   template <class T>
   T* allocate(const std::string& name, std::size_t count) {
-    constexpr std::size_t kAlign = 64;
     const std::size_t bytes = std::max<std::size_t>(1, count) * sizeof(T);
     arrays_.emplace_back(name, bytes);
-    blocks_.emplace_back(static_cast<std::byte*>(::operator new (bytes, std::align_val_t{kAlign})));
+    blocks_.emplace_back(static_cast<std::byte*>(::operator new(bytes, kAlign)));
     T* p = reinterpret_cast<T*>(blocks_.back().get());
     std::uninitialized_value_construct_n(p, std::max<std::size_t>(1, count));
     return p;
@@ -46,6 +109,7 @@ class Cpu {
   }
   template <class T>
   void upload(T* to, const std::vector<T>& from) {
+    lists_.forget();
     std::copy(from.begin(), from.end(), to);
   }
   template <class T>
@@ -66,18 +130,19 @@ class Cpu {
     work();
     record_ = false;
   }
+  void forget() { launches_.clear(); }
 
   template <class F>
   void for_each(const char* name, std::uint32_t n, const F& f) {
     note(name);
-#pragma omp parallel for schedule(static) if (n > kSerial)
-    for (std::int64_t i = 0; i < std::int64_t(n); ++i) f(static_cast<std::uint32_t>(i));
+#pragma omp parallel for schedule(static) num_threads(threads_)
+    for (std::uint32_t i = 0; i < n; ++i) f(i);
   }
   template <class F>
   void for_each_team(const char* name, std::uint32_t n, const F& f) {
     note(name);
-#pragma omp parallel for schedule(dynamic, 64) if (n > kSerial)
-    for (std::int64_t i = 0; i < std::int64_t(n); ++i) f(static_cast<std::uint32_t>(i), SerialTeam{});
+#pragma omp parallel for schedule(dynamic, 64) num_threads(threads_)
+    for (std::uint32_t i = 0; i < n; ++i) f(i, lists_.of(i));
   }
   template <class F>
   void for_each_block(const char* name, std::uint32_t n, const F& f) {
@@ -87,14 +152,30 @@ class Cpu {
 
   const std::uint32_t* allocate_sort(std::uint32_t particles, std::uint32_t cells) {
     cell_ = allocate<std::uint32_t>("sort cell", particles);
-    place_ = allocate<std::uint32_t>("sort place", particles);
     start_ = allocate<std::uint32_t>("sort start", cells + 1);
     return start_;
   }
 
-  // Stable counting sort by cell.
-  void sort_into_cells(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid) {
+  // Sorts and lists neighbours anew when that is due; else copies in place.
+  template <class Pair>
+  void sort_into_cells(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid,
+                       real support, real skin, const Pair& interacts) {
     note("sort");
+    if (lists_.hold(from.xV, n, grid)) {
+#pragma omp parallel for schedule(static) num_threads(threads_)
+      for (std::uint32_t i = 0; i < n; ++i) copy_particle(from, i, to, i);
+      return;
+    }
+    sort(from, to, n, grid);
+    lists_.build(to, n, grid, support, skin, interacts, threads_);
+  }
+
+ private:
+  static constexpr std::size_t kAlone = 4000;
+  static constexpr std::align_val_t kAlign{64};
+
+  // Stable counting sort by cell.
+  void sort(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid) {
     const std::uint32_t cells = grid.cells();
     std::fill(start_, start_ + cells + 1, 0u);
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -102,27 +183,25 @@ class Cpu {
       ++start_[cell_[i] + 1];
     }
     for (std::uint32_t c = 0; c < cells; ++c) start_[c + 1] += start_[c];
-    for (std::uint32_t i = 0; i < n; ++i) place_[i] = start_[cell_[i]]++;
+    for (std::uint32_t i = 0; i < n; ++i) copy_particle(from, i, to, start_[cell_[i]]++);
     // start_[c] now is the end of cell c, that is the start of c + 1
     for (std::uint32_t c = cells; c > 0; --c) start_[c] = start_[c - 1];
     start_[0] = 0;
-    for (std::uint32_t i = 0; i < n; ++i) copy_particle(from, i, to, place_[i]);
   }
-
- private:
-  static constexpr std::uint32_t kSerial = 256;  // below this, waking the other threads costs more than it brings
 
   void note(const char* name) {
     if (record_) launches_.emplace_back(name);
   }
   struct Free {
-    void operator()(std::byte* p) const { ::operator delete (p, std::align_val_t{64}); }
+    void operator()(std::byte* p) const { ::operator delete(p, kAlign); }
   };
+  int threads_;
   std::vector<std::pair<std::string, std::size_t>> arrays_;
   std::vector<std::unique_ptr<std::byte, Free>> blocks_;
   std::vector<std::string> launches_;
   bool record_ = false;
-  std::uint32_t *cell_ = nullptr, *place_ = nullptr, *start_ = nullptr;
+  std::uint32_t *cell_ = nullptr, *start_ = nullptr;
+  NeighborLists lists_;
 };
 
 }  // namespace

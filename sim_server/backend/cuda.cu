@@ -121,6 +121,8 @@ __global__ void reorder(std::uint32_t n, const std::uint32_t* cell, const std::u
 
 class Cuda {
  public:
+  static constexpr double kSkinOverSpacing = 0;
+
   template <class T>
   struct Mirror {
     T* host = nullptr;
@@ -128,7 +130,7 @@ class Cuda {
     std::size_t count = 0;
   };
 
-  Cuda() {
+  explicit Cuda(std::size_t) {
     int device = 0;
     check(cudaGetDevice(&device), "choosing the device");
     cudaDeviceProp properties{};
@@ -232,6 +234,13 @@ class Cuda {
     check(cudaStreamSynchronize(stream_), "running the step");
   }
 
+  // The captured step no longer holds: capture it again at the next.
+  void forget() {
+    if (graph_ != nullptr) check(cudaGraphExecDestroy(graph_), "dropping the step's graph");
+    graph_ = nullptr;
+    launches_.clear();
+  }
+
   template <class F>
   void for_each(const char* name, std::uint32_t n, const F& f) {
     note(name);
@@ -270,7 +279,10 @@ class Cuda {
     return start_;
   }
 
-  void sort_into_cells(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid) {
+  // Stores no neighbour lists: sorting at every sub-step is cheaper here than reading them.
+  template <class Pair>
+  void sort_into_cells(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid, real,
+                       real, Pair) {
     note("sort");
     const std::uint32_t cells = grid.cells();
     check(cudaMemsetAsync(count_, 0, (cells + 1) * sizeof(std::uint32_t), stream_), "clearing the cells");

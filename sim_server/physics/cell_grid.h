@@ -111,4 +111,30 @@ struct SerialTeam {
   PALP_HD real max(real value) const { return value; }
 };
 
+// One thread with a stored list of neighbours, which reaches somewhat past the support radius and so holds until a
+// particle has moved by half of that margin.
+struct ListTeam : SerialTeam {
+  const std::uint32_t* begin;
+  const std::uint32_t* end;
+  ListTeam(const std::uint32_t* from, const std::uint32_t* to) : begin(from), end(to) {}
+};
+
+template <class F>
+inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, ListTeam team, F&& f) {
+  const real support2 = support * support;
+  const bool periodic = g.periodic(0) || g.periodic(1) || g.periodic(2);
+  for (const std::uint32_t* j = team.begin; j != team.end; ++j) {
+    Vec3 d = x_i - xV[*j].xyz();
+    if (periodic)
+      for (int a = 0; a < 3; ++a) {
+        if (d[a] > real(0.5) * g.period[a])
+          d[a] -= g.period[a];
+        else if (d[a] < real(-0.5) * g.period[a])
+          d[a] += g.period[a];
+      }
+    const real r2 = d.squaredNorm();
+    if (r2 < support2) f(*j, d, r2);
+  }
+}
+
 }  // namespace palp

@@ -22,7 +22,6 @@ struct Tag {
   PALP_HD std::uint32_t body() const { return bits >> 8; }
 };
 inline constexpr std::uint32_t kMaxMaterials = 16;
-inline constexpr std::uint32_t kMaxBodies = 1u << 16;
 
 inline Tag make_tag(Kind kind, std::uint32_t material, std::uint32_t body) {
   return {static_cast<std::uint32_t>(kind) | material << 2 | body << 8};

@@ -1,0 +1,42 @@
+// A whole frame of particles, and how it is cut into chunks for the wire.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "idl/messages.h"
+
+namespace palp {
+
+struct ParticleFrame {
+  std::uint64_t frame = 0;
+  double sim_time = 0;  // [s]
+  ScalarField field = ScalarField::none;
+  std::vector<float> positions;  // [m], x y z per particle, in the order of the scene
+  std::vector<float> scalars;    // one per particle, or empty
+  // known after receipt only:
+  std::uint64_t session = 0;      // of the sender
+  std::int64_t t_send_ns = 0;     // of the first chunk to arrive, on the sender's clock
+  std::int64_t t_receive_ns = 0;  // of the last chunk, on this host's clock
+};
+
+constexpr std::uint32_t chunks_of(std::uint32_t particle_count) {
+  return particle_count / kChunkParticles + (particle_count % kChunkParticles != 0 ? 1 : 0);
+}
+
+// How many particles chunk number i of such a frame holds: kChunkParticles, the last one the rest. i < chunks_of(...).
+constexpr std::uint32_t particles_in_chunk(std::uint32_t particle_count, std::uint32_t i) {
+  return std::min(kChunkParticles, particle_count - i * kChunkParticles);
+}
+
+// Whether a chunk says consistently which part of its frame it is, and holds as many values as it says.
+inline bool well_placed(const ParticleChunk& c) {
+  if (c.chunk_count != chunks_of(c.particle_count) || c.chunk >= c.chunk_count) return false;
+  const std::size_t n = particles_in_chunk(c.particle_count, c.chunk);
+  return c.first == c.chunk * kChunkParticles && c.positions.size() == 3 * n &&
+         c.scalars.size() == (c.field == ScalarField::none ? 0 : n);
+}
+
+}  // namespace palp

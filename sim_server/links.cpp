@@ -1,0 +1,201 @@
+#include "sim_server/links.h"
+
+#include "config/error.h"
+#include "idl/clock.h"
+#include "idl/topics.h"
+#include "idl/validate.h"
+#include "sim_server/to_messages.h"
+
+namespace palp {
+namespace {
+
+std::uint64_t refused(const DropCounts& d) { return d.wrong_version + d.not_finite + d.malformed; }
+
+// Waits for a post, then swallows those that came meanwhile: only the newest matters.
+void wait_for(sem_t& semaphore) {
+  while (sem_wait(&semaphore) != 0) {
+  }
+  while (sem_trywait(&semaphore) == 0) {
+  }
+}
+
+}  // namespace
+
+HapticLink::HapticLink(Bus& bus, const Scene& scene)
+    : scene_(scene), reader_(bus.reader<DeviceSample>()), writer_(bus.writer<ProxySample>()) {
+  sem_init(&ready_, 0, 0);
+  receiver_ = std::thread(&HapticLink::receive, this);
+  sender_ = std::thread(&HapticLink::send, this);
+}
+
+HapticLink::~HapticLink() {
+  stop_ = true;
+  sem_post(&ready_);
+  receiver_.join();
+  sender_.join();
+  sem_destroy(&ready_);
+}
+
+std::string HapticLink::foreign_peer() const {
+  DropCounts drops;
+  drops.other_version = other_version_;
+  drops.wrong_version = drops.other_version != 0 ? 1 : 0;
+  return wrong_version_sentence(topic_of<DeviceSample>().name, drops);
+}
+
+void HapticLink::receive() {
+  std::vector<Received<DeviceSample>> samples;
+  while (!stop_) {
+    if (!reader_->wait(std::chrono::milliseconds(50))) continue;
+    samples.clear();
+    reader_->take_all(samples);
+    for (const Received<DeviceSample>& s : samples)
+      for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
+        if (scene_.proxies[p].device == s.message.device) devices_[p].put({s.message, s.t_receive_ns});
+    const DropCounts drops = reader_->drops();
+    dropped_ = refused(drops);
+    other_version_ = drops.other_version;
+  }
+}
+
+void HapticLink::send() {
+  ProxySample sample;
+  while (!stop_) {
+    wait_for(ready_);
+    for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
+      if (proxies_[p].take(sample)) writer_->publish(sample);
+  }
+}
+
+FrameLink::FrameLink(Bus& bus, Simulation& simulation)
+    : simulation_(simulation),
+      sender_(bus.writer<ParticleChunk>()),
+      poses_writer_(bus.writer<BodyPoses>()),
+      period_ns_(static_cast<std::int64_t>(1e9 / simulation.scene().config.stream.particle_rate_hz)),
+      scalar_(frame_scalar_from(simulation.scene().config.stream.scalar)) {
+  sem_init(&begun_, 0, 0);
+  thread_ = std::thread(&FrameLink::forward, this);
+}
+
+FrameLink::~FrameLink() {
+  stop_ = true;
+  sem_post(&begun_);
+  thread_.join();
+  sem_destroy(&begun_);
+}
+
+void FrameLink::offer(const StepOutput& output, std::int64_t now_ns) {
+  if (now_ns < next_ns_ || busy_.load(std::memory_order_acquire) || !sender_.wanted()) return;
+  if (!simulation_.begin_frame(scalar_)) return;
+  next_ns_ = std::max(next_ns_ + period_ns_, now_ns - period_ns_);
+  sending_ = scalar_;
+  poses_ = body_poses(simulation_.scene(), output);
+  busy_.store(true, std::memory_order_release);
+  sem_post(&begun_);
+}
+
+void FrameLink::forward() {
+  while (true) {
+    wait_for(begun_);
+    if (stop_) return;
+    while (!simulation_.take_frame(frame_)) std::this_thread::sleep_for(std::chrono::microseconds(100));
+    ParticleFrame& out = sender_.frame();
+    out.frame = ++frames_;
+    out.sim_time = frame_.time;
+    out.field = static_cast<ScalarField>(sending_);
+    std::swap(out.positions, frame_.position);
+    std::swap(out.scalars, frame_.scalar);
+    sender_.submit();
+    if (!poses_.body.empty()) poses_writer_->publish(poses_);
+    busy_.store(false, std::memory_order_release);
+  }
+}
+
+FrameScalar frame_scalar_from(const std::string& name) {
+  if (name == "none") return FrameScalar::none;
+  if (name == "speed") return FrameScalar::speed;
+  if (name == "density") return FrameScalar::density;
+  if (name == "pressure") return FrameScalar::pressure;
+  if (name == "temperature") return FrameScalar::temperature;
+  throw ConfigError("stream.scalar is '" + name + "'; expected none, speed, density, pressure or temperature");
+}
+
+ControlLink::ControlLink(Bus& bus)
+    : reader_(bus.reader<Command>()),
+      replies_(bus.writer<CommandReply>()),
+      events_(bus.writer<Event>()),
+      statuses_(bus.writer<Status>()) {
+  thread_ = std::thread(&ControlLink::run, this);
+}
+
+ControlLink::~ControlLink() {
+  stop_ = true;
+  thread_.join();
+}
+
+bool ControlLink::take(Command& out) {
+  if (!some_.load(std::memory_order_acquire)) return false;
+  const std::lock_guard lock(mutex_);
+  out = std::move(commands_.front());
+  commands_.pop_front();
+  some_.store(!commands_.empty(), std::memory_order_release);
+  return true;
+}
+
+void ControlLink::reply(const Command& to, bool ok, const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  CommandReply& r = answers_.emplace_back();
+  r.command_session = to.header.session;
+  r.command_sequence = to.header.sequence;
+  r.ok = ok;
+  r.text = text;
+}
+
+void ControlLink::event(Severity severity, double sim_time, const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  Event& e = news_.emplace_back();
+  e.process = "sim_server";
+  e.severity = severity;
+  e.sim_time = sim_time;
+  e.text = text;
+}
+
+void ControlLink::run() {
+  std::vector<Received<Command>> arrived;
+  while (true) {
+    const bool last = stop_;
+    send();
+    if (last) return;
+    if (!reader_->wait(std::chrono::milliseconds(20))) continue;
+    arrived.clear();
+    reader_->take_all(arrived);
+    const DropCounts drops = reader_->drops();
+    dropped_ = refused(drops);
+    const std::lock_guard lock(mutex_);
+    for (Received<Command>& c : arrived) commands_.push_back(std::move(c.message));
+    some_.store(!commands_.empty(), std::memory_order_release);
+  }
+}
+
+void ControlLink::send() {
+  std::vector<CommandReply> answers;
+  std::vector<Event> news;
+  {
+    const std::lock_guard lock(mutex_);
+    std::swap(answers, answers_);
+    std::swap(news, news_);
+  }
+  for (CommandReply& r : answers) replies_->publish(r);
+  for (Event& e : news) events_->publish(e);
+}
+
+void ControlLink::status(const std::string& state, const std::string& text, std::vector<Metric> metrics) {
+  Status s;
+  s.process = "sim_server";
+  s.state = state;
+  s.text = text;
+  s.metrics = std::move(metrics);
+  statuses_->publish(s);
+}
+
+}  // namespace palp

@@ -1,0 +1,316 @@
+#include "sim_server/server.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/prctl.h>
+
+#include <cmath>
+#include <thread>
+
+#include "config/error.h"
+#include "idl/clock.h"
+#include "idl/histogram.h"
+#include "sim_server/hand.h"
+#include "sim_server/links.h"
+#include "sim_server/to_messages.h"
+
+namespace palp {
+namespace {
+
+enum class State : int { running, paused, fault };
+
+const char* to_string(State state) {
+  return state == State::running ? "running" : state == State::paused ? "paused" : "fault";
+}
+
+// What the status thread may read while the simulation's thread writes.
+struct Gauges {
+  Histogram step_time, handover;
+  std::atomic<State> state{State::running};
+  std::atomic<double> sim_time{0}, real_time_factor{0}, max_speed{0}, max_compression{0}, kinetic_energy{0};
+  std::atomic<std::uint64_t> steps{0}, slow_steps{0}, outside{0};
+};
+
+// Real-time factor over the last second or so of running.
+class Pace {
+ public:
+  explicit Pace(std::int64_t period_ns) : period_ns_(period_ns), next_ns_(now_ns() + period_ns) {}
+  void restart() {
+    next_ns_ = now_ns() + period_ns_;
+    window_ns_ = now_ns();
+    window_steps_ = 0;
+  }
+  // Sleeps until the next step is due. A step that came late is made up for within a few periods; beyond that time is
+  // let go: slow motion, not a burst.
+  void wait(bool paced) {
+    const std::int64_t now = now_ns();
+    if (paced && now < next_ns_) {
+      const timespec until{next_ns_ / 1'000'000'000, next_ns_ % 1'000'000'000};
+      clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+    }
+    next_ns_ = std::max(next_ns_ + period_ns_, now - kMakeUp * period_ns_);
+    ++window_steps_;
+    if (now - window_ns_ > 500'000'000) {
+      factor_ = static_cast<double>(window_steps_ * period_ns_) / static_cast<double>(now - window_ns_);
+      window_ns_ = now;
+      window_steps_ = 0;
+    }
+  }
+  double factor() const { return factor_; }
+
+ private:
+  static constexpr std::int64_t kMakeUp = 5;
+  std::int64_t period_ns_, next_ns_, window_ns_ = now_ns(), window_steps_ = 0;
+  double factor_ = 1;
+};
+
+class Server {
+ public:
+  Server(Simulation& simulation, Bus& bus, const ServerOptions& options)
+      : simulation_(simulation),
+        options_(options),
+        output_(&simulation.output()),
+        step_(1.0 / simulation.scene().config.rate_hz),
+        haptic_(bus, simulation.scene()),
+        frames_(bus, simulation),
+        control_(bus),
+        scene_writer_(bus.writer<SceneDescription>()) {
+    SceneDescription scene = describe_scene(simulation_);
+    if (!scene_writer_->publish(scene))
+      throw std::runtime_error("the bus refused the scene's description: its meshes are too large for one message");
+    gauges_.state = options.start_paused ? State::paused : State::running;
+  }
+
+  ServerSummary run(const std::atomic<int>& stop) {
+    std::thread status(&Server::report, this);
+    prctl(PR_SET_TIMERSLACK, 1000);
+    const std::int64_t begin = now_ns();
+    Pace pace(static_cast<std::int64_t>(std::llround(1e9 * step_)));
+    Command command;
+    while (!stop && !quit_ &&
+           (options_.seconds <= 0 || 1e-9 * static_cast<double>(now_ns() - begin) < options_.seconds)) {
+      while (control_.take(command)) obey(command);
+      const std::int64_t t0 = now_ns();
+      if (gauges_.state == State::running || single_steps_ > 0)
+        advance(t0);
+      else
+        publish();
+      pace.wait(!options_.as_fast_as_possible);
+      gauges_.real_time_factor = pace.factor();
+      if (gauges_.state == State::running) wall_ns_ += now_ns() - t0;
+    }
+    done_ = true;
+    status.join();
+    return summary();
+  }
+
+ private:
+  void advance(std::int64_t t0) {
+    for (std::size_t p = 0; p < simulation_.scene().proxies.size(); ++p) {
+      TimedDeviceSample sample;
+      if (haptic_.take(p, sample)) hands_[p].receive(sample.sample, sample.t_receive_ns);
+      input_[p] = hands_[p].input(t0, step_, output_->proxies[p].state);
+    }
+    const std::int64_t t1 = now_ns();
+    output_ = &simulation_.step(input_);
+    const std::int64_t t2 = now_ns();
+    if (single_steps_ > 0) --single_steps_;
+    gauges_.step_time.add(t2 - t1);
+    if (t2 - t1 > static_cast<std::int64_t>(1e9 * step_)) ++gauges_.slow_steps;
+    ++gauges_.steps;
+    judge();
+    publish();
+    frames_.offer(*output_, t2);
+    gauges_.handover.add((t1 - t0) + (now_ns() - t2));
+  }
+
+  void judge() {
+    const Health& h = output_->health;
+    gauges_.sim_time = output_->time;
+    gauges_.max_speed = h.max_speed;
+    gauges_.max_compression = h.max_compression;
+    gauges_.kinetic_energy = h.kinetic_energy;
+    gauges_.outside = h.outside;
+    if (h.ok) return;
+    gauges_.state = State::fault;
+    single_steps_ = 0;
+    if (cause_.empty()) cause_ = fmt::format("at {:.3f} s: {}", output_->time, h.cause);
+    spdlog::error("the simulation stopped {}", cause_);
+    control_.event(Severity::fault, output_->time, "the simulation stopped " + cause_ + "; reset or quit");
+  }
+
+  void publish() {
+    const State state = gauges_.state;
+    for (std::size_t p = 0; p < simulation_.scene().proxies.size(); ++p) {
+      const ProxyOutput& proxy = output_->proxies[p];
+      const DeviceSample& device = hands_[p].sample();
+      ProxySample s;
+      s.device = simulation_.scene().proxies[p].device;
+      s.flags = (state != State::fault ? kHealthy : 0u) | (state == State::paused ? kPaused : 0u) |
+                (hands_[p].engaged() && state == State::running ? kEngaged : 0u);
+      s.sim_time = output_->time;
+      s.device_session = device.header.session;
+      s.device_sequence = device.header.sequence;
+      s.t_device_ns = device.t_device_ns;
+      s.device_pose = to_pose(proxy.device);
+      s.device_twist = to_twist(proxy.device);
+      s.proxy_pose = to_pose(proxy.state);
+      s.proxy_twist = to_twist(proxy.state);
+      if (state == State::running) {
+        for (int a = 0; a < 3; ++a) {
+          s.wrench.force[a] = proxy.force[a];
+          s.wrench.torque[a] = proxy.torque[a];
+        }
+        s.blend = proxy.blend;
+      }
+      s.gains = {proxy.gains.stiffness, proxy.gains.damping, proxy.gains.angular_stiffness,
+                 proxy.gains.angular_damping};
+      s.energy = proxy.energy;
+      haptic_.put(p, s);
+    }
+    haptic_.flush();
+  }
+
+  void obey(const Command& c) {
+    try {
+      control_.reply(c, true, carry_out(c));
+    } catch (const std::exception& error) {
+      control_.reply(c, false, error.what());
+    }
+  }
+
+  std::string carry_out(const Command& c) {
+    switch (c.kind) {
+      case CommandKind::pause:
+        if (gauges_.state == State::fault)
+          throw ConfigError("the simulation has stopped " + cause_ + "; reset or quit");
+        gauges_.state = State::paused;
+        return "paused";
+      case CommandKind::resume:
+        if (gauges_.state == State::fault)
+          throw ConfigError("the simulation has stopped " + cause_ + "; reset or quit");
+        gauges_.state = State::running;
+        return "running";
+      case CommandKind::step:
+        if (gauges_.state != State::paused) throw ConfigError("single steps are taken while paused; pause first");
+        ++single_steps_;
+        return "one step";
+      case CommandKind::reset:
+        simulation_.reset();
+        hands_ = {};
+        if (gauges_.state == State::fault) gauges_.state = State::running;
+        return "reset";
+      case CommandKind::quit:
+        quit_ = true;
+        return "quitting";
+      case CommandKind::set_parameter:
+        return set_parameter(c.name, c.value);
+    }
+    throw ConfigError("unknown command");
+  }
+
+  std::string set_parameter(const std::string& name, const std::string& value) {
+    if (name == "stream.scalar") {
+      frames_.set_scalar(frame_scalar_from(value));
+    } else if (name == "stream.particle_rate_hz") {
+      char* end = nullptr;
+      const double rate = std::strtod(value.c_str(), &end);
+      if (*end != '\0' || !(rate >= 1 && rate <= 1000))
+        throw ConfigError("stream.particle_rate_hz is '" + value + "'; expected 1 to 1000 Hz");
+      frames_.set_rate(rate);
+    } else {
+      simulation_.set_parameter(name, value);
+      return name + " is " + value + "; " + simulation_.numerics();
+    }
+    return name + " is " + value;
+  }
+
+  void report() {
+    std::uint64_t last_slow = 0;
+    while (!done_) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+      const std::uint64_t slow = gauges_.slow_steps;
+      const double factor = gauges_.real_time_factor;
+      std::string text = haptic_.foreign_peer();
+      if (text.empty() && factor < 0.98 && slow > last_slow && gauges_.state == State::running &&
+          !options_.as_fast_as_possible)
+        text = fmt::format("slow motion: the simulation takes longer than real time (factor {:.2f})", factor);
+      last_slow = slow;
+      control_.status(to_string(gauges_.state), text,
+                      {{"sim_time_s", gauges_.sim_time},
+                       {"steps", static_cast<double>(gauges_.steps)},
+                       {"real_time_factor", factor},
+                       {"step_p50_us", gauges_.step_time.quantile_us(0.5)},
+                       {"step_p99_us", gauges_.step_time.quantile_us(0.99)},
+                       {"step_max_us", gauges_.step_time.max_us()},
+                       {"handover_p50_us", gauges_.handover.quantile_us(0.5)},
+                       {"handover_p99_us", gauges_.handover.quantile_us(0.99)},
+                       {"slow_steps", static_cast<double>(slow)},
+                       {"max_speed_m_s", gauges_.max_speed},
+                       {"max_compression", gauges_.max_compression},
+                       {"kinetic_energy_J", gauges_.kinetic_energy},
+                       {"outside_particles", static_cast<double>(gauges_.outside)},
+                       {"frames", static_cast<double>(frames_.sent())},
+                       {"dropped_samples", static_cast<double>(haptic_.dropped() + control_.dropped())}});
+    }
+  }
+
+  ServerSummary summary() const {
+    ServerSummary s;
+    s.steps = gauges_.steps;
+    s.sim_time = step_ * static_cast<double>(gauges_.steps);
+    s.wall_time = 1e-9 * static_cast<double>(wall_ns_);
+    s.step_p50_us = gauges_.step_time.quantile_us(0.5);
+    s.step_p99_us = gauges_.step_time.quantile_us(0.99);
+    s.step_max_us = gauges_.step_time.max_us();
+    s.handover_p50_us = gauges_.handover.quantile_us(0.5);
+    s.handover_p99_us = gauges_.handover.quantile_us(0.99);
+    s.slow_steps = gauges_.slow_steps;
+    s.frames = frames_.sent();
+    s.dropped_samples = haptic_.dropped() + control_.dropped();
+    s.healthy = cause_.empty();
+    s.cause = cause_;
+    return s;
+  }
+
+  Simulation& simulation_;
+  const ServerOptions options_;
+  const StepOutput* output_;
+  const double step_;  // [s]
+  Gauges gauges_;
+  HapticLink haptic_;
+  FrameLink frames_;
+  ControlLink control_;
+  std::unique_ptr<Writer<SceneDescription>> scene_writer_;
+  std::array<Hand, kMaxProxies> hands_;
+  StepInput input_{};
+  int single_steps_ = 0;
+  bool quit_ = false;
+  std::atomic<bool> done_{false};
+  std::int64_t wall_ns_ = 0;
+  std::string cause_;  // of the first fault
+};
+
+}  // namespace
+
+ServerSummary serve(Simulation& simulation, Bus& bus, const ServerOptions& options, const std::atomic<int>& stop) {
+  return Server(simulation, bus, options).run(stop);
+}
+
+std::string to_json(const ServerSummary& s, const Simulation& simulation) {
+  std::string cause;
+  for (char c : s.cause) (c == '"' || c == '\\') ? (cause += '\\', cause += c) : cause += c;
+  return fmt::format(
+      "{{\n  \"scene\": \"{}\",\n  \"backend\": \"{}\",\n  \"numerics\": \"{}\",\n  \"particles\": {},\n  \"steps\": "
+      "{},\n"
+      "  \"sim_time_s\": {:.6f},\n  \"real_time_factor\": {:.4f},\n  \"step_p50_us\": {:.1f},\n  \"step_p99_us\": "
+      "{:.1f},\n"
+      "  \"step_max_us\": {:.1f},\n  \"slow_steps\": {},\n  \"handover_p50_us\": {:.1f},\n  \"handover_p99_us\": "
+      "{:.1f},\n"
+      "  \"frames\": {},\n  \"dropped_samples\": {},\n  \"healthy\": {},\n  \"cause\": \"{}\"\n}}\n",
+      simulation.scene().config.name, simulation.backend_name(), simulation.numerics(),
+      simulation.scene().position.size(), s.steps, s.sim_time, s.real_time_factor(), s.step_p50_us, s.step_p99_us,
+      s.step_max_us, s.slow_steps, s.handover_p50_us, s.handover_p99_us, s.frames, s.dropped_samples, s.healthy, cause);
+}
+
+}  // namespace palp
