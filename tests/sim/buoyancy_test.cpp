@@ -22,8 +22,8 @@ Scene pool(double side, double depth, double headroom, const std::function<bool(
 
 // The sphere's volume is that of its particles: a fluid meets a solid half a spacing outside its outer particles.
 TEST(Archimedes, SubmergedSphereIsPushedUpByTheFluidsWeight) {
-  constexpr double radius = 5 * dx, side = 16 * dx, depth = 18 * dx;
-  const Eigen::Vector3d center(side / 2, side / 2, 9 * dx);
+  constexpr double radius = 5 * dx, side = 15 * dx, depth = 16 * dx;
+  const Eigen::Vector3d center(side / 2, side / 2, 8 * dx);
   const auto in_sphere = [&](const Eigen::Vector3d& x) { return (x - center).norm() < radius; };
   Scene scene = pool(side, depth, 0.2, [&](const Eigen::Vector3d& x) { return !in_sphere(x); });
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(radius);
@@ -33,7 +33,7 @@ TEST(Archimedes, SubmergedSphereIsPushedUpByTheFluidsWeight) {
   probe.body = "sphere";
   scene.config.probes.push_back(probe);
   const auto simulation = simulate(scene);
-  constexpr int settle = 200, average = 200;
+  constexpr int settle = 100, average = 100;
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
   for (int k = 0; k < settle + average; ++k) {
     const StepOutput& out = simulation->step({});
@@ -49,8 +49,8 @@ TEST(Archimedes, SubmergedSphereIsPushedUpByTheFluidsWeight) {
 
 // Released one layer too high, a flat box of half the water's density comes to float with half its height under water.
 TEST(Archimedes, FlatBoxFloatsAtItsDraft) {
-  constexpr double side = 20 * dx, depth = 10 * dx, across = 12 * dx, high = 6 * dx, share = 0.5;
-  constexpr double sunk = 2 * dx;  // at the start; share * high is 3 layers
+  constexpr double side = 14 * dx, depth = 8 * dx, across = 8 * dx, high = 4 * dx, share = 0.5;
+  constexpr double sunk = 1 * dx;  // at the start; share * high is two layers
   const Eigen::Vector3d low((side - across) / 2, (side - across) / 2, depth - sunk);
   const Eigen::Vector3d top = low + Eigen::Vector3d(across, across, high);
   const auto in_box = [&](const Eigen::Vector3d& x) {
@@ -61,7 +61,7 @@ TEST(Archimedes, FlatBoxFloatsAtItsDraft) {
   const auto box = add_body(scene, "box", BodyType::rigid, wood, low, top);
   scene.config.accuracy = Accuracy::fast;
   const auto simulation = simulate(scene);
-  constexpr int settle = 1200, average = 600;
+  constexpr int settle = 800, average = 500;
   double height = 0, tilt = 0;
   for (int k = 0; k < settle + average; ++k) {
     const StepOutput& out = simulation->step({});

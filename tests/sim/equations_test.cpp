@@ -138,6 +138,35 @@ TEST_P(Equations, HoldOnRandomScenes) {
   }
 }
 
+// Long enough, and fast enough, that particles change their neighbours many times over.
+TEST_P(Equations, HoldWhileNeighborsChange) {
+  Random random(99);
+  RandomSceneOptions options;
+  options.method = GetParam().method;
+  options.periodic = GetParam().periodic;
+  Scene scene = random_scene(random, options);
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    const std::string& name = scene.bodies[scene.body[i]].name;
+    if (name == "water") scene.velocity[i] += Eigen::Vector3d(1.5, 1, 0);
+    if (name == "oil") scene.velocity[i] += Eigen::Vector3d(-2.5, 1, 0);
+  }
+  StepInput input = random_input(random, scene);
+  input[0].engaged = GetParam().engaged;
+  const auto simulation = simulate(scene);
+  Restated world = restate(scene);
+  for (int step = 1; step <= 40; ++step) {
+    const StepOutput& out = simulation->step(input);
+    ASSERT_TRUE(out.health.ok) << out.health.cause;
+    sub_step(world, input, world.plan.dt);
+  }
+  Snapshot snapshot;
+  simulation->snapshot(snapshot);
+  const Residuals r = compare(world, snapshot);
+  EXPECT_TRUE(within(r.position, tol::kManySteps));
+  EXPECT_TRUE(within(r.velocity, tol::kManySteps));
+  EXPECT_TRUE(within(r.pressure, tol::kManySteps));
+}
+
 INSTANTIATE_TEST_SUITE_P(Methods, Equations,
                          ::testing::Values(Case{"accurate_closed", Method::accurate, {false, false, false}, true},
                                            Case{"accurate_periodic", Method::accurate, {true, true, false}, true},

@@ -39,6 +39,7 @@ namespace tol {
 inline constexpr Tolerance kOneStep{2e-5, 1e-6, "round-off of sums over ~100 neighbours with cancellation"};
 // several sub-steps: the round-off of the first is carried on and grows by the sound that it makes
 inline constexpr Tolerance kFewSteps{2e-4, 2e-6, "round-off carried over a few sub-steps"};
+inline constexpr Tolerance kManySteps{5e-3, 2e-6, "as above over 40 sub-steps of a violent flow"};
 inline constexpr Tolerance kBodyState{5e-6, 1e-13, "a body's state, relative to the size of the scene"};
 inline constexpr Tolerance kBodyWrench{1e-4, 1e-12, "a sum of many pair forces that nearly cancel"};
 // kernels
