@@ -1,5 +1,5 @@
-// The cell grid and the loop over neighbours. Particles are stored sorted by cell, x fastest, so the three cells of a
-// row are one contiguous run of particles and a neighbourhood is nine runs.
+// The cell grid and the loop over neighbours. Particles are stored sorted by cell, x fastest, so the cells of a row are
+// one contiguous run of particles and a neighbourhood is a few runs.
 #pragma once
 
 #include "sim_server/physics/real.h"
@@ -8,7 +8,7 @@ namespace palp {
 
 struct CellGrid {
   Vec3 origin;                           // of cell (0,0,0) [m]
-  Vec3 inv_cell;                         // 1 / cell edge, at least the support radius [1/m]
+  Vec3 cell, inv_cell;                   // cell edge and its inverse [m, 1/m]
   Vec3 period;                           // domain length along periodic axes, 0 elsewhere [m]
   int n[3];                              // cells per axis; periodic axes have at least 3
   const std::uint32_t* start = nullptr;  // [cells + 1] first particle of each cell
@@ -41,38 +41,65 @@ struct CellGrid {
   }
 };
 
-// Neighbour index along one axis: false when there is none, else the cell and the shift to add to its particles.
-PALP_HD inline bool neighbor_cell(const CellGrid& g, int axis, int c, int& cell, real& shift) {
-  cell = c;
-  shift = real(0);
-  if (c >= 0 && c < g.n[axis]) return true;
-  if (!g.periodic(axis)) return false;
-  cell = c < 0 ? c + g.n[axis] : c - g.n[axis];
-  shift = c < 0 ? -g.period[axis] : g.period[axis];
-  return true;
+// The cells that x may reach along one axis, wrapped ones counted on past the domain's ends.
+PALP_HD inline int open_cell(const CellGrid& g, int axis, real x) {
+  if (!g.periodic(axis)) return g.cell_of(x, axis);
+  const real c = Eigen::numext::floor((x - g.origin[axis]) * g.inv_cell[axis]);
+  const int n = g.n[axis];
+  // in this form a position that is not a number has a cell too
+  return c > real(-n) ? (c < real(2 * n) ? static_cast<int>(c) : 2 * n - 1) : -n;
 }
 
-// Calls g(begin, end, shift) for the runs of particles in the 27 cells around x_i; add shift to their positions.
-template <class G>
-PALP_HD inline void for_each_run(const CellGrid& g, const Vec3& x_i, G&& run) {
-  const int c[3] = {g.cell_of(x_i.x(), 0), g.cell_of(x_i.y(), 1), g.cell_of(x_i.z(), 2)};
-  for (int row = 0; row < 9; ++row) {
-    int cy, cz;
+// A cell counted on past the ends of a periodic axis: where it is, and what to add to its particles' positions.
+PALP_HD inline int wrapped_cell(const CellGrid& g, int axis, int cell, real& shift) {
+  shift = real(0);
+  if (cell < 0) {
+    shift = -g.period[axis];
+    return cell + g.n[axis];
+  }
+  if (cell >= g.n[axis]) {
+    shift = g.period[axis];
+    return cell - g.n[axis];
+  }
+  return cell;
+}
+
+// How far x, in cell c, is from a row of cells along one axis.
+PALP_HD inline real gap_to(const CellGrid& g, int axis, real x, int c, int row) {
+  if (row == c) return real(0);
+  const real edge = g.origin[axis] + static_cast<real>(row < c ? row + 1 : row) * g.cell[axis];
+  return row < c ? x - edge : edge - x;
+}
+
+// Calls run(begin, end, shift) for runs of particles that together hold all within reach of x_i; add shift to their
+// positions. The rows of cells are shared among the team's groups.
+template <class Team, class G>
+PALP_HD inline void for_each_run(const CellGrid& g, const Vec3& x_i, real reach, Team team, G&& run) {
+  reach *= real(1.0001);  // rounding must not lose a particle at the very edge
+  const real y = x_i.y(), z = x_i.z();
+  const int y0 = open_cell(g, 1, y - reach), z0 = open_cell(g, 2, z - reach);
+  const int rows_y = open_cell(g, 1, y + reach) - y0 + 1, rows_z = open_cell(g, 2, z + reach) - z0 + 1;
+  const int cy = open_cell(g, 1, y), cz = open_cell(g, 2, z);
+  for (int row = team.group(); row < rows_y * rows_z; row += team.groups()) {
+    const int ry = y0 + row % rows_y, rz = z0 + row / rows_y;
+    const real gap_y = gap_to(g, 1, y, cy, ry), gap_z = gap_to(g, 2, z, cz, rz);
+    const real half2 = reach * reach - gap_y * gap_y - gap_z * gap_z;
+    if (!(half2 > real(0))) continue;
+    const real half = Eigen::numext::sqrt(half2);
     Vec3 shift(0, 0, 0);
-    if (!neighbor_cell(g, 1, c[1] + row % 3 - 1, cy, shift[1])) continue;
-    if (!neighbor_cell(g, 2, c[2] + row / 3 - 1, cz, shift[2])) continue;
-    const std::uint32_t* start = g.start + g.index(0, cy, cz);
-    const int first = c[0] > 0 ? c[0] - 1 : 0;
-    const int last = c[0] + 1 < g.n[0] ? c[0] + 1 : g.n[0] - 1;
-    run(start[first], start[last + 1], shift);
-    if (!g.periodic(0)) continue;
+    const int wy = wrapped_cell(g, 1, ry, shift[1]), wz = wrapped_cell(g, 2, rz, shift[2]);
+    const std::uint32_t* start = g.start + g.index(0, wy, wz);
+    const int first = open_cell(g, 0, x_i.x() - half), last = open_cell(g, 0, x_i.x() + half);
+    const int n = g.n[0];
+    run(start[first > 0 ? first : 0], start[last < n ? last + 1 : n], shift);
     // a periodic row goes on at its other end
-    if (c[0] == 0) {
+    if (first < 0) {
       shift[0] = -g.period[0];
-      run(start[g.n[0] - 1], start[g.n[0]], shift);
-    } else if (c[0] == g.n[0] - 1) {
+      run(start[first + n], start[n], shift);
+    }
+    if (last >= n) {
       shift[0] = g.period[0];
-      run(start[0], start[1], shift);
+      run(start[0], start[last - n + 1], shift);
     }
   }
 }
@@ -92,11 +119,12 @@ PALP_HD inline Vec3 separation(const CellGrid& g, const Vec3& x_i, const Packed&
 }
 
 // Calls f(j, x_i - x_j, r^2) for every particle j within the support radius of x_i, the particle itself included.
-// Back ends overload this for teams of their own: lanes that share the loop, or a stored list.
+// A team of lanes shares the loop: its groups share the rows of cells, the lanes of a group the particles of a row.
 template <class Team, class F>
-PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, Team team, F&& f) {
+PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, Team team,
+                                  F&& f) {
   const real support2 = support * support;
-  for_each_run(g, x_i, [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
+  for_each_run(g, x_i, support, team, [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
     const Vec3 x = x_i - shift;
     for (std::uint32_t j = begin + team.lane(); j < end; j += team.size()) {
       const Packed x_j = xV[j];
@@ -109,6 +137,8 @@ PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec
 
 // One thread does the whole loop: the CPU's team.
 struct SerialTeam {
+  PALP_HD int group() const { return 0; }
+  PALP_HD int groups() const { return 1; }
   PALP_HD std::uint32_t lane() const { return 0; }
   PALP_HD std::uint32_t size() const { return 1; }
   PALP_HD bool leader() const { return true; }
@@ -127,7 +157,8 @@ struct ListTeam : SerialTeam {
   ListTeam(const std::uint32_t* from, const std::uint32_t* to) : begin(from), end(to) {}
 };
 
-// In two passes over a block of the list, the first without branches: which neighbours are in reach cannot be predicted.
+// In two passes over a block of the list, the first without branches: which neighbours are in reach cannot be
+// predicted.
 template <class F>
 inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, ListTeam team, F&& f) {
   constexpr std::ptrdiff_t kBlock = 128;
