@@ -25,6 +25,9 @@ class FreeFall : public Simulation {
   const Scene& scene() const override { return scene_; }
   std::string backend_name() const override { return "none \"quoted\""; }
   std::string numerics() const override { return "exact"; }
+  double support_radius() const override { return 3 * scene_.spacing; }
+  const StepOutput& output() const override { return output_; }
+  void set_parameter(const std::string&, const std::string&) override {}
   const StepOutput& step(const StepInput& input) override {
     ++output_.step;
     output_.time = static_cast<double>(output_.step) / scene_.config.rate_hz;
