@@ -154,7 +154,7 @@ TEST(Loop, FadesIntoDampingWhileTheHandMoves) {
   Bench b;
   b.engage();
   b.device.reading.state.v = {0, 0.5, 0};
-  b.ticks(80, false);
+  b.ticks(70, false);
   EXPECT_NEAR(b.device.written.force.y(), -3 * 0.5, kRounding);
   EXPECT_NEAR(b.device.written.force.z(), 0, kRounding);
   EXPECT_EQ(b.loop.report().state, LoopState::degraded);
