@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "haptic_bridge/flight_log.h"
-#include "haptic_bridge/histogram.h"
+#include "idl/histogram.h"
 #include "haptic_bridge/loop.h"
 #include "haptic_bridge/realtime.h"
 #include "idl/latest.h"

@@ -7,26 +7,63 @@
 namespace palp {
 namespace {
 
-// Pressure of the fluid body above a point, as if it had always been there. Starting without it would drop the fluid by
-// its compression and ring for seconds.
-double resting_pressure(const Scene& scene, const Eigen::Vector3d& x, const Eigen::Vector3d& top, double density) {
-  double p = 0;
-  for (int a = 0; a < 3; ++a)
-    if (!scene.config.periodic[a]) p += density * scene.config.gravity[a] * (x[a] - top[a]);
-  return std::max(0.0, p);
+// The box around a body's particle centres.
+struct Extent {
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
+};
+
+Extent extent_of(const Scene& scene, const Body& body, const Eigen::Quaterniond& axes) {
+  Extent e;
+  for (std::uint32_t i = body.first; i < body.first + body.count; ++i) {
+    const Eigen::Vector3d x = axes.conjugate() * scene.position[i];
+    e.low = e.low.cwiseMin(x);
+    e.high = e.high.cwiseMax(x);
+  }
+  return e;
 }
 
-// The corner of a fluid body that gravity points away from: where its pressure is zero.
-Eigen::Vector3d surface_corner(const Scene& scene, const Body& body) {
-  Eigen::Vector3d top = Eigen::Vector3d::Zero();
+// Pressure along one axis at the face of a fluid body that gravity points away from: the weight of the fluid bodies
+// that lie on the whole of it.
+double pressure_on_top(const Scene& scene, const std::vector<Extent>& extent, std::size_t body, int axis) {
+  const double dx = scene.spacing, g = scene.config.gravity[axis];
+  const Extent& e = extent[body];
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    if (b == body || scene.bodies[b].type != BodyType::fluid || scene.bodies[b].count == 0) continue;
+    const double distance = g < 0 ? extent[b].low[axis] - e.high[axis] : e.low[axis] - extent[b].high[axis];
+    bool on_top = distance > 0.5 * dx && distance < 1.5 * dx;
+    for (int a = 0; a < 3; ++a)
+      on_top = on_top && (a == axis || (extent[b].low[a] < e.low[a] + dx && extent[b].high[a] > e.high[a] - dx));
+    if (!on_top) continue;
+    const double density = scene.config.materials[scene.bodies[b].material].density;
+    return density * std::abs(g) * (extent[b].high[axis] - extent[b].low[axis] + dx) +
+           pressure_on_top(scene, extent, b, axis);
+  }
+  return 0;
+}
+
+// Pressures of a fluid body as if it had always been there, under its own weight and that of the fluids on it. Starting
+// without would drop the fluid by its compression and ring for seconds.
+std::vector<double> resting_pressure(const Scene& scene, const std::vector<Extent>& extent, std::size_t index) {
+  const Body& body = scene.bodies[index];
+  const double density = scene.config.materials[body.material].density;
+  std::vector<double> p(body.count, 0.0);
   for (int a = 0; a < 3; ++a) {
     const double g = scene.config.gravity[a];
-    double extreme = scene.position[body.first][a];
-    for (std::uint32_t i = body.first; i < body.first + body.count; ++i)
-      extreme = g < 0 ? std::max(extreme, scene.position[i][a]) : std::min(extreme, scene.position[i][a]);
-    top[a] = extreme + (g < 0 ? 0.5 : -0.5) * scene.spacing;
+    if (scene.config.periodic[a] || g == 0) continue;
+    const double top = g < 0 ? extent[index].high[a] + 0.5 * scene.spacing : extent[index].low[a] - 0.5 * scene.spacing;
+    const double on_top = pressure_on_top(scene, extent, index, a);
+    for (std::uint32_t k = 0; k < body.count; ++k)
+      p[k] += on_top + density * g * (scene.position[body.first + k][a] - top);
   }
-  return top;
+  return p;
+}
+
+// How many contacts may push a body at once: what its stiffest contact is divided by to stay stable (rigid.h). At most
+// about the largest face of the box around it, when it lies flat.
+double contacts_at_once(const Scene& scene, const Body& body) {
+  const Extent e = extent_of(scene, body, body.orientation);
+  const Eigen::Array3d n = (e.high - e.low).array() / scene.spacing + 1;
+  return std::max({20.0, n[0] * n[1], n[1] * n[2], n[2] * n[0]});
 }
 
 BodyState initial_body(const Scene& scene, const Plan& plan, std::uint32_t index) {
@@ -51,8 +88,7 @@ BodyState initial_body(const Scene& scene, const Plan& plan, std::uint32_t index
       b.proxy = static_cast<std::int32_t>(p);
       b.handle = (scene.proxies[p].handle - body.center).cast<real>();
     }
-  constexpr double kContactsAtOnce = 20;
-  b.contact_mass = b.kind == Kind::rigid ? static_cast<real>(body.mass / kContactsAtOnce) : real(1e30);
+  b.contact_mass = b.kind == Kind::rigid ? static_cast<real>(body.mass / contacts_at_once(scene, body)) : real(1e30);
   return b;
 }
 
@@ -66,15 +102,17 @@ ParticleStore::ParticleStore(const Scene& scene, const Plan& plan) {
   tag.resize(n);
   id.resize(n);
   temperature.assign(scene.temperature.begin(), scene.temperature.end());
+  std::vector<Extent> extent;
+  for (const Body& body : scene.bodies) extent.push_back(extent_of(scene, body, Eigen::Quaterniond::Identity()));
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
     const bool fluid = body.type == BodyType::fluid;
     const double rho0 = scene.config.materials[body.material].density;
     const bool pressed = fluid && body.count > 0 && scene.config.gravity_ramp == 0 && plan.method == Method::accurate;
-    const Eigen::Vector3d top = pressed ? surface_corner(scene, body) : Eigen::Vector3d::Zero();
+    const std::vector<double> resting = pressed ? resting_pressure(scene, extent, b) : std::vector<double>();
     const double c2 = plan.sound_speed * plan.sound_speed;
     for (std::uint32_t i = body.first; i < body.first + body.count; ++i) {
-      const double p = pressed ? resting_pressure(scene, scene.position[i], top, rho0) : 0;
+      const double p = pressed ? resting[i - body.first] : 0;
       // the mass follows from the pressure, so that the body fills its volume in equilibrium
       mass[i] = static_cast<real>(scene.volume[i] * (fluid ? rho0 + p / c2 : rho0));
       xV[i] = pack(scene.position[i].cast<real>(), static_cast<real>(scene.volume[i]));

@@ -39,23 +39,61 @@ double interpolate(const std::array<std::array<double, 2>, 4>& table, double x) 
   return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
 }
 
-// The largest speed that the scene's own motion can reach: a free fall through the fluid's extent along gravity, the
-// initial speeds, a body force acting over the domain's smallest crossing of it, and a hand.
-double expected_speed(const Scene& scene) {
-  const SceneConfig& config = scene.config;
-  double speed = 1e-3;
+// How far what moves can fall along an axis: its extent, and the gap to the fixed particles below it. Zero without
+// anything that moves.
+double fall_along(const Scene& scene, int axis, BodyType type) {
+  const double down = scene.config.gravity[axis] < 0 ? 1 : -1;  // makes "up" positive
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
   for (std::size_t i = 0; i < scene.position.size(); ++i) {
-    const Body& body = scene.bodies[scene.body[i]];
-    speed = std::max(speed, scene.velocity[i].norm());
-    if (body.type != BodyType::fluid) continue;
+    if (scene.bodies[scene.body[i]].type != type) continue;
     low = low.cwiseMin(scene.position[i]);
     high = high.cwiseMax(scene.position[i]);
   }
-  if (low.x() < high.x() + 1e29)
-    for (int a = 0; a < 3; ++a)
-      if (!config.periodic[a])
-        speed = std::max(speed, std::sqrt(2 * std::abs(config.gravity[a]) * (high[a] - low[a] + scene.spacing)));
+  if (!(low.x() <= high.x())) return 0;
+  const double bottom = down > 0 ? low[axis] : -high[axis];
+  double floor = -1e30;
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    if (scene.bodies[scene.body[i]].type != BodyType::fixed) continue;
+    const Eigen::Vector3d& x = scene.position[i];
+    bool below = down * x[axis] < bottom;
+    for (int a = 0; a < 3; ++a) below = below && (a == axis || (x[a] >= low[a] && x[a] <= high[a]));
+    if (below) floor = std::max(floor, down * x[axis]);
+  }
+  const double gap = floor > -1e29 ? std::max(0.0, bottom - floor - scene.spacing) : 0;
+  return high[axis] - low[axis] + scene.spacing + gap;
+}
+
+// What a body force drives: a laminar channel across the domain's smallest extent, or, if that is less, free
+// acceleration over it.
+double driven_speed(const Scene& scene) {
+  const double force = scene.config.body_force.norm();
+  if (force == 0) return 0;
+  double across = 1e30, nu = 1e30;
+  for (int a = 0; a < 3; ++a) {
+    const double length = scene.bounds_max[a] - scene.bounds_min[a];
+    if (!scene.config.periodic[a]) across = std::min(across, length);
+  }
+  if (across > 1e29) across = (scene.bounds_max - scene.bounds_min).minCoeff();
+  for (const Body& body : scene.bodies) {
+    const MaterialConfig& m = scene.config.materials[body.material];
+    if (body.type == BodyType::fluid) nu = std::min(nu, m.viscosity / m.density);
+  }
+  const double free = std::sqrt(2 * force * across);
+  return nu > 0 ? std::min(free, force * across * across / (8 * nu)) : free;
+}
+
+// The largest speed that the scene's own motion can reach: a free fall of the fluid (of the bodies where there is
+// none), the initial speeds, what a body force drives, and a hand.
+double expected_speed(const Scene& scene) {
+  const SceneConfig& config = scene.config;
+  double speed = std::max(1e-3, driven_speed(scene));
+  bool fluid = false;
+  for (const Body& body : scene.bodies) fluid = fluid || body.type == BodyType::fluid;
+  for (const Eigen::Vector3d& v : scene.velocity) speed = std::max(speed, v.norm());
+  for (int a = 0; a < 3; ++a)
+    if (!config.periodic[a] && config.gravity[a] != 0)
+      speed = std::max(speed, std::sqrt(2 * std::abs(config.gravity[a]) *
+                                        fall_along(scene, a, fluid ? BodyType::fluid : BodyType::rigid)));
   if (!scene.proxies.empty()) speed = std::max(speed, 1.0);
   return speed;
 }
@@ -110,7 +148,7 @@ void plan_cells(const Scene& scene, Plan& plan) {
   const double most = std::max(4096.0, 8.0 * static_cast<double>(scene.position.size()));
   for (int a = 0; cells > most && a < 3; ++a) {
     const int least = config.periodic[a] ? 3 : 1;
-    const int n = std::max(least, static_cast<int>(plan.cells[a] * std::cbrt(most / cells)));
+    const int n = std::max(least, static_cast<int>(plan.cells[a] * std::pow(most / cells, 1.0 / (3 - a))));
     cells *= static_cast<double>(n) / plan.cells[a];
     plan.cells[a] = n;
   }

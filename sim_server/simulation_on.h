@@ -62,7 +62,7 @@ class SimulationOn final : public Simulation {
     });
     ++output_.step;
     output_.time = static_cast<double>(output_.step) / scene_.config.rate_hz;
-    results_.read(input, bodies_.host, *health_.host, output_);
+    results_.read(bodies_.host, *health_.host, output_);
     return output_;
   }
 

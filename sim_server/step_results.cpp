@@ -21,6 +21,17 @@ Gains<real> to_real(const CouplingConfig& g) {
 
 HandleState<double> to_handle(const RigidState& s) { return {s.position, s.orientation, s.linear, s.angular}; }
 
+// Finite and small enough to stay so in single precision, and a rotation.
+bool is_sane(const DeviceInput& in) {
+  constexpr double kMost = 1e6;
+  const RigidState& s = in.state;
+  for (const Eigen::Vector3d& v : {s.position, s.linear, s.angular})
+    if (!(v.cwiseAbs().maxCoeff() < kMost) || !v.allFinite()) return false;
+  const double turn = s.orientation.norm();
+  const CouplingConfig& g = in.gains;
+  return turn > 0.5 && turn < 2 && std::isfinite(g.stiffness + g.damping + g.angular_stiffness + g.angular_damping);
+}
+
 // The device after dt, moving on with its twist, as the sub-steps see it.
 RigidState moved_on(RigidState s, double dt) {
   s.position += dt * s.linear;
@@ -46,7 +57,7 @@ void StepResults::reset(const std::vector<BodyState>& bodies, StepOutput& out) {
   memory_.assign(scene_.proxies.size(), {});
 }
 
-void StepResults::fill(const StepInput& input, double time, StepBlock& block) const {
+void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
   const SceneConfig& config = scene_.config;
   // gravity grows smoothly, so that a column of fluid settles instead of ringing
   const double ramp = config.gravity_ramp > 0 && time < config.gravity_ramp
@@ -58,7 +69,8 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) co
     if (config.periodic[a]) level[a] = 0;
   block.forcing = {gravity.cast<real>(), level.cast<real>(), config.body_force.cast<real>()};
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
-    const DeviceInput& in = input[p];
+    // a device that sends nonsense counts as let go
+    const DeviceInput in = input_[p] = is_sane(input[p]) ? input[p] : DeviceInput{};
     block.proxy[p].engaged = in.engaged;
     block.proxy[p].gains = to_real(clipped(in.gains, scene_.proxies[p].limit));
     block.proxy[p].device = {in.state.position.cast<real>(), in.state.orientation.normalized().cast<real>(),
@@ -66,12 +78,12 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) co
   }
 }
 
-void StepResults::read(const StepInput& input, const BodyState* bodies, const HealthSums& sums, StepOutput& out) {
+void StepResults::read(const BodyState* bodies, const HealthSums& sums, StepOutput& out) {
   judge(sums, out.health);
   if (bodies == nullptr || !plan_.wrench) return;
   for (std::uint32_t b : plan_.reactive) read_body(b, bodies[b], out.bodies[b]);
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
-    read_proxy(p, input[p], bodies[scene_.proxies[p].body], out.proxies[p]);
+    read_proxy(p, input_[p], bodies[scene_.proxies[p].body], out.proxies[p]);
   for (std::uint32_t b : plan_.rigid) {
     const BodyState& state = bodies[b];
     out.health.kinetic_energy += 0.5 * state.mass * state.v.squaredNorm() + 0.5 * state.L.dot(state.w);

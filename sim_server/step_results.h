@@ -20,9 +20,10 @@ class StepResults {
  public:
   StepResults(const Scene& scene, const Plan& plan);
   void reset(const std::vector<BodyState>& bodies, StepOutput& out);
-  void fill(const StepInput& input, double time, StepBlock& block) const;
-  // bodies: null when the plan asks for no wrench.
-  void read(const StepInput& input, const BodyState* bodies, const HealthSums& sums, StepOutput& out);
+  // A device whose input is not finite, or no rotation, counts as not engaged for this step.
+  void fill(const StepInput& input, double time, StepBlock& block);
+  // Of the step that was filled last. bodies: null when the plan asks for no wrench.
+  void read(const BodyState* bodies, const HealthSums& sums, StepOutput& out);
 
  private:
   void read_body(std::uint32_t index, const BodyState& b, BodyOutput& out) const;
@@ -44,6 +45,7 @@ class StepResults {
   const Scene& scene_;
   const Plan& plan_;
   double step_ = 0;  // [s]
+  StepInput input_;  // as accepted
   std::vector<ProxyMemory> memory_;
 };
 

@@ -16,9 +16,16 @@ void check(cudaError_t error, const char* what) {
     throw std::runtime_error(std::string("CUDA: ") + what + " failed: " + cudaGetErrorString(error));
 }
 
+constexpr int kTeamThreads = 128;
+
+// Neighbours in reach that a lane remembers before it works on them. More would take the L1 cache's place in its
+// memory.
+constexpr int kRemembered = 16;
+
 // L neighbouring lanes of a warp share one particle's neighbour loop.
 template <int L>
 struct LaneTeam {
+  std::uint32_t* remembered;  // in shared memory, kTeamThreads apart
   PALP_HD std::uint32_t lane() const {
 #ifdef __CUDA_ARCH__
     return threadIdx.x % L;
@@ -37,6 +44,36 @@ struct LaneTeam {
   }
   PALP_HD Vec3 sum(const Vec3& v) const { return {sum(v.x()), sum(v.y()), sum(v.z())}; }
 };
+
+// First collects the neighbours in reach, then works on them: of the candidates that a warp tests together few are in
+// reach, and in one loop the whole warp would do the work of each.
+template <int L, class F>
+PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, LaneTeam<L> team,
+                                  F&& f) {
+  const real support2 = support * support;
+  int count = 0;
+  const auto work = [&] {
+    for (int k = 0; k < count; ++k) {
+      const std::uint32_t j = team.remembered[k * kTeamThreads];
+      const Vec3 d = separation(g, x_i, xV[j]);
+      f(j, d, d.squaredNorm());
+    }
+    count = 0;
+  };
+  int run = 0;
+  for_each_run(g, x_i, [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
+    // a layer of cells fills about half of the memory, and here the lanes are together
+    if (L <= 4 && run++ % 3 == 0) work();
+    const Vec3 x = x_i - shift;
+    for (std::uint32_t j = begin + team.lane(); j < end; j += L) {
+      const Packed x_j = xV[j];
+      if (Vec3(x.x() - x_j.x, x.y() - x_j.y, x.z() - x_j.z).squaredNorm() >= support2) continue;
+      if (count == kRemembered) work();
+      team.remembered[count++ * kTeamThreads] = j;
+    }
+  });
+  work();
+}
 
 // A block of threads shares one item.
 struct BlockTeam {
@@ -83,9 +120,10 @@ __global__ void run_each(std::uint32_t n, F f) {
 }
 
 template <int L, class F>
-__global__ void __launch_bounds__(128) run_team(std::uint32_t n, F f) {
-  const std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / L;
-  if (i < n) f(i, LaneTeam<L>{});
+__global__ void __launch_bounds__(kTeamThreads) run_team(std::uint32_t n, F f) {
+  __shared__ std::uint32_t remembered[kRemembered * kTeamThreads];
+  const std::uint32_t i = (blockIdx.x * kTeamThreads + threadIdx.x) / L;
+  if (i < n) f(i, LaneTeam<L>{remembered + threadIdx.x});
 }
 
 template <class F>
@@ -252,12 +290,26 @@ class Cuda {
   template <class F>
   void for_each_team(const char* name, std::uint32_t n, const F& f) {
     note(name);
-    if (n <= 20000)
-      run_team<16><<<blocks(n * 16, 128), 128, 0, stream_>>>(n, f);
-    else if (n <= 150000)
-      run_team<4><<<blocks(n * 4, 128), 128, 0, stream_>>>(n, f);
-    else
-      run_team<1><<<blocks(n, 128), 128, 0, stream_>>>(n, f);
+    static const int lanes = getenv("PALP_LANES") ? atoi(getenv("PALP_LANES")) : 0;
+    switch (lanes ? lanes : n <= 20000 ? 16 : n <= 150000 ? 4 : 1) {
+      case 32:
+        run_team<32><<<blocks(n * 32ull, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
+        break;
+      case 16:
+        run_team<16><<<blocks(n * 16ull, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
+        break;
+      case 8:
+        run_team<8><<<blocks(n * 8ull, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
+        break;
+      case 4:
+        run_team<4><<<blocks(n * 4ull, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
+        break;
+      case 2:
+        run_team<2><<<blocks(n * 2ull, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
+        break;
+      default:
+        run_team<1><<<blocks(n, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
+    }
     check(cudaGetLastError(), name);
   }
   template <class F>

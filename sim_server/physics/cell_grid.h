@@ -52,51 +52,59 @@ PALP_HD inline bool neighbor_cell(const CellGrid& g, int axis, int c, int& cell,
   return true;
 }
 
-// Calls f(j, x_i - x_j, r^2) for every particle j within the support radius of x_i, the particle itself included.
-// The lanes of the team share the loop; each lane sees a part, in a fixed order.
-template <class Team, class F>
-PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, Team team,
-                                  F&& f) {
+// Calls g(begin, end, shift) for the runs of particles in the 27 cells around x_i; add shift to their positions.
+template <class G>
+PALP_HD inline void for_each_run(const CellGrid& g, const Vec3& x_i, G&& run) {
   const int c[3] = {g.cell_of(x_i.x(), 0), g.cell_of(x_i.y(), 1), g.cell_of(x_i.z(), 2)};
-  const real support2 = support * support;
   for (int row = 0; row < 9; ++row) {
     int cy, cz;
     Vec3 shift(0, 0, 0);
     if (!neighbor_cell(g, 1, c[1] + row % 3 - 1, cy, shift[1])) continue;
     if (!neighbor_cell(g, 2, c[2] + row / 3 - 1, cz, shift[2])) continue;
-    const std::uint32_t base = g.index(0, cy, cz);
-    int from = c[0] - 1;
-    const int last = c[0] + 1;
-    while (from <= last) {
-      // one run, or two where a periodic row wraps
-      int to = last, begin = from;
-      if (from < 0) {
-        if (!g.periodic(0)) {
-          from = 0;
-          continue;
-        }
-        begin = from + g.n[0];
-        to = -1;
-        shift[0] = -g.period[0];
-      } else if (from >= g.n[0]) {
-        if (!g.periodic(0)) break;
-        begin = from - g.n[0];
-        shift[0] = g.period[0];
-      } else {
-        if (to >= g.n[0]) to = g.n[0] - 1;
-        shift[0] = real(0);
-      }
-      const Vec3 x = x_i - shift;
-      const std::uint32_t end = g.start[base + begin + (to - from) + 1];
-      for (std::uint32_t j = g.start[base + begin] + team.lane(); j < end; j += team.size()) {
-        const Packed x_j = xV[j];
-        const Vec3 d(x.x() - x_j.x, x.y() - x_j.y, x.z() - x_j.z);
-        const real r2 = d.squaredNorm();
-        if (r2 < support2) f(j, d, r2);
-      }
-      from = to + 1;
+    const std::uint32_t* start = g.start + g.index(0, cy, cz);
+    const int first = c[0] > 0 ? c[0] - 1 : 0;
+    const int last = c[0] + 1 < g.n[0] ? c[0] + 1 : g.n[0] - 1;
+    run(start[first], start[last + 1], shift);
+    if (!g.periodic(0)) continue;
+    // a periodic row goes on at its other end
+    if (c[0] == 0) {
+      shift[0] = -g.period[0];
+      run(start[g.n[0] - 1], start[g.n[0]], shift);
+    } else if (c[0] == g.n[0] - 1) {
+      shift[0] = g.period[0];
+      run(start[0], start[1], shift);
     }
   }
+}
+
+// x_i - x_j, the shortest way round along periodic axes.
+PALP_HD inline Vec3 separation(const CellGrid& g, const Vec3& x_i, const Packed& x_j) {
+  Vec3 d(x_i.x() - x_j.x, x_i.y() - x_j.y, x_i.z() - x_j.z);
+  for (int a = 0; a < 3; ++a) {
+    const real half = real(0.5) * g.period[a];
+    if (half == real(0)) continue;
+    if (d[a] > half)
+      d[a] -= g.period[a];
+    else if (d[a] < -half)
+      d[a] += g.period[a];
+  }
+  return d;
+}
+
+// Calls f(j, x_i - x_j, r^2) for every particle j within the support radius of x_i, the particle itself included.
+// Back ends overload this for teams of their own: lanes that share the loop, or a stored list.
+template <class Team, class F>
+PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, Team team, F&& f) {
+  const real support2 = support * support;
+  for_each_run(g, x_i, [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
+    const Vec3 x = x_i - shift;
+    for (std::uint32_t j = begin + team.lane(); j < end; j += team.size()) {
+      const Packed x_j = xV[j];
+      const Vec3 d(x.x() - x_j.x, x.y() - x_j.y, x.z() - x_j.z);
+      const real r2 = d.squaredNorm();
+      if (r2 < support2) f(j, d, r2);
+    }
+  });
 }
 
 // One thread does the whole loop: the CPU's team.
@@ -119,21 +127,27 @@ struct ListTeam : SerialTeam {
   ListTeam(const std::uint32_t* from, const std::uint32_t* to) : begin(from), end(to) {}
 };
 
+// In two passes over a block of the list, the first without branches: which neighbours are in reach cannot be predicted.
 template <class F>
 inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, ListTeam team, F&& f) {
+  constexpr std::ptrdiff_t kBlock = 128;
+  struct Hit {
+    std::uint32_t j;
+    real r2;
+    Vec3 d;
+  } hits[kBlock + 1];
   const real support2 = support * support;
   const bool periodic = g.periodic(0) || g.periodic(1) || g.periodic(2);
-  for (const std::uint32_t* j = team.begin; j != team.end; ++j) {
-    Vec3 d = x_i - xV[*j].xyz();
-    if (periodic)
-      for (int a = 0; a < 3; ++a) {
-        if (d[a] > real(0.5) * g.period[a])
-          d[a] -= g.period[a];
-        else if (d[a] < real(-0.5) * g.period[a])
-          d[a] += g.period[a];
-      }
-    const real r2 = d.squaredNorm();
-    if (r2 < support2) f(*j, d, r2);
+  for (const std::uint32_t* block = team.begin; block < team.end; block += kBlock) {
+    const std::uint32_t* end = team.end - block > kBlock ? block + kBlock : team.end;
+    int count = 0;
+    for (const std::uint32_t* j = block; j != end; ++j) {
+      const Vec3 d = periodic ? separation(g, x_i, xV[*j]) : Vec3(x_i - xV[*j].xyz());
+      const real r2 = d.squaredNorm();
+      hits[count] = {*j, r2, d};
+      count += r2 < support2 ? 1 : 0;
+    }
+    for (int k = 0; k < count; ++k) f(hits[k].j, hits[k].d, hits[k].r2);
   }
 }
 

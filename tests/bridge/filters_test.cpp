@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "haptic_bridge/histogram.h"
+#include "idl/histogram.h"
 
 namespace palp {
 namespace {

@@ -21,7 +21,7 @@ inline Scene empty_scene(double spacing, const Eigen::Vector3d& min, const Eigen
 
 inline std::uint32_t add_material(Scene& scene, double density, double viscosity) {
   MaterialConfig m;
-  m.name = "m" + std::to_string(scene.config.materials.size());
+  m.name = std::to_string(scene.config.materials.size());
   m.density = density;
   m.viscosity = viscosity;
   scene.config.materials.push_back(m);

@@ -1,0 +1,82 @@
+// Archimedes: the force on a fixed, submerged sphere and the draft of a floating box.
+#include <gtest/gtest.h>
+
+#include "tests/support/backend.h"
+#include "tests/support/scenes.h"
+#include "tests/support/tolerance.h"
+
+namespace palp::testing {
+namespace {
+
+constexpr double dx = 0.02, kFloor = 3 * dx;
+
+// A pool, periodic along x and y, over a floor.
+Scene pool(double side, double depth, double headroom, const std::function<bool(const Eigen::Vector3d&)>& is_water) {
+  Scene scene = empty_scene(dx, {0, 0, -kFloor}, {side, side, depth + headroom});
+  scene.config.periodic = {true, true, false};
+  const auto water = add_material(scene, 1000, 1e-3);
+  add_body(scene, "water", BodyType::fluid, water, {0, 0, 0}, {side, side, depth}, is_water);
+  add_body(scene, "floor", BodyType::fixed, water, {0, 0, -kFloor}, {side, side, 0});
+  return scene;
+}
+
+// The sphere's volume is that of its particles: a fluid meets a solid half a spacing outside its outer particles.
+TEST(Archimedes, SubmergedSphereIsPushedUpByTheFluidsWeight) {
+  constexpr double radius = 5 * dx, side = 15 * dx, depth = 16 * dx;
+  const Eigen::Vector3d center(side / 2, side / 2, 8 * dx);
+  const auto in_sphere = [&](const Eigen::Vector3d& x) { return (x - center).norm() < radius; };
+  Scene scene = pool(side, depth, 0.2, [&](const Eigen::Vector3d& x) { return !in_sphere(x); });
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(radius);
+  const auto sphere = add_body(scene, "sphere", BodyType::fixed, 0, center - half, center + half, in_sphere);
+  ProbeConfig probe;
+  probe.quantity = Quantity::body;
+  probe.body = "sphere";
+  scene.config.probes.push_back(probe);
+  const auto simulation = simulate(scene);
+  constexpr int settle = 100, average = 100;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (int k = 0; k < settle + average; ++k) {
+    const StepOutput& out = simulation->step({});
+    ASSERT_TRUE(out.health.ok) << out.health.cause;
+    if (k >= settle) force += out.bodies[sphere].force / average;
+  }
+  const double volume = scene.bodies[sphere].volume, weight = 1000 * 9.81 * volume;
+  RecordProperty("lift_over_weight", std::to_string(force.z() / weight));
+  RecordProperty("particle_volume_over_sphere", std::to_string(volume / (4. / 3 * M_PI * std::pow(radius, 3))));
+  EXPECT_TRUE(within(force.z() / weight - 1, tol::kBuoyancy));
+  EXPECT_TRUE(within(force.head<2>().norm() / weight, tol::kBuoyancy));
+}
+
+// Released one layer too high, a flat box of half the water's density comes to float with half its height under water.
+TEST(Archimedes, FlatBoxFloatsAtItsDraft) {
+  constexpr double side = 14 * dx, depth = 8 * dx, across = 8 * dx, high = 4 * dx, share = 0.5;
+  constexpr double sunk = 1 * dx;  // at the start; share * high is two layers
+  const Eigen::Vector3d low((side - across) / 2, (side - across) / 2, depth - sunk);
+  const Eigen::Vector3d top = low + Eigen::Vector3d(across, across, high);
+  const auto in_box = [&](const Eigen::Vector3d& x) {
+    return (x.array() > low.array()).all() && (x.array() < top.array()).all();
+  };
+  Scene scene = pool(side, depth, 0.2, [&](const Eigen::Vector3d& x) { return !in_box(x); });
+  const auto wood = add_material(scene, 1000 * share, 1e-3);
+  const auto box = add_body(scene, "box", BodyType::rigid, wood, low, top);
+  scene.config.accuracy = Accuracy::fast;
+  const auto simulation = simulate(scene);
+  constexpr int settle = 800, average = 500;
+  double height = 0, tilt = 0;
+  for (int k = 0; k < settle + average; ++k) {
+    const StepOutput& out = simulation->step({});
+    ASSERT_TRUE(out.health.ok) << out.health.cause;
+    if (k < settle) continue;
+    height += out.bodies[box].state.position.z() / average;
+    tilt = std::max(tilt, out.bodies[box].state.orientation.angularDistance(Eigen::Quaterniond::Identity()));
+  }
+  // the water that the box displaces lifts the level: level = level0 + (draft - sunk) across^2 / side^2
+  const double bottom = height - high / 2, ratio = across * across / (side * side);
+  const double draft = (depth - bottom - ratio * sunk) / (1 - ratio);
+  RecordProperty("draft_over_height", std::to_string(draft / high));
+  EXPECT_TRUE(within(draft / high - share, tol::kDraft));
+  EXPECT_LT(tilt, 0.1);
+}
+
+}  // namespace
+}  // namespace palp::testing

@@ -1,0 +1,98 @@
+// The two back ends run the same functors, so they may differ by round-off only: one sub-step closely, a longer run in
+// what it amounts to.
+#include <gtest/gtest.h>
+
+#include "tests/support/backend.h"
+#include "tests/support/random_scene.h"
+#include "tests/support/tolerance.h"
+
+namespace palp::testing {
+namespace {
+
+// Largest difference relative to the largest value.
+double difference(const std::vector<float>& a, const std::vector<float>& b) {
+  double worst = 0, scale = 1e-30;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    worst = std::max(worst, std::abs(double(a[i]) - b[i]));
+    scale = std::max(scale, std::abs(double(a[i])));
+  }
+  return a.size() == b.size() ? worst / scale : 1e30;
+}
+
+class CpuVsCuda : public ::testing::TestWithParam<Method> {};
+
+TEST_P(CpuVsCuda, AgreeAfterAFewSubSteps) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    RandomSceneOptions options;
+    options.method = GetParam();
+    options.periodic = {seed % 2 == 0, seed > 2, false};
+    const Scene scene = random_scene(random, options);
+    const StepInput input = random_input(random, scene);
+    const auto cpu = simulate(scene, Backend::cpu), gpu = simulate(scene, Backend::cuda);
+    Snapshot a, b;
+    for (int k = 0; k < 3; ++k) {
+      const StepOutput &on_cpu = cpu->step(input), &on_gpu = gpu->step(input);
+      cpu->snapshot(a);
+      gpu->snapshot(b);
+      const Tolerance& tolerance = k == 0 ? tol::kOneStep : tol::kFewSteps;
+      EXPECT_TRUE(within(difference(a.position, b.position), tolerance));
+      EXPECT_TRUE(within(difference(a.velocity, b.velocity), tolerance));
+      EXPECT_TRUE(within(difference(a.pressure, b.pressure), tolerance));
+      EXPECT_TRUE(within((on_cpu.proxies[0].force - on_gpu.proxies[0].force).norm() / on_cpu.proxies[0].force.norm(),
+                         tol::kBodyWrench));
+      for (std::size_t body = 2; body < scene.bodies.size(); ++body)
+        EXPECT_TRUE(
+            within((on_cpu.bodies[body].force - on_gpu.bodies[body].force).norm() / on_cpu.bodies[body].force.norm(),
+                   tol::kFewSteps));
+      EXPECT_NEAR(on_gpu.health.kinetic_energy / on_cpu.health.kinetic_energy, 1, 1e-4);
+      EXPECT_NEAR(on_gpu.health.max_speed / on_cpu.health.max_speed, 1, 1e-4);
+      EXPECT_EQ(on_gpu.health.outside, on_cpu.health.outside);
+    }
+  }
+}
+
+// A column collapses in a tray: single particles part ways, the flow does not.
+TEST_P(CpuVsCuda, AgreeInTheSumOfALongRun) {
+  constexpr double dx = 0.025;
+  Scene scene = empty_scene(dx, {-0.1, -0.1, -0.1}, {0.6, 0.4, 0.6});
+  scene.config.method = GetParam();
+  scene.config.numerics.max_speed = 2;
+  const auto water = add_material(scene, 1000, GetParam() == Method::paper ? 5 : 0.1);
+  add_body(scene, "water", BodyType::fluid, water, {0, 0, 0}, {0.2, 0.3, 0.3});
+  add_tray(scene, water, {0, 0, 0}, {0.5, 0.3, 0.4}, 3 * dx);
+  ProbeConfig probe;
+  probe.quantity = Quantity::body;
+  probe.body = "tray";
+  scene.config.probes.push_back(probe);
+  const auto cpu = simulate(scene, Backend::cpu), gpu = simulate(scene, Backend::cuda);
+  Eigen::Vector3d force_cpu = Eigen::Vector3d::Zero(), force_gpu = Eigen::Vector3d::Zero();
+  double energy_cpu = 0, energy_gpu = 0;
+  for (int k = 0; k < 300; ++k) {
+    const StepOutput &on_cpu = cpu->step({}), &on_gpu = gpu->step({});
+    ASSERT_TRUE(on_cpu.health.ok && on_gpu.health.ok) << on_gpu.health.cause;
+    force_cpu += on_cpu.bodies[1].force / 300;
+    force_gpu += on_gpu.bodies[1].force / 300;
+    energy_cpu += on_cpu.health.kinetic_energy;
+    energy_gpu += on_gpu.health.kinetic_energy;
+  }
+  Snapshot a, b;
+  cpu->snapshot(a);
+  gpu->snapshot(b);
+  Eigen::Vector3d center_cpu = Eigen::Vector3d::Zero(), center_gpu = Eigen::Vector3d::Zero();
+  for (std::uint32_t i = 0; i < scene.bodies[0].count; ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      center_cpu[axis] += a.position[3 * i + axis] / scene.bodies[0].count;
+      center_gpu[axis] += b.position[3 * i + axis] / scene.bodies[0].count;
+    }
+  EXPECT_LT((center_cpu - center_gpu).norm(), 0.05 * dx);
+  EXPECT_NEAR(energy_gpu / energy_cpu, 1, 0.01);
+  EXPECT_LT((force_gpu - force_cpu).norm() / force_cpu.norm(), 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, CpuVsCuda, ::testing::Values(Method::accurate, Method::paper),
+                         [](const auto& param) { return to_string(param.param); });
+
+}  // namespace
+}  // namespace palp::testing

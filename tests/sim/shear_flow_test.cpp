@@ -1,0 +1,111 @@
+// Viscosity: start-up of plane Couette and Poiseuille flow (Morris, Fox & Zhu 1997) and the decay of Taylor's vortices.
+// In units of the channel: its height is 1 m and nu = 1 m^2/s, so times are in L^2 / nu.
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/backend.h"
+#include "tests/support/scenes.h"
+#include "tests/support/tolerance.h"
+
+namespace palp::testing {
+namespace {
+
+constexpr double dx = 0.1;
+
+Scene channel() {
+  constexpr double deep = 9 * dx, wall = 3 * dx;
+  Scene scene = empty_scene(dx, {0, 0, -wall}, {deep, deep, 1 + wall});
+  SceneConfig& config = scene.config;
+  config.periodic = {true, true, false};
+  config.gravity.setZero();
+  config.rate_hz = 800;
+  config.numerics.support_over_spacing = 3;
+  config.numerics.artificial_viscosity = 0;
+  config.numerics.max_speed = 1;
+  const auto oil = add_material(scene, 1000, 1000);
+  add_body(scene, "oil", BodyType::fluid, oil, {0, 0, 0}, {deep, deep, 1});
+  add_body(scene, "bottom", BodyType::fixed, oil, {0, 0, -wall}, {deep, deep, 0});
+  add_body(scene, "top", BodyType::fixed, oil, {0, 0, 1}, {deep, deep, 1 + wall});
+  return scene;
+}
+
+// Largest difference of the particles' speed from the profile, at the times of Morris et al.
+void expect_profile(const Scene& scene, double scale, const std::function<double(double z, double t)>& speed) {
+  const auto simulation = simulate(scene);
+  Snapshot s;
+  for (double t : {0.0225, 0.045, 0.1125, 0.225, 1.0}) {
+    const StepOutput* out = nullptr;
+    do {
+      out = &simulation->step({});
+      ASSERT_TRUE(out->health.ok) << out->health.cause;
+    } while (out->time < t - 1e-9);
+    simulation->snapshot(s);
+    double worst = 0;
+    for (std::uint32_t i = 0; i < scene.bodies[0].count; ++i)
+      worst = std::max(worst, std::abs(s.velocity[3 * i] - speed(s.position[3 * i + 2], out->time)));
+    EXPECT_TRUE(within(worst / scale, tol::kShearFlow)) << "t = " << t;
+    ::testing::Test::RecordProperty("error_at_" + std::to_string(t), std::to_string(worst / scale));
+  }
+}
+
+TEST(ShearFlow, CouetteStartsUp) {
+  Scene scene = channel();
+  scene.bodies[2].velocity = {1, 0, 0};
+  for (std::uint32_t i = 0; i < scene.bodies[2].count; ++i) scene.velocity[scene.bodies[2].first + i].x() = 1;
+  expect_profile(scene, 0.5, [](double z, double t) {
+    double u = z;
+    for (int n = 1; n < 60; ++n)
+      u += 2 / (n * M_PI) * (n % 2 ? -1 : 1) * std::sin(n * M_PI * z) * std::exp(-n * n * M_PI * M_PI * t);
+    return u;
+  });
+}
+
+TEST(ShearFlow, PoiseuilleStartsUp) {
+  Scene scene = channel();
+  scene.config.body_force = {8, 0, 0};  // 1 m/s in the middle
+  expect_profile(scene, 1, [](double z, double t) {
+    double u = 4 * z * (1 - z);
+    for (int n = 0; n < 30; ++n) {
+      const double k = 2 * n + 1;
+      u -= 32 / std::pow(M_PI * k, 3) * std::sin(M_PI * k * z) * std::exp(-k * k * M_PI * M_PI * t);
+    }
+    return u;
+  });
+}
+
+// u = U sin(2 pi x) cos(2 pi z) e^(-8 pi^2 nu t), Re = 20: the energy falls with twice that rate.
+TEST(ShearFlow, TaylorGreenVorticesDecay) {
+  constexpr double fine = 0.05, deep = 9 * fine, nu = 0.05;
+  Scene scene = empty_scene(fine, {0, 0, 0}, {1, deep, 1});
+  scene.config.periodic = {true, true, true};
+  scene.config.gravity.setZero();
+  scene.config.numerics.support_over_spacing = 3;
+  scene.config.numerics.artificial_viscosity = 0;
+  scene.config.numerics.max_speed = 1;
+  scene.config.rate_hz = 200;
+  const auto oil = add_material(scene, 1000, 1000 * nu);
+  add_body(scene, "oil", BodyType::fluid, oil, {0, 0, 0}, {1, deep, 1});
+  double before = 0;
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    const double x = 2 * M_PI * scene.position[i].x(), z = 2 * M_PI * scene.position[i].z();
+    scene.velocity[i] = {std::sin(x) * std::cos(z), 0, -std::cos(x) * std::sin(z)};
+    before += 0.5 * 1000 * scene.volume[i] * scene.velocity[i].squaredNorm();
+  }
+  const auto simulation = simulate(scene);
+  const StepOutput* out = nullptr;
+  double energy_early = 0, time_early = 0;
+  for (int k = 0; k < 60; ++k) {
+    out = &simulation->step({});
+    ASSERT_TRUE(out->health.ok) << out->health.cause;
+    if (k == 19) energy_early = out->health.kinetic_energy, time_early = out->time;
+  }
+  const double expected = 16 * M_PI * M_PI * nu;
+  const double rate = std::log(before / out->health.kinetic_energy) / out->time;
+  RecordProperty("rate_over_exact", std::to_string(rate / expected));
+  RecordProperty("early_rate_over_exact", std::to_string(std::log(before / energy_early) / time_early / expected));
+  EXPECT_TRUE(within(rate / expected - 1, tol::kTaylorGreen));
+}
+
+}  // namespace
+}  // namespace palp::testing

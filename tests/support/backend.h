@@ -1,0 +1,24 @@
+// The back end that a test binary is built for: the CPU, or with PALP_TEST_CUDA the GPU. Without a GPU all tests of the
+// binary are skipped with the reason.
+#pragma once
+
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "sim_server/backend/make.h"
+#include "sim_server/simulation.h"
+
+namespace palp::testing {
+
+#ifdef PALP_TEST_CUDA
+inline constexpr Backend kBackend = Backend::cuda;
+#else
+inline constexpr Backend kBackend = Backend::cpu;
+#endif
+
+inline std::unique_ptr<Simulation> simulate(const Scene& scene, Backend backend = kBackend) {
+  return make_simulation(scene, backend);
+}
+
+}  // namespace palp::testing

@@ -1,0 +1,362 @@
+#include "tests/support/equations.h"
+
+#include <cmath>
+
+namespace palp::testing {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+const Body& body_of(const Restated& w, std::size_t i) { return w.scene->bodies[w.scene->body[i]]; }
+bool is_fluid(const Restated& w, std::size_t i) { return body_of(w, i).type == BodyType::fluid; }
+bool is_fixed(const Restated& w, std::size_t i) { return body_of(w, i).type == BodyType::fixed; }
+const MaterialConfig& material_of(const Restated& w, std::size_t i) {
+  return w.scene->config.materials[body_of(w, i).material];
+}
+double density0(const Restated& w, std::size_t i) { return material_of(w, i).density; }
+double acting(const Restated& w, double p) { return w.plan.tension ? p : std::max(0.0, p); }
+
+// x_i - x_j, of the nearest image.
+Vector3d separation(const Restated& w, std::size_t i, std::size_t j) {
+  Vector3d d = w.x[i] - w.x[j];
+  for (int a = 0; a < 3; ++a) {
+    const double period = w.scene->bounds_max[a] - w.scene->bounds_min[a];
+    if (w.scene->config.periodic[a]) d[a] -= period * std::round(d[a] / period);
+  }
+  return d;
+}
+
+template <class F>
+void for_pairs(const Restated& w, std::size_t i, F&& f) {
+  for (std::size_t j = 0; j < w.x.size(); ++j) {
+    const Vector3d d = separation(w, i, j);
+    if (j != i && d.norm() < w.plan.support) f(j, d);
+  }
+}
+
+// Gravity that pressure can balance.
+Vector3d level_gravity(const Restated& w) {
+  Vector3d g = w.scene->config.gravity;
+  for (int a = 0; a < 3; ++a)
+    if (w.scene->config.periodic[a]) g[a] = 0;
+  return g;
+}
+
+Matrix3d cross(const Vector3d& a) {
+  Matrix3d m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
+Eigen::Quaterniond turned(const Eigen::Quaterniond& q, const Vector3d& rotation) {
+  if (rotation.norm() == 0) return q;
+  return (Eigen::Quaterniond(Eigen::AngleAxisd(rotation.norm(), rotation.normalized())) * q).normalized();
+}
+
+// d rho/dt = - rho div v + delta h c sum_j V_j psi_ij . gradW, psi_ij = 2 (rho_j - rho_i - hydrostatic) x_ji / r^2
+void continuity(Restated& w) {
+  const double c2 = w.plan.sound_speed * w.plan.sound_speed, h = 0.5 * w.plan.support;
+  const Vector3d g = level_gravity(w);
+  std::vector<double> rho_new(w.x.size());
+  for (std::size_t i = 0; i < w.x.size(); ++i) {
+    if (!is_fluid(w, i)) continue;
+    const double rho0 = density0(w, i), rho_i = rho0 + w.p[i] / c2;
+    double divergence = 0, diffusion = 0;
+    for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
+      const Vector3d gradient = wendland_gradient(x_ij, w.plan.support);
+      const Vector3d v_j = is_fixed(w, j) ? Vector3d::Zero() : w.v[j];
+      divergence += w.V[j] * (v_j - w.v[i]).dot(gradient);
+      if (!is_fluid(w, j) || body_of(w, j).material != body_of(w, i).material) return;
+      const double rho_j = rho0 + w.p[j] / c2;
+      const double resting = rho0 * g.dot(-x_ij) / c2;
+      diffusion += w.V[j] * 2 * (rho_j - rho_i - resting) * (-x_ij).dot(gradient) / x_ij.squaredNorm();
+    });
+    rho_new[i] = rho_i + w.plan.dt * (-rho_i * divergence + w.plan.diffusion * h * w.plan.sound_speed * diffusion);
+  }
+  for (std::size_t i = 0; i < w.x.size(); ++i) {
+    if (!is_fluid(w, i)) continue;
+    w.p[i] = c2 * (rho_new[i] - density0(w, i));
+    w.V[i] = w.m[i] / rho_new[i];
+  }
+}
+
+// Adami, Hu & Adams 2012, eqs. 23 and 27 without the wall's acceleration.
+void extrapolate_to_walls(Restated& w) {
+  const double c2 = w.plan.sound_speed * w.plan.sound_speed;
+  const Vector3d g = level_gravity(w);
+  for (std::size_t i = 0; i < w.x.size(); ++i) {
+    if (is_fluid(w, i)) continue;
+    double p = 0, sum = 0;
+    Vector3d v = Vector3d::Zero();
+    for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
+      if (!is_fluid(w, j)) return;
+      const double W = wendland(x_ij.norm(), w.plan.support);
+      p += (w.p[j] + (density0(w, j) + w.p[j] / c2) * g.dot(x_ij)) * W;
+      v += w.v[j] * W;
+      sum += W;
+    });
+    w.wall_pressure[i] = sum > 0 ? acting(w, p / sum) : 0;
+    w.wall_velocity[i] = sum > 0 ? Vector3d(2 * w.v[i] - v / sum) : w.v[i];
+  }
+}
+
+// Force of j, fluid or solid, on fluid particle i.
+Vector3d force_on_fluid(const Restated& w, std::size_t i, std::size_t j, const Vector3d& x_ij) {
+  const Vector3d gradient = wendland_gradient(x_ij, w.plan.support);
+  const double h = 0.5 * w.plan.support, r2 = x_ij.squaredNorm();
+  const bool wall = !is_fluid(w, j);
+  const double p_j = wall ? w.wall_pressure[j] : acting(w, w.p[j]);
+  const double mu_i = material_of(w, i).viscosity, mu_j = wall ? mu_i : material_of(w, j).viscosity;
+  const double rho = wall ? density0(w, i) : 0.5 * (density0(w, i) + density0(w, j));
+  const Vector3d v_ij = w.v[i] - w.v[j];
+  const Vector3d shear = w.v[i] - (wall ? w.wall_velocity[j] : w.v[j]);
+  const double mu = mu_i + mu_j > 0 ? 2 * mu_i * mu_j / (mu_i + mu_j) : 0;
+  // pressure; Morris, Fox & Zhu; Monaghan & Gingold with Pi = - alpha c h v.x / (rho (r^2 + 0.01 h^2))
+  Vector3d f = -w.V[i] * w.V[j] * (acting(w, w.p[i]) + p_j) * gradient;
+  f += w.V[i] * w.V[j] * 2 * mu * x_ij.dot(gradient) / r2 * shear;
+  const double Pi = -w.plan.artificial * w.plan.sound_speed * h * v_ij.dot(x_ij) / (rho * (r2 + 0.01 * h * h));
+  f += -(rho * w.V[i]) * (rho * w.V[j]) * Pi * gradient;
+  return f;
+}
+
+// The share of a body's mass that a contact reckons with, the solver's choice: a part for each particle of the largest
+// face of its box, twenty at least.
+double contact_mass(const Restated& w, const Body& body) {
+  if (body.type != BodyType::rigid) return 1e30;
+  Eigen::Array3d low = Eigen::Array3d::Constant(1e30), high = -low;
+  for (const Vector3d& x : w.body[&body - w.scene->bodies.data()].local) {
+    low = low.min(x.array());
+    high = high.max(x.array());
+  }
+  const Eigen::Array3d n = 1 + (high - low) / w.scene->spacing;
+  return body.mass / std::max(20.0, n.prod() / n.minCoeff());
+}
+
+// Spring and damper between particles of different solids that are closer than a spacing.
+Vector3d contact_force(const Restated& w, std::size_t i, std::size_t j, const Vector3d& x_ij) {
+  const double overlap = w.scene->spacing - x_ij.norm(), dt = w.plan.dt;
+  if (overlap <= 0) return Vector3d::Zero();
+  const double m = std::min(contact_mass(w, body_of(w, i)), contact_mass(w, body_of(w, j)));
+  const Vector3d n = x_ij.normalized();
+  const double push = 0.4 * m / (dt * dt) * overlap - 0.15 * m / dt * (w.v[i] - w.v[j]).dot(n);
+  return std::max(0.0, push) * n;
+}
+
+void accurate_forces(Restated& w) {
+  continuity(w);
+  extrapolate_to_walls(w);
+  for (std::size_t i = 0; i < w.x.size(); ++i) {
+    w.force[i].setZero();
+    for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
+      if (is_fluid(w, i))
+        w.force[i] += force_on_fluid(w, i, j, x_ij);
+      else if (is_fluid(w, j))
+        w.force[i] -= force_on_fluid(w, j, i, -x_ij);
+      else if (w.scene->body[i] != w.scene->body[j])
+        w.force[i] += contact_force(w, i, j, x_ij);
+    });
+  }
+}
+
+// Paper Eq. 1 to 3 with Mueller's kernels.
+void paper_forces(Restated& w) {
+  const double H = w.plan.support, c2 = w.plan.sound_speed * w.plan.sound_speed;
+  for (std::size_t i = 0; i < w.x.size(); ++i) {
+    double sum = poly6(0, H);
+    for_pairs(w, i, [&](std::size_t, const Vector3d& x_ij) { sum += poly6(x_ij.norm(), H); });
+    w.p[i] = c2 * (w.m[i] * sum - density0(w, i));
+    w.V[i] = 1 / sum;
+  }
+  for (std::size_t i = 0; i < w.x.size(); ++i) {
+    w.force[i].setZero();
+    for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
+      if (!is_fluid(w, i) && w.scene->body[i] == w.scene->body[j]) return;
+      const double P = (acting(w, w.p[i]) + acting(w, w.p[j])) / 2;
+      const double mu = (material_of(w, i).viscosity + material_of(w, j).viscosity) / 2;
+      w.force[i] -= w.V[i] * w.V[j] * P * spiky_gradient(x_ij, H);
+      w.force[i] += mu * w.V[i] * w.V[j] * viscosity_laplacian(x_ij.norm(), H) * (w.v[j] - w.v[i]);
+    });
+  }
+}
+
+void advance_free(RestatedBody& b, const Body& body, const Vector3d& gravity, double dt) {
+  const auto inverse = [&](const Eigen::Quaterniond& q) {
+    const Matrix3d R = q.toRotationMatrix();
+    return Matrix3d((R * body.inertia * R.transpose()).inverse());
+  };
+  b.v += dt * (b.force / body.mass + gravity);
+  b.x += dt * b.v;
+  b.L += dt * b.torque;
+  b.w = inverse(turned(b.q, 0.5 * dt * (inverse(b.q) * b.L))) * b.L;
+  b.q = turned(b.q, dt * b.w);
+}
+
+// Backward Euler of spring and damper as one 6 x 6 system: with J the velocity of the handle from that of the body,
+// M (u' - u) = dt (W + J^T (K (e - dt J u') + B (u_d - J u')))
+void advance_coupled(RestatedBody& b, const Body& body, const DeviceInput& in, const Vector3d& gravity, double elapsed,
+                     double dt) {
+  const Matrix3d R = b.q.toRotationMatrix(), I = R * body.inertia * R.transpose();
+  const Vector3d r = R * b.handle;
+  Matrix6d M = Matrix6d::Zero(), J = Matrix6d::Identity(), K = Matrix6d::Zero(), B = Matrix6d::Zero();
+  M.topLeftCorner<3, 3>() = body.mass * Matrix3d::Identity();
+  M.bottomRightCorner<3, 3>() = I;
+  J.topRightCorner<3, 3>() = -cross(r);
+  K.diagonal() << Vector3d::Constant(in.gains.stiffness), Vector3d::Constant(in.gains.angular_stiffness);
+  B.diagonal() << Vector3d::Constant(in.gains.damping), Vector3d::Constant(in.gains.angular_damping);
+  const Eigen::AngleAxisd turn(turned(in.state.orientation, elapsed * in.state.angular) * b.q.conjugate());
+  Vector6d u, e, u_d, W;
+  u << b.v, b.w;
+  e << in.state.position + elapsed * in.state.linear - (b.x + r), turn.angle() * turn.axis();
+  u_d << in.state.linear, in.state.angular;
+  W << b.force + body.mass * gravity, b.torque - b.w.cross(I * b.w);
+  const Matrix6d A = M + dt * J.transpose() * (dt * K + B) * J;
+  const Vector6d rhs = M * u + dt * (W + J.transpose() * (K * e + B * u_d));
+  const Vector6d next = A.fullPivLu().solve(rhs);
+  const Vector6d coupling = K * (e - dt * J * next) + B * (u_d - J * next), moved = J * next;
+  b.work[0] -= dt * coupling.head<3>().dot(moved.head<3>());
+  b.work[1] -= dt * coupling.tail<3>().dot(moved.tail<3>());
+  b.v = next.head<3>();
+  b.w = next.tail<3>();
+  b.x += dt * b.v;
+  b.q = turned(b.q, dt * b.w);
+}
+
+void advance_bodies(Restated& w, const StepInput& input, double elapsed) {
+  const Vector3d gravity = w.scene->config.gravity + w.scene->config.body_force;
+  for (std::size_t k = 0; k < w.body.size(); ++k) {
+    const Body& body = w.scene->bodies[k];
+    if (body.type == BodyType::fluid) continue;
+    RestatedBody& b = w.body[k];
+    b.force.setZero();
+    b.torque.setZero();
+    for (std::uint32_t i = 0; i < body.count; ++i) {
+      b.force += w.force[body.first + i];
+      b.torque += (b.q * b.local[i]).cross(w.force[body.first + i]);
+    }
+    if (body.type != BodyType::rigid) continue;
+    if (b.proxy < 0)
+      advance_free(b, body, gravity, w.plan.dt);
+    else if (input[b.proxy].engaged)
+      advance_coupled(b, body, input[b.proxy], gravity, elapsed, w.plan.dt);
+    else
+      b.v = b.w = b.L = Vector3d::Zero();
+  }
+}
+
+void move(Restated& w) {
+  for (std::size_t i = 0; i < w.x.size(); ++i) {
+    const Body& body = body_of(w, i);
+    if (body.type == BodyType::fluid) {
+      w.v[i] += w.plan.dt * (w.force[i] / w.m[i] + w.scene->config.gravity + w.scene->config.body_force);
+      w.x[i] += w.plan.dt * w.v[i];
+    } else if (body.type == BodyType::rigid) {
+      const RestatedBody& b = w.body[w.scene->body[i]];
+      const Vector3d r = b.q * b.local[i - body.first];
+      w.v[i] = b.v + b.w.cross(r);
+      w.x[i] = b.x + r;
+    }
+    for (int a = 0; a < 3; ++a) {
+      const double low = w.scene->bounds_min[a], period = w.scene->bounds_max[a] - low;
+      if (w.scene->config.periodic[a]) w.x[i][a] -= period * std::floor((w.x[i][a] - low) / period);
+    }
+  }
+}
+
+// rho0 g d below the highest face of the body, none with a gravity that grows in. In the scenes of the tests a second
+// fluid, where there is one, lies on the first along z.
+double resting_pressure(const Restated& w, const Body& body, std::size_t i) {
+  if (w.scene->config.gravity_ramp > 0 || w.scene->config.method == Method::paper) return 0;
+  const auto highest = [&](const Body& b, const Vector3d& g) {  // the largest -g.x of the body's faces
+    double most = -1e30;
+    for (std::uint32_t k = b.first; k < b.first + b.count; ++k)
+      most = std::max(most, -g.dot(w.x[k]) + 0.5 * g.lpNorm<1>() * w.scene->spacing);
+    return most;
+  };
+  const Vector3d g = level_gravity(w);
+  double p = 0;
+  for (int a = 0; a < 3; ++a) {
+    const Vector3d along = g[a] * Vector3d::Unit(a);
+    p += density0(w, i) * (highest(body, along) + along.dot(w.x[i]));
+  }
+  if (&body != &w.scene->bodies[0] || w.scene->bodies.size() < 2 || w.scene->bodies[1].type != BodyType::fluid)
+    return p;
+  const Body& above = w.scene->bodies[1];
+  const Vector3d down(0, 0, g.z());
+  return p + density0(w, above.first) * (highest(above, down) + highest(above, -down));
+}
+
+}  // namespace
+
+Restated restate(const Scene& scene) {
+  Restated w;
+  w.scene = &scene;
+  w.plan = make_plan(scene);
+  w.x = scene.position;
+  w.v = scene.velocity;
+  w.V = scene.volume;
+  const std::size_t n = w.x.size();
+  w.p.assign(n, 0);
+  w.m.resize(n);
+  w.wall_pressure.assign(n, 0);
+  w.wall_velocity.assign(n, Vector3d::Zero());
+  w.force.assign(n, Vector3d::Zero());
+  for (std::size_t i = 0; i < n; ++i) {
+    if (is_fluid(w, i)) w.p[i] = resting_pressure(w, body_of(w, i), i);
+    w.m[i] = w.V[i] * (density0(w, i) + w.p[i] / (w.plan.sound_speed * w.plan.sound_speed));
+  }
+  for (std::size_t k = 0; k < scene.bodies.size(); ++k) {
+    const Body& body = scene.bodies[k];
+    RestatedBody b;
+    b.q = body.orientation;
+    b.x = body.position + body.orientation * body.center;
+    b.v = body.velocity;
+    b.w = body.angular_velocity;
+    b.L = b.q * (body.inertia * (b.q.conjugate() * b.w));
+    for (std::uint32_t i = 0; i < body.count; ++i)
+      b.local.push_back(b.q.conjugate() * (scene.position[body.first + i] - b.x));
+    for (std::size_t p = 0; p < scene.proxies.size(); ++p) {
+      if (scene.proxies[p].body != k) continue;
+      b.proxy = static_cast<int>(p);
+      b.handle = scene.proxies[p].handle - body.center;
+    }
+    w.body.push_back(b);
+  }
+  return w;
+}
+
+void sub_step(Restated& w, const StepInput& input, double elapsed) {
+  if (w.plan.method == Method::paper)
+    paper_forces(w);
+  else
+    accurate_forces(w);
+  advance_bodies(w, input, elapsed);
+  move(w);
+}
+
+RigidState handle_of(const Restated& w, std::size_t proxy) {
+  const RestatedBody& b = w.body[w.scene->proxies[proxy].body];
+  const Vector3d r = b.q * b.handle;
+  return {b.x + r, b.q, b.v + b.w.cross(r), b.w};
+}
+
+double wendland(double r, double H) {
+  const double q = r / H;
+  return q < 1 ? 21 / (2 * M_PI * H * H * H) * std::pow(1 - q, 4) * (4 * q + 1) : 0;
+}
+Vector3d wendland_gradient(const Vector3d& x, double H) {
+  const double r = x.norm(), q = r / H;
+  if (q >= 1 || r == 0) return Vector3d::Zero();
+  return 21 / (2 * M_PI * H * H * H) * (-20 * q * std::pow(1 - q, 3)) / H * x / r;
+}
+double poly6(double r, double H) { return r < H ? 315 / (64 * M_PI * std::pow(H, 9)) * std::pow(H * H - r * r, 3) : 0; }
+Vector3d spiky_gradient(const Vector3d& x, double H) {
+  const double r = x.norm();
+  if (r >= H || r == 0) return Vector3d::Zero();
+  return -45 / (M_PI * std::pow(H, 6)) * (H - r) * (H - r) * x / r;
+}
+double viscosity_laplacian(double r, double H) { return r < H ? 45 / (M_PI * std::pow(H, 6)) * (H - r) : 0; }
+
+}  // namespace palp::testing

@@ -1,0 +1,48 @@
+// The solver's equations restated from their definitions: every pair, double precision, no cells, no tricks. What the
+// solver does is compared with this, so nothing here may call its code beyond the plan's numbers and the scene.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "sim_server/plan.h"
+#include "sim_server/simulation.h"
+
+namespace palp::testing {
+
+// One rigid body; its proxy's handle if it has one.
+struct RestatedBody {
+  Eigen::Vector3d x, v, w, L;  // of the centre of mass; angular momentum
+  Eigen::Quaterniond q;
+  std::vector<Eigen::Vector3d> local;  // particles relative to the centre of mass, body axes
+  Eigen::Vector3d handle = Eigen::Vector3d::Zero();
+  int proxy = -1;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();  // of the last sub-step
+  double work[2] = {0, 0};
+};
+
+struct Restated {
+  const Scene* scene;
+  Plan plan;
+  std::vector<Eigen::Vector3d> x, v;
+  std::vector<double> p, V, m;
+  std::vector<RestatedBody> body;
+  std::vector<double> wall_pressure;
+  std::vector<Eigen::Vector3d> wall_velocity, force;
+};
+
+Restated restate(const Scene& scene);
+// One sub-step, `elapsed` seconds of the haptic step being over at its end.
+void sub_step(Restated& world, const StepInput& input, double elapsed);
+// Of the handle of a proxy.
+RigidState handle_of(const Restated& world, std::size_t proxy);
+
+// The kernels by their textbook formulas.
+double wendland(double r, double H);
+Eigen::Vector3d wendland_gradient(const Eigen::Vector3d& x, double H);
+double poly6(double r, double H);
+Eigen::Vector3d spiky_gradient(const Eigen::Vector3d& x, double H);
+double viscosity_laplacian(double r, double H);
+
+}  // namespace palp::testing

@@ -1,0 +1,69 @@
+// Every tolerance of the physics tests in one place, with its reason. Two values: for physics in float and in double.
+// Snapshots are float in both, so a comparison through a snapshot cannot be closer than about 1e-7 even in double.
+// The environment variable TOL_SCALE multiplies all of them; TOL_SCALE=0 makes every check fail and print its residual.
+#pragma once
+
+#include <cstdlib>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "sim_server/physics/real.h"
+
+namespace palp::testing {
+
+struct Tolerance {
+  double in_float;
+  double in_double;
+  const char* why;
+};
+
+inline double value_of(const Tolerance& tolerance) {
+  static const double scale = [] {
+    const char* text = std::getenv("TOL_SCALE");
+    return text != nullptr ? std::atof(text) : 1.0;
+  }();
+  return scale * (sizeof(real) == sizeof(float) ? tolerance.in_float : tolerance.in_double);
+}
+
+// True when |residual| is at most the tolerance; false for NaN.
+inline ::testing::AssertionResult within(double residual, const Tolerance& tolerance) {
+  const double limit = value_of(tolerance);
+  if (std::abs(residual) <= limit && limit > 0) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "residual " << residual << ", tolerance " << limit << " (" << tolerance.why
+                                       << ")";
+}
+
+namespace tol {
+// one sub-step against the equations restated in double, relative to the largest value of the field
+inline constexpr Tolerance kOneStep{2e-5, 1e-6, "round-off of sums over ~100 neighbours with cancellation"};
+// several sub-steps: the round-off of the first is carried on and grows by the sound that it makes
+inline constexpr Tolerance kFewSteps{2e-4, 2e-6, "round-off carried over a few sub-steps"};
+inline constexpr Tolerance kManySteps{5e-3, 2e-6, "as above over 40 sub-steps of a violent flow"};
+inline constexpr Tolerance kBodyState{5e-6, 1e-13, "a body's state, relative to the size of the scene"};
+inline constexpr Tolerance kBodyWrench{1e-4, 1e-12, "a sum of many pair forces that nearly cancel"};
+// kernels
+inline constexpr Tolerance kKernelIntegral{1e-5, 1e-6, "midpoint rule with 4000 shells, kernel in real"};
+inline constexpr Tolerance kKernelSlope{2e-3, 1e-6, "central difference of a kernel in real"};
+// conservation, physics reference D18
+inline constexpr Tolerance kMomentum{1e-5, 1e-12, "pair forces are equal and opposite up to round-off"};
+inline constexpr Tolerance kMomentumOfSnapshot{1e-5, 2e-7, "as above, read through float"};
+inline constexpr Tolerance kSymmetry{2e-4, 2e-6, "the same sums in another order"};
+inline constexpr Tolerance kTranslation{2e-3, 2e-6, "positions near 1 m are rounded to 6e-8 m, 1e-6 of a spacing"};
+// analytic cases, reference D1 and D3
+inline constexpr Tolerance kHydrostaticProfile{0.02, 0.02, "of the pressure at the bottom (Adami et al. 2012)"};
+inline constexpr Tolerance kWallForce{0.01, 0.01, "of the weight, mean over an acoustic period"};
+inline constexpr Tolerance kRestingSpeed{0.01, 0.01, "of sqrt(g H)"};
+inline constexpr Tolerance kCompression{0.012, 0.012, "g H / c^2 = 1 % at c = 10 sqrt(g H), and sound"};
+inline constexpr Tolerance kDamBreakFront{0.10, 0.10, "of the distance, Martin & Moyce 1952"};
+inline constexpr Tolerance kBuoyancy{0.03, 0.03, "of rho g V"};
+inline constexpr Tolerance kDraft{0.05, 0.05, "of the box's height; a particle layer is the resolution"};
+inline constexpr Tolerance kShearFlow{0.05, 0.05, "of the middle speed"};
+inline constexpr Tolerance kTaylorGreen{0.10, 0.10, "of the decay rate at a coarse spacing"};
+inline constexpr Tolerance kFreeFall{2e-6, 1e-12, "symplectic Euler of a constant acceleration, 1000 steps"};
+inline constexpr Tolerance kTopEnergy{1e-4, 1e-4, "relative, over 60 s at 1 ms"};
+inline constexpr Tolerance kCouplingForce{1e-4, 1e-9, "of the weight of the tool"};
+inline constexpr Tolerance kCouplingEnergy{2e-3, 1e-3, "first-order time integration of the device's motion"};
+}  // namespace tol
+
+}  // namespace palp::testing
