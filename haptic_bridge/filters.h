@@ -50,7 +50,7 @@ inline Eigen::Vector3d slewed(const Eigen::Vector3d& previous, const Eigen::Vect
 struct StaleTimes {
   std::int64_t fade_start_ns = 20'000'000;
   std::int64_t fade_end_ns = 60'000'000;
-  std::int64_t zero_at_ns = 90'000'000;  // below the 100 ms that are promised: the tick itself may be late
+  std::int64_t zero_at_ns = 80'000'000;  // well below the 100 ms that are promised: ticks and samples may be late
 };
 
 // Weight of the local model, 1..0.

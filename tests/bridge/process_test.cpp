@@ -233,7 +233,7 @@ TEST_F(BridgeProcess, FeelsAServerLosesItAndFindsTheNextOne) {
     ASSERT_TRUE(std::isfinite(force));
   }
   EXPECT_NEAR(peak_before, 3, 0.1);
-  EXPECT_EQ(peak_dead, 0);  // zero_at is 90 ms; the rest is room for a machine that is busy
+  EXPECT_EQ(peak_dead, 0);  // zero_at is 80 ms; the rest is room for a machine that is busy
   EXPECT_NEAR(peak_after, 3, 0.1);
   EXPECT_NEAR(log.number("device_x", 0), 0.1, 1e-5);  // the home pose came from the scene
   EXPECT_NE(text_of(dir_ / "bridge_log.json").find("\"stale_events\": "), std::string::npos);
