@@ -12,10 +12,10 @@
 #include <thread>
 #include <vector>
 
-#include "idl/histogram.h"
 #include "haptic_bridge/realtime.h"
 #include "haptic_bridge/run.h"
 #include "idl/bus.h"
+#include "idl/histogram.h"
 
 namespace palp {
 

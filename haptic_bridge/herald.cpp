@@ -101,10 +101,9 @@ Summary Herald::summary(const LoopReport& report, const LoopPorts& ports, const 
   return s;
 }
 
-void Herald::finish(const Summary& summary, const std::string& log_path) {
+void Herald::finish(const Summary& summary, const std::string& path) {
   fmt::print("{}", to_text(summary));
   std::fflush(stdout);
-  const std::string path = std::filesystem::path(log_path).replace_extension(".json").string();
   std::ofstream file(path);
   file << to_json(summary);
   file.close();

@@ -28,7 +28,7 @@ class Herald {
   // Everything but device, scheduling, log and trouble.
   Summary summary(const LoopReport& report, const LoopPorts& ports, const BusLink& link) const;
   // Last words: prints the summary, writes it beside the flight log (.json), publishes state and trouble.
-  void finish(const Summary& summary, const std::string& log_path);
+  void finish(const Summary& summary, const std::string& path);
 
  private:
   void publish(const std::string& state, const std::string& text, std::vector<Metric> metrics);

@@ -179,7 +179,7 @@ int run(const BridgeOptions& o) {
   summary.log = write_log(log, o.log, failure);
   summary.trouble = failure;
   if (!failure.empty()) summary.state = "fault";
-  herald.finish(summary, o.log);
+  herald.finish(summary, o.summary);
   return failure.empty() ? 0 : 1;
 }
 

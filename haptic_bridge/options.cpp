@@ -51,6 +51,7 @@ void add_loop_options(CLI::App& app, BridgeOptions& o) {
          "--log", o.log,
          "flight log (CSV), or a directory for it; a summary (JSON) goes beside it [out/bridge_N/bridge_log.csv]")
       ->type_name("PATH");
+  app.add_option("--summary", o.summary, "where the summary (JSON) goes instead")->type_name("FILE");
   app.add_option("--log-seconds", o.log_seconds, "how much of the run's end the flight log holds")
       ->check(CLI::Range(1.0, 3600.0))
       ->capture_default_str();
@@ -107,6 +108,7 @@ void check_together(RawOptions& raw) {
                       std::to_string(raw.home.size()));
   if (!raw.home.empty()) o.home = to_home(raw.home);
   o.log = to_log_file(o);
+  if (o.summary.empty()) o.summary = std::filesystem::path(o.log).replace_extension(".json").string();
 }
 
 }  // namespace

@@ -23,8 +23,9 @@ struct BridgeOptions {
   bool loop_path = false;
   std::optional<HandleState<double>> home;  // at rest; none: from the scene
   double rate_hz = 1000;
-  double seconds = 0;  // 0: until stopped
-  std::string log;     // CSV file
+  double seconds = 0;   // 0: until stopped
+  std::string log;      // CSV file
+  std::string summary;  // JSON file; empty: beside the log
   double log_seconds = 60;
   RealtimeOptions realtime;
   std::optional<double> stiffness, damping, angular_stiffness, angular_damping;  // override the profile's

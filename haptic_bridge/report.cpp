@@ -132,6 +132,7 @@ std::string to_json(const Summary& s) {
   put("log", s.log);
   put("state", s.state);
   put("trouble", s.trouble);
+  text += fmt::format("  \"healthy\": {},\n", s.trouble.empty());
   text += "  \"metrics\": {";
   const char* separator = "\n";
   for (const Metric& m : s.metrics) {

@@ -5,9 +5,9 @@
 #include <cstdint>
 
 #include "haptic_bridge/flight_log.h"
-#include "idl/histogram.h"
 #include "haptic_bridge/loop.h"
 #include "haptic_bridge/realtime.h"
+#include "idl/histogram.h"
 #include "idl/latest.h"
 
 namespace palp {

@@ -9,6 +9,7 @@
 #include <ctime>
 #include <exception>
 #include <filesystem>
+#include <fstream>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -99,6 +100,19 @@ void report(Feed& feed, const Session& session, const FeedView& view) {
                                                     {"refused_samples", static_cast<double>(view.refused)}});
 }
 
+// False if the file cannot be written.
+bool write_summary(const std::string& file, const Session& session, const FeedView& view, bool healthy) {
+  if (file.empty()) return true;
+  std::ofstream out(file);
+  out << fmt::format(
+      "{{\n  \"frames\": {},\n  \"complete_frames\": {},\n  \"lost_frames\": {},\n  \"refused_samples\": {},\n"
+      "  \"drawn_frames\": {},\n  \"healthy\": {}\n}}\n",
+      view.frames + view.lost_frames, view.frames, view.lost_frames, view.refused, session.frames_drawn(), healthy);
+  out.close();
+  if (!out) spdlog::error("{}: the summary cannot be written", file);
+  return static_cast<bool>(out);
+}
+
 int run(const ViewerOptions& options) {
   set_shader_directory(options.shader_directory);
   Stage stage(options.stage);
@@ -151,7 +165,9 @@ int run(const ViewerOptions& options) {
         "no particles arrived: check that sim_server runs in DDS domain {} and, on another host, --network or --peer",
         options.bus.domain);
   }
-  return !whole || (captured && session.frames_drawn() == 0) ? 1 : 0;
+  const bool healthy = whole && (!captured || session.frames_drawn() > 0);
+  const bool told = write_summary(options.summary, session, feed.view(), healthy);
+  return healthy && told ? 0 : 1;
 }
 
 }  // namespace

@@ -86,6 +86,7 @@ std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* a
   app.add_option("--raster-threads", o.raster_threads, "threads of a software rasteriser, off-screen")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
+  app.add_option("--summary", o.summary, "write a summary (JSON) at the end");
   app.add_option("--shaders", o.shader_directory, "take shaders from this directory first")
       ->check(CLI::ExistingDirectory);
   add_bus_options(app, o.bus);

@@ -22,6 +22,7 @@ struct ViewerOptions {
   std::optional<double> png_at;     // [s] after the start; unset: when the viewer ends
   std::optional<double> png_every;  // [s]
   std::string video;                // video file, or empty
+  std::string summary;              // JSON file, or empty
   std::string shader_directory;
 };
 

@@ -9,7 +9,7 @@
 namespace palp::testing {
 namespace {
 
-constexpr double kDepth = 0.9, kSpacing = 0.06, kGravity = 1, kDensity = 1000;
+constexpr double kDepth = 0.9, kSpacing = 0.075, kGravity = 1, kDensity = 1000;
 
 struct TankCase {
   const char* name;
@@ -32,7 +32,7 @@ Scene tank(const TankCase& c) {
   config.numerics.sound_speed = 10 * std::sqrt(kGravity * kDepth);
   const auto water = add_material(scene, kDensity, 0);
   add_body(scene, "water", BodyType::fluid, water, {0, 0, 0}, {width, deep, kDepth});
-  add_tray(scene, water, {0, 0, 0}, {width, deep, 1.08}, wall, {false, true, false});
+  add_tray(scene, water, {0, 0, 0}, {width, deep, 1.05}, wall, {false, true, false});
   ProbeConfig probe;
   probe.quantity = Quantity::body;
   probe.body = "tray";

