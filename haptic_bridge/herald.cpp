@@ -1,6 +1,5 @@
 #include "haptic_bridge/herald.h"
 
-#include <filesystem>
 #include <fstream>
 
 #include <fmt/format.h>
