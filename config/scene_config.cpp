@@ -19,6 +19,8 @@ constexpr Range kSpacing{"m", 0, 1000, true};
 // The widest grid that a solver can lay over a periodic axis needs three cells of one support radius.
 constexpr double kCellsPerPeriod = 3;
 constexpr double kSmallestSupport = 1.8;  // support radius / spacing
+// Past this many spacings along an axis, places in single precision are no longer told apart well.
+constexpr double kMostSpacings = 1e6;
 
 void read_general(TomlTable& root, SceneConfig& scene, const SceneOverrides& overrides) {
   TomlTable table = root.table("scene", Need::required);
@@ -58,10 +60,9 @@ void read_spacing(TomlTable& table, TomlTable& root, SceneConfig& scene, const S
   } else if (table.has("spacing")) {
     scene.numerics.spacing = table.number("spacing", kSpacing);
   } else if (!overrides.spacing) {
-    (table.exists() ? table : root)
-        .fault("",
-               "numerics: spacing is missing, expected a number in m above 0, or a table "
-               "{fast = .., balanced = .., accurate = ..}");
+    const std::string missing =
+        "spacing is missing, expected a number in m above 0, or a table {fast = .., balanced = .., accurate = ..}";
+    table.exists() ? table.fault("", missing) : root.fault("", "numerics: " + missing);
   }
   if (overrides.spacing) scene.numerics.spacing = overrides.spacing;
 }
@@ -109,6 +110,9 @@ void check_domain(TomlTable& root, const SceneConfig& scene) {
       table.fault("periodic", fmt::format("axis {} is periodic and {:g} m long, expected at least {:g} m ({} support "
                                           "radii); make it longer or the spacing finer",
                                           name, high - low, kCellsPerPeriod * support, kCellsPerPeriod));
+    } else if (high - low > kMostSpacings * dx) {
+      table.fault("max", fmt::format("axis {} is {:g} m long, expected at most {:g} m ({:g} spacings)", name,
+                                     high - low, kMostSpacings * dx, kMostSpacings));
     } else if (high - low < dx) {
       table.fault("max", fmt::format("axis {} is {:g} m long, expected at least the particle spacing {:g} m", name,
                                      high - low, dx));

@@ -142,11 +142,13 @@ std::unique_ptr<Reader<T>> Bus::reader() {
                                                                         : fastdds_source<T>(bus.participant));
 }
 
+// NOLINTBEGIN(bugprone-macro-parentheses): T is a type
 #define PALP_INSTANTIATE(T)                             \
   template std::unique_ptr<Writer<T>> Bus::writer<T>(); \
   template std::unique_ptr<Reader<T>> Bus::reader<T>();
 PALP_FOR_EACH_MESSAGE(PALP_INSTANTIATE)
 #undef PALP_INSTANTIATE
+// NOLINTEND(bugprone-macro-parentheses)
 
 std::unique_ptr<Bus> open_bus(const BusOptions& options) { return std::make_unique<OpenBus>(checked(options)); }
 

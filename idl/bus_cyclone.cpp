@@ -189,13 +189,13 @@ class CycloneSource : public Source<T> {
                ? static_cast<int>(status.current_count)
                : 0;
   }
-  // Cyclone drops such samples below its API, with a line in its log.
-  std::uint64_t undecodable() const override { return 0; }
+  std::uint64_t undecodable() const override { return cyclone_undecodable(topic_of<T>()) - undecodable_before_; }
 
  private:
   std::shared_ptr<Participant> participant_;
   dds_entity_t reader_ = 0;
   dds_entity_t waitset_ = 0;
+  const std::uint64_t undecodable_before_ = cyclone_undecodable(topic_of<T>());
 };
 
 }  // namespace
@@ -210,10 +210,12 @@ std::unique_ptr<Source<T>> cyclone_source(std::shared_ptr<Participant> participa
   return std::make_unique<CycloneSource<T>>(std::move(participant));
 }
 
+// NOLINTBEGIN(bugprone-macro-parentheses): T is a type
 #define PALP_INSTANTIATE(T)                                                        \
   template std::unique_ptr<Sink<T>> cyclone_sink<T>(std::shared_ptr<Participant>); \
   template std::unique_ptr<Source<T>> cyclone_source<T>(std::shared_ptr<Participant>);
 PALP_FOR_EACH_MESSAGE(PALP_INSTANTIATE)
 #undef PALP_INSTANTIATE
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace palp

@@ -191,10 +191,12 @@ std::unique_ptr<Source<T>> fastdds_source(std::shared_ptr<Participant> participa
   return std::make_unique<FastddsSource<T>>(std::move(participant));
 }
 
+// NOLINTBEGIN(bugprone-macro-parentheses): T is a type
 #define PALP_INSTANTIATE(T)                                                        \
   template std::unique_ptr<Sink<T>> fastdds_sink<T>(std::shared_ptr<Participant>); \
   template std::unique_ptr<Source<T>> fastdds_source<T>(std::shared_ptr<Participant>);
 PALP_FOR_EACH_MESSAGE(PALP_INSTANTIATE)
 #undef PALP_INSTANTIATE
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace palp

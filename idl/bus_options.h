@@ -23,7 +23,9 @@ inline void add_bus_options(CLI::App& app, BusOptions& options) {
       ->check(CLI::Range(0, kMaxDomain))
       ->capture_default_str()
       ->group("Bus");
-  app.add_flag("--network", options.network, "leave the loopback interface and find peers by multicast")->group("Bus");
+  app.add_flag("--network", options.network,
+               "leave the loopback interface and find peers by multicast; give it to every process of a run")
+      ->group("Bus");
   app.add_option("--interface", options.interface,
                  "network interface to use: its name or address (with --network or --peer)")
       ->type_name("NAME")

@@ -31,6 +31,10 @@ std::string cyclone_config(const BusOptions& options);
 // The QoS of a topic's writers (reader == false) or readers. The caller deletes it (dds_delete_qos).
 dds_qos_t* cyclone_qos(const TopicRow& topic, bool reader);
 
+// Samples on that topic whose bytes Cyclone could not decode, in this process so far. Cyclone tells this only in its
+// log, which opening a CycloneParticipant therefore takes over: the rest of it goes to stderr as before.
+std::uint64_t cyclone_undecodable(const TopicRow& topic);
+
 // Throws "what: reason" if result is an error; else gives it back.
 dds_entity_t cyclone_check(dds_entity_t result, const std::string& what);
 

@@ -123,7 +123,7 @@ FastddsParticipant::~FastddsParticipant() {
   dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
 }
 
-dds::Topic* FastddsParticipant::topic(const TopicRow& row, dds::TypeSupport type) {
+dds::Topic* FastddsParticipant::topic(const TopicRow& row, const dds::TypeSupport& type) {
   const std::lock_guard lock(topics_mutex_);
   if (auto* known = dynamic_cast<dds::Topic*>(participant_->lookup_topicdescription(row.name))) return known;
   type.register_type(participant_);

@@ -23,7 +23,7 @@ class FastddsParticipant : public Participant {
   eprosima::fastdds::dds::DomainParticipant& get() const { return *participant_; }
 
   // The topic of that row with the given type, made on first use. Thread-safe. Throws std::runtime_error.
-  eprosima::fastdds::dds::Topic* topic(const TopicRow& row, eprosima::fastdds::dds::TypeSupport type);
+  eprosima::fastdds::dds::Topic* topic(const TopicRow& row, const eprosima::fastdds::dds::TypeSupport& type);
 
  private:
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;

@@ -10,7 +10,7 @@
 namespace palp {
 namespace {
 
-constexpr std::int64_t kIdle_ns = 100'000'000;
+constexpr std::int64_t kIdleNs = 100'000'000;
 
 void sleep_until(std::int64_t t_ns) {
   const timespec t{t_ns / 1'000'000'000, t_ns % 1'000'000'000};
@@ -18,11 +18,11 @@ void sleep_until(std::int64_t t_ns) {
   }
 }
 
-// Returns when posted, or after kIdle_ns.
+// Returns when posted, or after kIdleNs.
 void wait_for_post(sem_t& semaphore) {
   timespec t;
   clock_gettime(CLOCK_REALTIME, &t);
-  t.tv_nsec += kIdle_ns;
+  t.tv_nsec += kIdleNs;
   t.tv_sec += t.tv_nsec / 1'000'000'000;
   t.tv_nsec %= 1'000'000'000;
   sem_timedwait(&semaphore, &t);
@@ -79,6 +79,7 @@ void ParticleSender::send(const ParticleFrame& frame) {
   chunk_.field = frame.field;
   chunk_.particle_count = static_cast<std::uint32_t>(frame.positions.size() / 3);
   chunk_.chunk_count = chunks_of(chunk_.particle_count);
+  bool whole = true;
   for (chunk_.chunk = 0; chunk_.chunk < chunk_.chunk_count; ++chunk_.chunk) {
     if (stop_) return;
     const std::int64_t t_start_ns = now_ns();
@@ -91,10 +92,13 @@ void ParticleSender::send(const ParticleFrame& frame) {
     } else {
       chunk_.scalars.clear();
     }
-    if (!writer_->publish(chunk_)) ++refused_chunks_;
+    if (!writer_->publish(chunk_)) {
+      ++refused_chunks_;
+      whole = false;
+    }
     sleep_until(t_start_ns + chunk_interval_.count());
   }
-  ++sent_;
+  if (whole) ++sent_;
 }
 
 }  // namespace palp

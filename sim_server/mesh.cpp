@@ -25,7 +25,9 @@ void weld(SurfaceMesh& mesh, double cell) {
   using Key = std::array<std::int64_t, 3>;
   struct Hash {
     std::size_t operator()(const Key& k) const {
-      return static_cast<std::size_t>(k[0] * 73856093 ^ k[1] * 19349663 ^ k[2] * 83492791);
+      std::uint64_t hash = 0;
+      for (const std::int64_t index : k) hash = (hash ^ static_cast<std::uint64_t>(index)) * 0x9E3779B97F4A7C15ULL;
+      return static_cast<std::size_t>(hash ^ hash >> 32);
     }
   };
   std::unordered_map<Key, std::uint32_t, Hash> seen;

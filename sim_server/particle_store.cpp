@@ -157,6 +157,7 @@ CellGrid make_grid(const Scene& scene, const Plan& plan) {
     const double length = scene.bounds_max[a] - scene.bounds_min[a];
     g.origin[a] = static_cast<real>(scene.bounds_min[a]);
     g.n[a] = plan.cells[a];
+    g.cell[a] = static_cast<real>(length / plan.cells[a]);
     g.inv_cell[a] = static_cast<real>(plan.cells[a] / length);
     g.period[a] = scene.config.periodic[a] ? static_cast<real>(length) : real(0);
   }

@@ -44,7 +44,8 @@ struct Plan {
 // Throws ConfigError when the scene cannot be run as asked: sub_steps unstable, a periodic axis too short, too many
 // cells.
 // skin_over_spacing: what the back end would like (backend/cpu.cpp); a short periodic axis may leave less.
-Plan make_plan(const Scene& scene, double skin_over_spacing = 0);
+// cells_per_reach: small cells leave fewer candidates to test, large ones are fewer to visit.
+Plan make_plan(const Scene& scene, double skin_over_spacing = 0, int cells_per_reach = 1);
 
 // "method accurate, dx 20 mm, H 2.5 dx, c 17.7 m/s, ..." one line.
 std::string describe(const Plan& plan, const Scene& scene);

@@ -34,6 +34,7 @@ Particles fill_boxes(const BoxCells& cells, double spacing, std::size_t max_part
   const Axis x = divide(cells.cuts[0], spacing, max_particles), y = divide(cells.cuts[1], spacing, max_particles);
   const Axis z = divide(cells.cuts[2], spacing, max_particles);
   Particles out;
+  out.exact = true;
   for (std::size_t k = 0; k < z.center.size(); ++k) {
     for (std::size_t j = 0; j < y.center.size(); ++j) {
       for (std::size_t i = 0; i < x.center.size(); ++i) {

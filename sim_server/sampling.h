@@ -12,6 +12,7 @@ struct Particles {
   std::vector<Eigen::Vector3d> velocity;  // one per particle, or empty
   std::vector<double> volume;             // [m^3]
   std::vector<double> temperature;        // [K], one per particle, or empty
+  bool exact = false;                     // the volumes add up to that of the solid
 };
 
 // Cell centres inside the solid, in the solid's frame. Boxes along its axes are filled exactly: each stretch between

@@ -19,12 +19,13 @@ namespace {
 // A particle's share of the arrays in Scene.
 constexpr double kBytesPerParticle = 2 * sizeof(Eigen::Vector3d) + 2 * sizeof(double) + sizeof(std::uint32_t);
 
-std::string too_many(const SceneConfig& config, double needed, std::size_t max_particles) {
+// `how_many`: "about" or "more than".
+std::string too_many(const SceneConfig& config, const char* how_many, double needed, std::size_t max_particles) {
   const double spacing = *config.numerics.spacing;
   return fmt::format(
-      "{}: the scene needs about {:.3g} particles at spacing {:g} m ({:.3g} GB for the host's copy alone), "
+      "{}: the scene needs {} {:.3g} particles at spacing {:g} m ({:.3g} GB for the host's copy alone), "
       "and memory here allows {}; a spacing of {:.2g} m would fit",
-      config.path, needed, spacing, needed * kBytesPerParticle / 1e9, max_particles,
+      config.path, how_many, needed, spacing, needed * kBytesPerParticle / 1e9, max_particles,
       1.05 * spacing * std::cbrt(needed / static_cast<double>(max_particles)));
 }
 
@@ -77,10 +78,12 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     solid = make_solid(from.shapes);
     moments = solid_moments(*solid);
     const double expected = moments.volume / (spacing * spacing * spacing);
-    if (expected > 4.0 * static_cast<double>(room) + 1000) throw ConfigError(too_many(config, expected, room));
+    const double most = static_cast<double>(room);
+    if (expected > 1.5 * most + 1000) throw ConfigError(too_many(config, "about", expected, room));
     particles = fill_solid(*solid, spacing, room);
-    if (particles.position.size() > room)
-      throw ConfigError(too_many(config, std::max(expected, 1.01 * static_cast<double>(room)), room));
+    if (particles.position.size() > room) {
+      throw ConfigError(too_many(config, expected > most ? "about" : "more than", std::max(expected, most), room));
+    }
     if (particles.position.empty()) {
       throw ConfigError(
           fmt::format("{}: body '{}' holds no particle at spacing {:g} m; make it larger or the spacing finer",
@@ -95,8 +98,8 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     move(particles, solid->frame);
     moments = moments.moved(solid->frame);
     if (body.type != BodyType::fluid) body.surface = solid_surface(*solid, spacing / 2);
-    // boxes are filled exactly; of other solids the particles share the exact volume
-    if (body.type != BodyType::fluid && !solid->aligned_boxes()) {
+    // the particles of a solid that is not filled exactly share its exact volume
+    if (body.type != BodyType::fluid && !particles.exact) {
       std::fill(particles.volume.begin(), particles.volume.end(),
                 moments.volume / static_cast<double>(particles.volume.size()));
     }

@@ -58,9 +58,9 @@ struct Scene {
   Eigen::Vector3d bounds_max = Eigen::Vector3d::Zero();
 };
 
-// Samples the scene's bodies at the spacing that the accuracy level gives. support_over_spacing decides how thick walls
-// must be. Throws ConfigError: open or missing mesh, overlapping bodies, zero particles, a wall too thin, a particle
-// outside the domain, more particles than max_particles (what memory allows).
+// Samples the scene's bodies at the spacing that the accuracy level gives. Throws ConfigError with every fault found:
+// open or missing mesh, overlapping bodies, a body or shape without particles, a particle outside the domain, more
+// particles than max_particles (what memory allows).
 Scene sample_scene(const SceneConfig& config, std::size_t max_particles);
 
 }  // namespace palp

@@ -20,7 +20,7 @@ class SimulationOn final : public Simulation {
  public:
   explicit SimulationOn(const Scene& scene)
       : scene_(scene),
-        plan_(make_plan(scene, B::kSkinOverSpacing)),
+        plan_(make_plan(scene, B::kSkinOverSpacing, B::kCellsPerReach)),
         results_(scene_, plan_),
         back_end_(scene.position.size()) {
     allocate();
@@ -42,7 +42,7 @@ class SimulationOn final : public Simulation {
     config.numerics.max_speed = plan_.max_speed;
     std::swap(scene_.config, config);
     try {
-      plan_ = make_plan(scene_, B::kSkinOverSpacing);
+      plan_ = make_plan(scene_, B::kSkinOverSpacing, B::kCellsPerReach);
     } catch (...) {
       std::swap(scene_.config, config);
       throw;

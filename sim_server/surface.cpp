@@ -149,8 +149,8 @@ class Marching {
   }
 
   Index crossing(const Corner& in, const Corner& out) {
-    const auto key = std::minmax(number(in), number(out));
-    const auto [found, added] = edge_.emplace(std::pair<Index, Index>(key), static_cast<Index>(mesh_.vertices.size()));
+    const std::pair<Index, Index> key = std::minmax({number(in), number(out)});
+    const auto [found, added] = edge_.emplace(key, static_cast<Index>(mesh_.vertices.size()));
     if (added) {
       Eigen::Vector3d a = point(in), b = point(out);
       for (int halving = 0; halving < 16; ++halving) {

@@ -15,7 +15,11 @@ namespace {
 
 std::atomic<int> g_stop{0};
 static_assert(std::atomic<int>::is_always_lock_free);
-void on_signal(int signal) { g_stop = signal; }
+// The first signal stops the run between two steps; a second one ends the program at once.
+void on_signal(int signal) {
+  g_stop = signal;
+  std::signal(signal, SIG_DFL);
+}
 
 struct Arguments {
   std::string scene, path;

@@ -3,7 +3,7 @@
 import math
 
 SPACING = 0.05
-CELLS = (20, 9, 20)
+CELLS = (20, 10, 20)
 
 print("x,y,z,vx,vy,vz")
 for k in range(CELLS[2]):

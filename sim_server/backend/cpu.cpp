@@ -74,6 +74,7 @@ class Cpu {
  public:
   // Wide enough to keep lists for tens of sub-steps of a stirred fluid, narrow enough that few of their pairs are idle.
   static constexpr double kSkinOverSpacing = 0.3;
+  static constexpr int kCellsPerReach = 1;
 
   template <class T>
   struct Mirror {

@@ -16,18 +16,25 @@ void check(cudaError_t error, const char* what) {
     throw std::runtime_error(std::string("CUDA: ") + what + " failed: " + cudaGetErrorString(error));
 }
 
-// L neighbouring lanes of a warp share one particle's neighbour loop.
+constexpr int kTeamThreads = 128;
+
+// L neighbouring lanes of a warp share one particle's neighbour loop. A row of cells holds few particles, so at most
+// four lanes share a row and the rows are shared among groups of them.
 template <int L>
 struct LaneTeam {
-  PALP_HD std::uint32_t lane() const {
+  static constexpr int kPerRow = L < 4 ? L : (L == 8 ? 2 : 4);
+  PALP_HD int member() const {
 #ifdef __CUDA_ARCH__
     return threadIdx.x % L;
 #else
     return 0;
 #endif
   }
-  PALP_HD std::uint32_t size() const { return L; }
-  PALP_HD bool leader() const { return lane() == 0; }
+  PALP_HD int group() const { return member() / kPerRow; }
+  PALP_HD int groups() const { return L / kPerRow; }
+  PALP_HD std::uint32_t lane() const { return member() % kPerRow; }
+  PALP_HD std::uint32_t size() const { return kPerRow; }
+  PALP_HD bool leader() const { return member() == 0; }
   PALP_HD real sum(real value) const {
 #ifdef __CUDA_ARCH__
     const unsigned mask = L == 32 ? 0xffffffffu : ((1u << L) - 1u) << (threadIdx.x % 32 / L * L);
@@ -83,8 +90,8 @@ __global__ void run_each(std::uint32_t n, F f) {
 }
 
 template <int L, class F>
-__global__ void __launch_bounds__(128) run_team(std::uint32_t n, F f) {
-  const std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / L;
+__global__ void __launch_bounds__(kTeamThreads) run_team(std::uint32_t n, F f) {
+  const std::uint32_t i = (blockIdx.x * kTeamThreads + threadIdx.x) / L;
   if (i < n) f(i, LaneTeam<L>{});
 }
 
@@ -122,6 +129,7 @@ __global__ void reorder(std::uint32_t n, const std::uint32_t* cell, const std::u
 class Cuda {
  public:
   static constexpr double kSkinOverSpacing = 0;
+  static constexpr int kCellsPerReach = 2;
 
   template <class T>
   struct Mirror {
@@ -247,17 +255,17 @@ class Cuda {
     run_each<<<blocks(n, 256), 256, 0, stream_>>>(n, f);
     check(cudaGetLastError(), name);
   }
-  // Where one thread a particle would leave the GPU idle, several share a particle (measured: reference in
-  // tools/results).
+  // Where one thread a particle would leave the GPU idle, several share a particle. The bounds were measured on an H100
+  // (tools/results).
   template <class F>
   void for_each_team(const char* name, std::uint32_t n, const F& f) {
     note(name);
-    if (n <= 20000)
-      run_team<16><<<blocks(n * 16, 128), 128, 0, stream_>>>(n, f);
-    else if (n <= 150000)
-      run_team<4><<<blocks(n * 4, 128), 128, 0, stream_>>>(n, f);
+    if (n <= 4000)
+      run_team<32><<<blocks(n * 32ull, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
+    else if (n <= 120000)
+      run_team<8><<<blocks(n * 8ull, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
     else
-      run_team<1><<<blocks(n, 128), 128, 0, stream_>>>(n, f);
+      run_team<1><<<blocks(n, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
     check(cudaGetLastError(), name);
   }
   template <class F>

@@ -1,5 +1,5 @@
-// The cell grid and the loop over neighbours. Particles are stored sorted by cell, x fastest, so the three cells of a
-// row are one contiguous run of particles and a neighbourhood is nine runs.
+// The cell grid and the loop over neighbours. Particles are stored sorted by cell, x fastest, so the cells of a row are
+// one contiguous run of particles and a neighbourhood is a few runs.
 #pragma once
 
 #include "sim_server/physics/real.h"
@@ -8,7 +8,7 @@ namespace palp {
 
 struct CellGrid {
   Vec3 origin;                           // of cell (0,0,0) [m]
-  Vec3 inv_cell;                         // 1 / cell edge, at least the support radius [1/m]
+  Vec3 cell, inv_cell;                   // cell edge and its inverse [m, 1/m]
   Vec3 period;                           // domain length along periodic axes, 0 elsewhere [m]
   int n[3];                              // cells per axis; periodic axes have at least 3
   const std::uint32_t* start = nullptr;  // [cells + 1] first particle of each cell
@@ -41,66 +41,104 @@ struct CellGrid {
   }
 };
 
-// Neighbour index along one axis: false when there is none, else the cell and the shift to add to its particles.
-PALP_HD inline bool neighbor_cell(const CellGrid& g, int axis, int c, int& cell, real& shift) {
-  cell = c;
-  shift = real(0);
-  if (c >= 0 && c < g.n[axis]) return true;
-  if (!g.periodic(axis)) return false;
-  cell = c < 0 ? c + g.n[axis] : c - g.n[axis];
-  shift = c < 0 ? -g.period[axis] : g.period[axis];
-  return true;
+// The cells that x may reach along one axis, wrapped ones counted on past the domain's ends.
+PALP_HD inline int open_cell(const CellGrid& g, int axis, real x) {
+  if (!g.periodic(axis)) return g.cell_of(x, axis);
+  const real c = Eigen::numext::floor((x - g.origin[axis]) * g.inv_cell[axis]);
+  const int n = g.n[axis];
+  // in this form a position that is not a number has a cell too
+  return c > real(-n) ? (c < real(2 * n) ? static_cast<int>(c) : 2 * n - 1) : -n;
 }
 
-// Calls f(j, x_i - x_j, r^2) for every particle j within the support radius of x_i, the particle itself included.
-// The lanes of the team share the loop; each lane sees a part, in a fixed order.
-template <class Team, class F>
-PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, Team team,
-                                  F&& f) {
-  const int c[3] = {g.cell_of(x_i.x(), 0), g.cell_of(x_i.y(), 1), g.cell_of(x_i.z(), 2)};
-  const real support2 = support * support;
-  for (int row = 0; row < 9; ++row) {
-    int cy, cz;
+// A cell counted on past the ends of a periodic axis: where it is, and what to add to its particles' positions.
+PALP_HD inline int wrapped_cell(const CellGrid& g, int axis, int cell, real& shift) {
+  shift = real(0);
+  if (cell < 0) {
+    shift = -g.period[axis];
+    return cell + g.n[axis];
+  }
+  if (cell >= g.n[axis]) {
+    shift = g.period[axis];
+    return cell - g.n[axis];
+  }
+  return cell;
+}
+
+// How far x, in cell c, is from a row of cells along one axis.
+PALP_HD inline real gap_to(const CellGrid& g, int axis, real x, int c, int row) {
+  if (row == c) return real(0);
+  const real edge = g.origin[axis] + static_cast<real>(row < c ? row + 1 : row) * g.cell[axis];
+  return row < c ? x - edge : edge - x;
+}
+
+// Calls run(begin, end, shift) for runs of particles that together hold all within reach of x_i; add shift to their
+// positions. The rows of cells are shared among the team's groups.
+template <class Team, class G>
+PALP_HD inline void for_each_run(const CellGrid& g, const Vec3& x_i, real reach, Team team, G&& run) {
+  reach *= real(1.0001);  // rounding must not lose a particle at the very edge
+  const real y = x_i.y(), z = x_i.z();
+  const int y0 = open_cell(g, 1, y - reach), z0 = open_cell(g, 2, z - reach);
+  const int rows_y = open_cell(g, 1, y + reach) - y0 + 1, rows_z = open_cell(g, 2, z + reach) - z0 + 1;
+  const int cy = open_cell(g, 1, y), cz = open_cell(g, 2, z);
+  for (int row = team.group(); row < rows_y * rows_z; row += team.groups()) {
+    const int ry = y0 + row % rows_y, rz = z0 + row / rows_y;
+    const real gap_y = gap_to(g, 1, y, cy, ry), gap_z = gap_to(g, 2, z, cz, rz);
+    const real half2 = reach * reach - gap_y * gap_y - gap_z * gap_z;
+    if (!(half2 > real(0))) continue;
+    const real half = Eigen::numext::sqrt(half2);
     Vec3 shift(0, 0, 0);
-    if (!neighbor_cell(g, 1, c[1] + row % 3 - 1, cy, shift[1])) continue;
-    if (!neighbor_cell(g, 2, c[2] + row / 3 - 1, cz, shift[2])) continue;
-    const std::uint32_t base = g.index(0, cy, cz);
-    int from = c[0] - 1;
-    const int last = c[0] + 1;
-    while (from <= last) {
-      // one run, or two where a periodic row wraps
-      int to = last, begin = from;
-      if (from < 0) {
-        if (!g.periodic(0)) {
-          from = 0;
-          continue;
-        }
-        begin = from + g.n[0];
-        to = -1;
-        shift[0] = -g.period[0];
-      } else if (from >= g.n[0]) {
-        if (!g.periodic(0)) break;
-        begin = from - g.n[0];
-        shift[0] = g.period[0];
-      } else {
-        if (to >= g.n[0]) to = g.n[0] - 1;
-        shift[0] = real(0);
-      }
-      const Vec3 x = x_i - shift;
-      const std::uint32_t end = g.start[base + begin + (to - from) + 1];
-      for (std::uint32_t j = g.start[base + begin] + team.lane(); j < end; j += team.size()) {
-        const Packed x_j = xV[j];
-        const Vec3 d(x.x() - x_j.x, x.y() - x_j.y, x.z() - x_j.z);
-        const real r2 = d.squaredNorm();
-        if (r2 < support2) f(j, d, r2);
-      }
-      from = to + 1;
+    const int wy = wrapped_cell(g, 1, ry, shift[1]), wz = wrapped_cell(g, 2, rz, shift[2]);
+    const std::uint32_t* start = g.start + g.index(0, wy, wz);
+    const int first = open_cell(g, 0, x_i.x() - half), last = open_cell(g, 0, x_i.x() + half);
+    const int n = g.n[0];
+    run(start[first > 0 ? first : 0], start[last < n ? last + 1 : n], shift);
+    // a periodic row goes on at its other end
+    if (first < 0) {
+      shift[0] = -g.period[0];
+      run(start[first + n], start[n], shift);
+    }
+    if (last >= n) {
+      shift[0] = g.period[0];
+      run(start[0], start[last - n + 1], shift);
     }
   }
 }
 
+// x_i - x_j, the shortest way round along periodic axes.
+PALP_HD inline Vec3 separation(const CellGrid& g, const Vec3& x_i, const Packed& x_j) {
+  Vec3 d(x_i.x() - x_j.x, x_i.y() - x_j.y, x_i.z() - x_j.z);
+  for (int a = 0; a < 3; ++a) {
+    const real half = real(0.5) * g.period[a];
+    if (half == real(0)) continue;
+    if (d[a] > half)
+      d[a] -= g.period[a];
+    else if (d[a] < -half)
+      d[a] += g.period[a];
+  }
+  return d;
+}
+
+// Calls f(j, x_i - x_j, r^2) for every particle j within the support radius of x_i, the particle itself included.
+// A team of lanes shares the loop: its groups share the rows of cells, the lanes of a group the particles of a row.
+template <class Team, class F>
+PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, Team team,
+                                  F&& f) {
+  const real support2 = support * support;
+  for_each_run(g, x_i, support, team, [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
+    const Vec3 x = x_i - shift;
+    for (std::uint32_t j = begin + team.lane(); j < end; j += team.size()) {
+      const Packed x_j = xV[j];
+      const Vec3 d(x.x() - x_j.x, x.y() - x_j.y, x.z() - x_j.z);
+      const real r2 = d.squaredNorm();
+      if (r2 < support2) f(j, d, r2);
+    }
+  });
+}
+
 // One thread does the whole loop: the CPU's team.
 struct SerialTeam {
+  PALP_HD int group() const { return 0; }
+  PALP_HD int groups() const { return 1; }
   PALP_HD std::uint32_t lane() const { return 0; }
   PALP_HD std::uint32_t size() const { return 1; }
   PALP_HD bool leader() const { return true; }
@@ -119,21 +157,28 @@ struct ListTeam : SerialTeam {
   ListTeam(const std::uint32_t* from, const std::uint32_t* to) : begin(from), end(to) {}
 };
 
+// In two passes over a block of the list, the first without branches: which neighbours are in reach cannot be
+// predicted.
 template <class F>
 inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, ListTeam team, F&& f) {
+  constexpr std::ptrdiff_t kBlock = 128;
+  struct Hit {
+    std::uint32_t j;
+    real r2;
+    Vec3 d;
+  } hits[kBlock + 1];
   const real support2 = support * support;
   const bool periodic = g.periodic(0) || g.periodic(1) || g.periodic(2);
-  for (const std::uint32_t* j = team.begin; j != team.end; ++j) {
-    Vec3 d = x_i - xV[*j].xyz();
-    if (periodic)
-      for (int a = 0; a < 3; ++a) {
-        if (d[a] > real(0.5) * g.period[a])
-          d[a] -= g.period[a];
-        else if (d[a] < real(-0.5) * g.period[a])
-          d[a] += g.period[a];
-      }
-    const real r2 = d.squaredNorm();
-    if (r2 < support2) f(*j, d, r2);
+  for (const std::uint32_t* block = team.begin; block < team.end; block += kBlock) {
+    const std::uint32_t* end = team.end - block > kBlock ? block + kBlock : team.end;
+    int count = 0;
+    for (const std::uint32_t* j = block; j != end; ++j) {
+      const Vec3 d = periodic ? separation(g, x_i, xV[*j]) : Vec3(x_i - xV[*j].xyz());
+      const real r2 = d.squaredNorm();
+      hits[count] = {*j, r2, d};
+      count += r2 < support2 ? 1 : 0;
+    }
+    for (int k = 0; k < count; ++k) f(hits[k].j, hits[k].d, hits[k].r2);
   }
 }
 

@@ -73,16 +73,18 @@ PALP_HD inline real artificial_pressure(const Medium& medium, const WendlandC2& 
 }
 
 // Force of fluid particle j on fluid particle i.
-PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& kernel, Tag tag_i, const Packed& xV_i,
-                                     const Packed& vp_i, Tag tag_j, real V_j, const Packed& vp_j, const Vec3& x_ij,
-                                     real r2) {
+PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& kernel, const Material& material_i,
+                                     Tag tag_i, const Packed& xV_i, const Packed& vp_i, Tag tag_j, real V_j,
+                                     const Packed& vp_j, const Vec3& x_ij, real r2) {
   const real VVF = xV_i.w * V_j * kernel.F(Eigen::numext::sqrt(r2));
-  const Material& a = medium.material[tag_i.material()];
-  const Material& b = medium.material[tag_j.material()];
   const Vec3 v_ij = vp_i.xyz() - vp_j.xyz();
-  const real mu_sum = a.viscosity + b.viscosity;
-  const real mu = mu_sum > real(0) ? real(2) * a.viscosity * b.viscosity / mu_sum : real(0);
-  const real rho = real(0.5) * (a.density + b.density);
+  real rho = material_i.density, mu = material_i.viscosity;
+  if (tag_j.material() != tag_i.material()) {
+    const Material& b = medium.material[tag_j.material()];
+    const real mu_sum = mu + b.viscosity;
+    rho = real(0.5) * (rho + b.density);
+    mu = mu_sum > real(0) ? real(2) * mu * b.viscosity / mu_sum : real(0);
+  }
   const real along = acting_pressure(medium, vp_i.w) + acting_pressure(medium, vp_j.w) -
                      artificial_pressure(medium, kernel, rho, v_ij, x_ij, r2);
   return VVF * (along * x_ij - real(2) * mu * v_ij);
@@ -116,11 +118,13 @@ struct FluidForce {
     const Tag tag_i = state.tag[i];
     if (!tag_i.is_fluid()) return;
     const Packed xV_i = state.xV[i], vp_i = state.vp[i];
+    const Material material_i = medium.material[tag_i.material()];
     Vec3 force(0, 0, 0);
     for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team, [&](std::uint32_t j, const Vec3& x_ij, real r2) {
       const Tag tag_j = state.tag[j];
       if (tag_j.is_fluid())
-        force += fluid_pair_force(medium, kernel, tag_i, xV_i, vp_i, tag_j, state.xV[j].w, state.vp[j], x_ij, r2);
+        force += fluid_pair_force(medium, kernel, material_i, tag_i, xV_i, vp_i, tag_j, state.xV[j].w, state.vp[j],
+                                  x_ij, r2);
       else
         force +=
             wall_pair_force(medium, kernel, tag_i, xV_i, vp_i, state.xV[j].w, state.vp[j].xyz(), wall[j], x_ij, r2);

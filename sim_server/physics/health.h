@@ -13,7 +13,7 @@ struct HealthSums {
   std::uint32_t outside = 0;  // particles outside the domain
 };
 
-inline constexpr std::uint32_t kHealthBlocks = 64;
+inline constexpr std::uint32_t kHealthBlocks = 512;
 
 template <class Team>
 PALP_HD inline HealthSums combine(HealthSums s, Team team) {

@@ -65,18 +65,19 @@ inline std::uint32_t add_body(Scene& scene, const std::string& name, BodyType ty
   body.inertia.setZero();
   for (std::uint32_t p = body.first; p < body.first + body.count; ++p) {
     const Eigen::Vector3d r = scene.position[p] - body.position;
-    body.inertia += density * volume *
-                    (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose() +
-                     Eigen::Matrix3d(((cell.squaredNorm() * Eigen::Vector3d::Ones() - cell.cwiseAbs2()) / 12).asDiagonal()));
+    body.inertia +=
+        density * volume *
+        (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose() +
+         Eigen::Matrix3d(((cell.squaredNorm() * Eigen::Vector3d::Ones() - cell.cwiseAbs2()) / 12).asDiagonal()));
   }
   scene.bodies.push_back(body);
   return index;
 }
 
-// A tray: floor and walls of the given thickness around the box [min, max], open at the top (+z), with the walls reaching
-// to max.z. Axes in skip have no walls (periodic).
-inline std::uint32_t add_tray(Scene& scene, std::uint32_t material, const Eigen::Vector3d& min, const Eigen::Vector3d& max,
-                              double thickness, std::array<bool, 3> skip = {}) {
+// A tray: floor and walls of the given thickness around the box [min, max], open at the top (+z), with the walls
+// reaching to max.z. Axes in skip have no walls (periodic).
+inline std::uint32_t add_tray(Scene& scene, std::uint32_t material, const Eigen::Vector3d& min,
+                              const Eigen::Vector3d& max, double thickness, std::array<bool, 3> skip = {}) {
   Eigen::Vector3d low = min, high = max;
   for (int a = 0; a < 3; ++a) {
     if (skip[a]) continue;

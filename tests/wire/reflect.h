@@ -27,6 +27,7 @@ consteval std::size_t field_count() {
 template <class F, class A, class B>
 void for_each_field(F&& f, A& a, B& b) {
   constexpr std::size_t n = field_count<std::remove_const_t<A>>();
+// NOLINTBEGIN(bugprone-macro-parentheses): lists of names and calls
 #define PALP_FIELDS(count, names_a, names_b, calls) \
   if constexpr (n == count) {                       \
     auto& [PALP_UNPACK names_a] = a;                \
@@ -56,6 +57,7 @@ void for_each_field(F&& f, A& a, B& b) {
   static_assert(n == 2, "a message has a number of fields for which for_each_field has no line: add one");
 #undef PALP_UNPACK
 #undef PALP_FIELDS
+  // NOLINTEND(bugprone-macro-parentheses)
 }
 
 // Gives every scalar and string below x a value of its own.

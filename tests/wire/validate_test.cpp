@@ -23,7 +23,7 @@ void expect_fault(Fault fault, const std::function<void(T&)>& spoil, int line) {
   EXPECT_EQ(validate(m), fault) << "of the change in line " << line;
 }
 #define SPOIL(T, fault, ...) \
-  expect_fault<T>(              \
+  expect_fault<T>(           \
       Fault::fault, [](T& m) { __VA_ARGS__; }, __LINE__)
 
 TEST(Validate, LooksAtTheHeaderOfEveryMessage) {

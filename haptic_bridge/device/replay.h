@@ -1,0 +1,32 @@
+// A device that plays a recorded pose path from a file and feels nothing.
+#pragma once
+
+#include <string>
+
+#include "haptic_bridge/device/device.h"
+#include "haptic_bridge/device/trajectory.h"
+
+namespace palp {
+
+// Reads a CSV file of poses: first line "time,x,y,z,qx,qy,qz,qw", then one pose a line; seconds, metres, world frame,
+// unit quaternion within 1e-3; times strictly increasing; at most ten million lines. Throws ConfigError with file:line.
+std::vector<Keyframe> read_pose_path(const std::string& file);
+
+class ReplayDevice final : public HapticDevice {
+ public:
+  // The path begins at the first read and is joined by a smooth curve; then it holds its last pose, or (loop) begins
+  // again, for which it must end where it began. Throws ConfigError naming the file.
+  ReplayDevice(const std::string& file, bool loop);
+
+  const DeviceInfo& info() const noexcept override { return info_; }
+  bool read(std::int64_t now_ns, DeviceReading& out) noexcept override;
+  bool write(const Wrench<double>&) noexcept override { return true; }
+
+ private:
+  Trajectory path_;
+  DeviceInfo info_;
+  bool started_ = false;
+  std::int64_t t_start_ns_ = 0;
+};
+
+}  // namespace palp

@@ -1,0 +1,172 @@
+#include "haptic_bridge/device/simulated.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/error.h"
+#include "haptic_bridge/filters.h"
+
+namespace palp {
+
+namespace {
+
+using Vec3 = Eigen::Vector3d;
+using Quat = Eigen::Quaterniond;
+
+constexpr double kSubStep = 0.25e-3;           // [s]
+constexpr double kLongestGap = 0.1;            // after a longer pause of the loop the arm's time stood still [s]
+constexpr double kApproachSpeed = 0.1;         // [m/s], mean
+constexpr double kApproachTurn = 1.0;          // [rad/s], mean
+constexpr double kBristleReach = 20e-6;        // friction yields after this much [m]: less than a hand can notice
+constexpr double kAngularReach = 4e-4;         // [rad]
+constexpr double kTremorRate = 2 * M_PI * 10;  // [rad/s]
+constexpr double kTremorDamping = 0.2;
+
+Keyframe from_home(const HandleState<double>& home, const Keyframe& offset, double time) {
+  return {time, home.x + offset.x, (offset.q * home.q).normalized()};
+}
+
+Trajectory make_script(const HandScript& script, const HandleState<double>& home) {
+  std::vector<Keyframe> path;
+  for (const Keyframe& k : script.keyframes) path.push_back(from_home(home, k, k.time - script.keyframes.front().time));
+  if (path.empty()) path.push_back(from_home(home, {}, 0));
+  return Trajectory(std::move(path), script.interpolation, script.loop);
+}
+
+// From where the handle is to where the script begins; of no length when it is there already.
+Trajectory make_approach(const HandleState<double>& start, const Keyframe& first) {
+  const double distance = (first.x - start.x).norm(), angle = rotation_between(start.q, first.q).norm();
+  std::vector<Keyframe> path{{0, start.x, start.q}};
+  if (distance > 1e-3 || angle > 0.01) {
+    const double time = std::max({1.0, distance / kApproachSpeed, angle / kApproachTurn});
+    if (angle > 2) path.push_back({time / 2, (start.x + first.x) / 2, start.q.slerp(0.5, first.q)});
+    path.push_back({time, first.x, first.q});
+  }
+  return Trajectory(std::move(path), Interpolation::minimum_jerk, false);
+}
+
+// Coulomb friction that truly holds at rest: a stiff bristle that is dragged along once it has yielded (Dahl 1968, with
+// the bristle's own damping as in LuGre). Returns the force on what moves; its length never exceeds friction.
+Vec3 friction_force(Vec3& bristle, const Vec3& velocity, double friction, double reach, double mass, double dt) {
+  if (friction <= 0) return Vec3::Zero();
+  const double stiffness = friction / reach;
+  const Vec3 before = bristle;
+  bristle = saturated(Vec3(bristle + velocity * dt), reach);
+  const Vec3 rate = (bristle - before) / dt;
+  return saturated(Vec3(-stiffness * bristle - std::sqrt(stiffness * mass) * rate), friction);
+}
+
+double rounded(double value, double step) { return step > 0 ? std::round(value / step) * step : value; }
+
+// Semi-implicit steps: the dampers implicitly, the springs explicitly, so only these limit the step.
+void check_stable(const char* what, double mass, double stiffness) {
+  if (!(mass > 0)) throw ConfigError(std::string("simulated device: its ") + what + " must be above zero");
+  if (stiffness * kSubStep * kSubStep / mass > 1)
+    throw ConfigError(
+        std::string("simulated device: its ") + what +
+        " is too small for the stiffness of hand and friction at the device's time step of 0.25 ms: raise "
+        "the mass or inertia, or lower the stiffness or friction");
+}
+
+}  // namespace
+
+SimulatedDevice::SimulatedDevice(const ArmModel& arm, const HandScript& script, const HandleState<double>& home,
+                                 const HandleState<double>& start)
+    : arm_(arm),
+      hand_(script.hand),
+      approach_(make_approach(start, make_script(script, home).keyframes().front())),
+      script_(make_script(script, home)),
+      info_{"simulated arm", arm.force_limit, arm.torque_limit, true},
+      state_{start.x, start.q.normalized(), Vec3::Zero(), Vec3::Zero()},
+      applied_(zero_wrench()),
+      measured_(state_),
+      random_(script.hand.seed) {
+  const double lever2 = hand_.lever * hand_.lever;
+  check_stable("mass", arm.mass, hand_.stiffness + arm.friction / kBristleReach);
+  check_stable("inertia", arm.inertia, hand_.stiffness * lever2 + arm.angular_friction / kAngularReach);
+}
+
+HandleState<double> SimulatedDevice::intent(double time) const noexcept {
+  return time < approach_.duration() ? approach_.at(time) : script_.at(time - approach_.duration());
+}
+
+bool SimulatedDevice::read(std::int64_t now_ns, DeviceReading& out) noexcept {
+  if (!started_) {
+    started_ = true;
+    t_last_ns_ = now_ns;
+    measure(0);
+  }
+  const double dt = std::clamp(1e-9 * static_cast<double>(now_ns - t_last_ns_), 0.0, kLongestGap);
+  t_last_ns_ = now_ns;
+  if (dt > 0) {
+    advance(dt);
+    measure(dt);
+  }
+  out.state = measured_;
+  out.engaged = true;
+  out.buttons = 0;
+  return true;
+}
+
+bool SimulatedDevice::write(const Wrench<double>& wrench) noexcept {
+  if (!is_finite(wrench)) return false;
+  applied_ = {saturated(wrench.force, arm_.force_limit), saturated(wrench.torque, arm_.torque_limit)};
+  return true;
+}
+
+void SimulatedDevice::advance(double dt) noexcept {
+  const int steps = std::max(1, static_cast<int>(std::ceil(dt / kSubStep - 1e-6)));
+  for (int i = 0; i < steps; ++i) sub_step(time_ + dt * (i + 1) / steps, dt / steps);
+  time_ += dt;
+}
+
+void SimulatedDevice::sub_step(double time, double dt) noexcept {
+  const HandleState<double> wish = intent(time);
+  const double lever2 = hand_.lever * hand_.lever;
+
+  const double mass = arm_.mass + hand_.mass;
+  const Vec3 force = applied_.force + hand_.stiffness * (wish.x - state_.x) + hand_.damping * wish.v + tremor(dt) +
+                     friction_force(bristle_, state_.v, arm_.friction, kBristleReach, arm_.mass, dt);
+  state_.v = (state_.v + dt / mass * force) / (1 + dt / mass * (hand_.damping + arm_.damping));
+  state_.x += dt * state_.v;
+
+  const double inertia = arm_.inertia + hand_.mass * lever2;
+  const Vec3 torque =
+      applied_.torque + lever2 * hand_.stiffness * rotation_between(state_.q, wish.q) +
+      lever2 * hand_.damping * wish.w +
+      friction_force(angular_bristle_, state_.w, arm_.angular_friction, kAngularReach, arm_.inertia, dt);
+  state_.w = (state_.w + dt / inertia * torque) / (1 + dt / inertia * (lever2 * hand_.damping + arm_.angular_damping));
+  const double angle = dt * state_.w.norm();
+  if (angle > 0) state_.q = (Quat(Eigen::AngleAxisd(angle, state_.w.normalized())) * state_.q).normalized();
+}
+
+// A resonance at 10 Hz driven by white noise, scaled to the wanted rms.
+Vec3 SimulatedDevice::tremor(double dt) noexcept {
+  if (hand_.noise <= 0) return Vec3::Zero();
+  const double kick = hand_.noise * std::sqrt(4 * kTremorDamping * kTremorRate * kTremorRate * kTremorRate * dt);
+  for (int i = 0; i < 3; ++i) {
+    tremor_v_[i] += kick * normal_(random_) -
+                    dt * (kTremorRate * kTremorRate * tremor_x_[i] + 2 * kTremorDamping * kTremorRate * tremor_v_[i]);
+    tremor_x_[i] += dt * tremor_v_[i];
+  }
+  return tremor_x_;
+}
+
+// What the encoders show, and the velocity that a controller makes of it.
+void SimulatedDevice::measure(double dt) noexcept {
+  const HandleState<double> before = measured_;
+  for (int i = 0; i < 3; ++i) measured_.x[i] = rounded(state_.x[i], arm_.resolution);
+  for (int i = 0; i < 4; ++i) measured_.q.coeffs()[i] = rounded(state_.q.coeffs()[i], arm_.angular_resolution / 2);
+  measured_.q.normalize();
+  if (dt <= 0) return;
+  if (arm_.velocity_filter_hz <= 0) {
+    measured_.v = state_.v;
+    measured_.w = state_.w;
+    return;
+  }
+  const double share = low_pass_share(arm_.velocity_filter_hz, dt);
+  measured_.v += share * ((measured_.x - before.x) / dt - measured_.v);
+  measured_.w += share * (rotation_between(before.q, measured_.q) / dt - measured_.w);
+}
+
+}  // namespace palp

@@ -1,0 +1,90 @@
+// A simulated 6-DoF arm in a simulated hand. The arm: apparent mass and inertia (its own weight balanced, as the
+// Virtuose does), viscous and Coulomb friction, encoders of finite resolution, velocity by differentiation, a largest
+// force. The hand: it wants to follow a path and pulls the handle along it through a mass, spring and damper; the
+// firmer the grip, the stiffer (second-order grip models: Hasser & Cutkosky 2002; Fu & Cavusoglu 2012).
+#pragma once
+
+#include <memory>
+#include <random>
+
+#include "haptic_bridge/device/device.h"
+#include "haptic_bridge/device/trajectory.h"
+
+namespace palp {
+
+struct ArmModel {
+  double mass = 0.6;                 // apparent at the handle [kg]
+  double inertia = 0.004;            // about any axis through the handle [kg m^2]
+  double damping = 1;                // viscous friction [N s/m]
+  double angular_damping = 0.005;    // [N m s/rad]
+  double friction = 0.1;             // Coulomb [N]
+  double angular_friction = 0.002;   // [N m]
+  double resolution = 5e-6;          // of a position [m]; 0: exact
+  double angular_resolution = 1e-4;  // [rad]
+  double velocity_filter_hz = 60;  // of the low-pass after differentiating the encoders; 0: the exact velocity is given
+  double force_limit = 35;         // [N]
+  double torque_limit = 3;         // [N m]
+};
+
+struct HandModel {
+  double mass = 0.5;       // moves with the handle [kg]
+  double damping = 10;     // between the handle and where the hand wants it [N s/m]
+  double stiffness = 500;  // [N/m]
+  double lever = 0.1;      // half width of the grip: its rotational mass, damping, stiffness are those above times
+                           // the lever squared [m]
+  double noise = 0;        // tremor, force rms around 10 Hz, each axis [N]
+  std::uint64_t seed = 1;  // of the tremor
+};
+
+// Keyframes are offsets from the home pose: displacement in world axes [m], rotation in world axes about the handle.
+struct HandScript {
+  HandModel hand;
+  std::vector<Keyframe> keyframes;
+  Interpolation interpolation = Interpolation::minimum_jerk;
+  bool loop = false;
+};
+
+class SimulatedDevice final : public HapticDevice {
+ public:
+  // home: what the script's keyframes are offsets from. start: where the handle is at first; if that is not where the
+  // script begins, the hand first goes there, unhurried. Throws ConfigError when the model would not be stable at its
+  // time step of 0.25 ms.
+  SimulatedDevice(const ArmModel& arm, const HandScript& script, const HandleState<double>& home,
+                  const HandleState<double>& start);
+
+  const DeviceInfo& info() const noexcept override { return info_; }
+  bool read(std::int64_t now_ns, DeviceReading& out) noexcept override;
+  bool write(const Wrench<double>& wrench) noexcept override;
+
+  // The exact state and what the hand wants, for tests.
+  const HandleState<double>& true_state() const { return state_; }
+  HandleState<double> intent(double time) const noexcept;
+
+ private:
+  void advance(double dt) noexcept;
+  void sub_step(double time, double dt) noexcept;
+  void measure(double dt) noexcept;
+  Eigen::Vector3d tremor(double dt) noexcept;
+
+  ArmModel arm_;
+  HandModel hand_;
+  Trajectory approach_;
+  Trajectory script_;
+  DeviceInfo info_;
+
+  HandleState<double> state_;
+  Eigen::Vector3d bristle_ = Eigen::Vector3d::Zero();          // deflection of the friction [m]
+  Eigen::Vector3d angular_bristle_ = Eigen::Vector3d::Zero();  // [rad]
+  Wrench<double> applied_;
+  HandleState<double> measured_;
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+  Eigen::Vector3d tremor_x_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d tremor_v_ = Eigen::Vector3d::Zero();
+
+  bool started_ = false;
+  std::int64_t t_last_ns_ = 0;
+  double time_ = 0;  // of the script [s]
+};
+
+}  // namespace palp

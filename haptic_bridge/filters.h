@@ -1,0 +1,91 @@
+// The pure pieces of the force path: finite checks, saturation, slew limit, stale scale, ramps, low-pass.
+// Every function here: no allocation, no lock, no throw. Nothing here knows of devices, clocks or samples.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include <Eigen/Geometry>
+
+#include "idl/coupling.h"
+
+namespace palp {
+
+inline Wrench<double> zero_wrench() { return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()}; }
+
+inline bool is_finite(const Eigen::Vector3d& v) {
+  return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
+}
+inline bool is_finite(const Eigen::Quaterniond& q) {
+  return is_finite(Eigen::Vector3d(q.vec())) && std::isfinite(q.w());
+}
+inline bool is_finite(const Wrench<double>& w) { return is_finite(w.force) && is_finite(w.torque); }
+inline bool is_finite(const HandleState<double>& h) {
+  return is_finite(h.x) && is_finite(h.q) && is_finite(h.v) && is_finite(h.w);
+}
+
+// A quaternion further than this from unit length is not an orientation.
+inline constexpr double kUnitTolerance = 1e-3;
+inline bool is_unit(const Eigen::Quaterniond& q) {
+  return is_finite(q) && std::abs(q.coeffs().stableNorm() - 1) <= kUnitTolerance;
+}
+
+// v, shortened to the limit if it is longer. The direction is kept. limit >= 0; v finite, however large.
+inline Eigen::Vector3d saturated(const Eigen::Vector3d& v, double limit) {
+  const double length = v.stableNorm();
+  if (length <= limit) return v;
+  const double largest = v.cwiseAbs().maxCoeff();
+  const Eigen::Vector3d scaled = v / largest;  // keeps the direction of a vector whose length overflows
+  return scaled * (limit / scaled.norm());
+}
+
+// One step from previous towards wanted, at most max_step long.
+inline Eigen::Vector3d slewed(const Eigen::Vector3d& previous, const Eigen::Vector3d& wanted, double max_step) {
+  return previous + saturated(wanted - previous, max_step);
+}
+
+// What to do with data of a given age. Until fade_start the newest local model is used as it is; then it fades into
+// plain damping, which is all that is left at fade_end; from zero_at on the wrench is zero.
+struct StaleTimes {
+  std::int64_t fade_start_ns = 20'000'000;
+  std::int64_t fade_end_ns = 60'000'000;
+  std::int64_t zero_at_ns = 80'000'000;  // well below the 100 ms that are promised: ticks and samples may be late
+};
+
+// Weight of the local model, 1..0.
+inline double stale_scale(std::int64_t age_ns, const StaleTimes& t) {
+  if (age_ns <= t.fade_start_ns) return 1;
+  if (age_ns >= t.fade_end_ns) return 0;
+  return static_cast<double>(t.fade_end_ns - age_ns) / static_cast<double>(t.fade_end_ns - t.fade_start_ns);
+}
+
+// One step of value towards target (both 0..1), at most up or down.
+inline double ramped(double value, double target, double up, double down) {
+  return std::clamp(target, value - down, value + up);
+}
+
+// Share of the new value in a first-order low-pass stepped every dt [s]. cutoff_hz <= 0: no filter.
+inline double low_pass_share(double cutoff_hz, double dt) {
+  return cutoff_hz <= 0 ? 1 : 1 - std::exp(-2 * M_PI * cutoff_hz * dt);
+}
+
+// Largest wrench that may be sent, and how fast it may change.
+struct WrenchLimits {
+  double force = 8;         // [N]
+  double torque = 0.5;      // [N m]
+  double force_slew = 300;  // [N/s]
+  double torque_slew = 30;  // [N m/s]
+};
+
+inline Wrench<double> saturated(const Wrench<double>& w, const WrenchLimits& limits) {
+  return {saturated(w.force, limits.force), saturated(w.torque, limits.torque)};
+}
+
+inline Wrench<double> slewed(const Wrench<double>& previous, const Wrench<double>& wanted, const WrenchLimits& limits,
+                             double dt) {
+  return {slewed(previous.force, wanted.force, limits.force_slew * dt),
+          slewed(previous.torque, wanted.torque, limits.torque_slew * dt)};
+}
+
+}  // namespace palp

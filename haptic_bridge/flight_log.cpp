@@ -1,0 +1,165 @@
+#include "haptic_bridge/flight_log.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace palp {
+
+namespace {
+
+using Row = fmt::memory_buffer;
+
+struct Column {
+  const char* name;
+  const char* meaning;
+  void (*put)(Row&, const TickRecord&);
+};
+
+void number(Row& row, double value) { fmt::format_to(std::back_inserter(row), "{:.9g}", value); }
+template <class T>
+void integer(Row& row, T value) {
+  fmt::format_to(std::back_inserter(row), "{}", value);
+}
+void microseconds(Row& row, std::int64_t t_ns) { number(row, 1e-3 * static_cast<double>(t_ns)); }
+
+// clang-format off
+#define PALP_VECTOR(name, meaning, value) \
+  {name "_x" , meaning ", x", [](Row& o, const TickRecord& r) { number(o, (value).x()); }}, \
+  {name "_y" , meaning ", y", [](Row& o, const TickRecord& r) { number(o, (value).y()); }}, \
+  {name "_z" , meaning ", z", [](Row& o, const TickRecord& r) { number(o, (value).z()); }}
+
+const Column kColumns[] = {
+  {"tick", "counted from 1", [](Row& o, const TickRecord& r) { integer(o, r.tick); }},
+  {"t_ns", "time of the tick, CLOCK_MONOTONIC of this host [ns]", [](Row& o, const TickRecord& r) { integer(o, r.t_ns); }},
+  {"lateness_us", "behind its deadline [us]", [](Row& o, const TickRecord& r) { microseconds(o, r.lateness_ns); }},
+  {"missed", "whole periods skipped before this tick", [](Row& o, const TickRecord& r) { integer(o, r.missed); }},
+  {"state", "waiting, ready, engaged, idle, degraded, stale or fault", [](Row& o, const TickRecord& r) { integer(o, to_string(r.state)); }},
+  {"good_reading", "1: the device gave a usable pose", [](Row& o, const TickRecord& r) { integer(o, int{r.good_reading}); }},
+  {"hand_on", "1: the device says that the hand holds it", [](Row& o, const TickRecord& r) { integer(o, int{r.engaged_device}); }},
+  {"cut", "1: a safety cut set the wrench to zero", [](Row& o, const TickRecord& r) { integer(o, int{r.cut}); }},
+  {"verdict", "on the sample that came in this tick, empty if none came", [](Row& o, const TickRecord& r) { if (r.verdict >= 0) integer(o, to_string(static_cast<Verdict>(r.verdict))); }},
+  {"sequence", "of the sample in use, 0: none yet", [](Row& o, const TickRecord& r) { integer(o, r.sequence); }},
+  {"age_us", "of the sample in use, since it was received [us]", [](Row& o, const TickRecord& r) { microseconds(o, r.age_ns); }},
+  {"delay_us", "since the device state that the sample answers was read [us]", [](Row& o, const TickRecord& r) { microseconds(o, r.delay_ns); }},
+  {"sim_time_s", "of the sample in use [s]", [](Row& o, const TickRecord& r) { number(o, r.sim_time); }},
+  PALP_VECTOR("device", "position of the handle, world frame [m]", r.device.x),
+  {"device_qx", "orientation of the handle, x", [](Row& o, const TickRecord& r) { number(o, r.device.q.x()); }},
+  {"device_qy", "orientation of the handle, y", [](Row& o, const TickRecord& r) { number(o, r.device.q.y()); }},
+  {"device_qz", "orientation of the handle, z", [](Row& o, const TickRecord& r) { number(o, r.device.q.z()); }},
+  {"device_qw", "orientation of the handle, w", [](Row& o, const TickRecord& r) { number(o, r.device.q.w()); }},
+  PALP_VECTOR("velocity", "of the handle [m/s]", r.device.v),
+  PALP_VECTOR("angular_velocity", "of the handle, world frame [rad/s]", r.device.w),
+  PALP_VECTOR("proxy", "position of the proxy in the sample in use [m]", r.proxy),
+  PALP_VECTOR("model_force", "of the local model on the hand, before the limits [N]", r.model.force),
+  PALP_VECTOR("model_torque", "of the local model on the hand, before the limits [N m]", r.model.torque),
+  PALP_VECTOR("force", "sent to the device, on the hand [N]", r.sent.force),
+  PALP_VECTOR("torque", "sent to the device, on the hand, about the handle [N m]", r.sent.torque),
+  {"stale_scale", "weight of the local model for its age, 1..0", [](Row& o, const TickRecord& r) { number(o, r.stale_scale); }},
+  {"engagement", "weight of all force, 0..1", [](Row& o, const TickRecord& r) { number(o, r.engagement); }},
+  {"blend_linear", "local stiffness of the sample in use, 0..1", [](Row& o, const TickRecord& r) { number(o, r.blend_linear); }},
+  {"blend_angular", "the same for rotation", [](Row& o, const TickRecord& r) { number(o, r.blend_angular); }},
+};
+#undef PALP_VECTOR
+// clang-format on
+
+// A file that closes itself; fails loudly when the disk does.
+class OutputFile {
+ public:
+  explicit OutputFile(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "wb")) {
+    if (!file_) fail("cannot be opened for writing");
+  }
+  ~OutputFile() {
+    if (file_) std::fclose(file_);
+  }
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  void write(const Row& row) {
+    if (std::fwrite(row.data(), 1, row.size(), file_) != row.size()) fail("cannot be written");
+  }
+  void close() {
+    const bool flushed = std::fflush(file_) == 0 && fsync(fileno(file_)) == 0;
+    if (!flushed) fail("cannot be written");
+    const int closed = std::fclose(file_);
+    file_ = nullptr;
+    if (closed != 0) fail("cannot be closed");
+  }
+
+ private:
+  [[noreturn]] void fail(const char* what) const {
+    throw std::runtime_error(fmt::format("flight log {}: {}: {}", path_, what, std::strerror(errno)));
+  }
+  std::string path_;
+  std::FILE* file_;
+};
+
+void make_parent_of(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::path parent = std::filesystem::path(path).parent_path();
+  if (!parent.empty()) std::filesystem::create_directories(parent, error);
+  if (error)
+    throw std::runtime_error(fmt::format("flight log {}: its directory cannot be made: {}", path, error.message()));
+}
+
+}  // namespace
+
+FlightLog::FlightLog(std::size_t ticks) : ring_(std::max<std::size_t>(ticks, 1)) {}
+
+void check_log_path(const std::string& path) {
+  make_parent_of(path);
+  const std::string temporary = path + ".part";
+  OutputFile(temporary).close();
+  std::filesystem::remove(temporary);
+}
+
+void FlightLog::write_csv(const std::string& path) const {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  make_parent_of(path);
+  const std::string temporary = path + ".part";
+  try {
+    OutputFile file(temporary);
+    Row row;
+    for (const Column& column : kColumns)
+      fmt::format_to(std::back_inserter(row), "{}{}", row.size() ? "," : "", column.name);
+    row.push_back('\n');
+    for (std::size_t i = 0; i < size(); ++i) {
+      const char* separator = "";
+      for (const Column& column : kColumns) {
+        fmt::format_to(std::back_inserter(row), "{}", separator);
+        column.put(row, at(i));
+        separator = ",";
+      }
+      row.push_back('\n');
+      if (row.size() > 1 << 16) {
+        file.write(row);
+        row.clear();
+      }
+    }
+    file.write(row);
+    file.close();
+  } catch (...) {
+    fs::remove(temporary, error);
+    throw;
+  }
+  fs::rename(temporary, path, error);
+  if (error)
+    throw std::runtime_error(
+        fmt::format("flight log {}: cannot be renamed from {}: {}", path, temporary, error.message()));
+}
+
+std::string flight_log_columns() {
+  std::string text;
+  for (const Column& column : kColumns) text += fmt::format("{}: {}\n", column.name, column.meaning);
+  return text;
+}
+
+}  // namespace palp

@@ -1,0 +1,45 @@
+// The last minute of the loop, tick by tick, in a ring of fixed size; written out as CSV when the bridge ends.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "haptic_bridge/loop.h"
+
+namespace palp {
+
+class FlightLog {
+ public:
+  // Allocates and touches room for so many ticks (at least 1).
+  explicit FlightLog(std::size_t ticks);
+
+  // No allocation, no lock, no throw, no system call.
+  void add(const TickRecord& record) noexcept {
+    ring_[count_ % ring_.size()] = record;
+    ++count_;
+  }
+  std::size_t size() const { return count_ < ring_.size() ? count_ : ring_.size(); }
+  std::size_t capacity() const { return ring_.size(); }
+  // The i-th oldest record still held.
+  const TickRecord& at(std::size_t i) const { return ring_[(count_ - size() + i) % ring_.size()]; }
+
+  // Writes what is held, oldest first, to a file beside the path and renames it: the path holds either the whole log or
+  // what was there before. Missing directories are made. First line: column names with units (flight_log_columns()
+  // explains them). Throws std::runtime_error with one sentence (disk full, no permission). Not while add() may be
+  // called.
+  void write_csv(const std::string& path) const;
+
+ private:
+  std::vector<TickRecord> ring_;
+  std::size_t count_ = 0;
+};
+
+// Makes the directories of the path and tries to write there, so that a run does not find out at its end. Throws as
+// FlightLog::write_csv.
+void check_log_path(const std::string& path);
+
+// One line per column of the CSV: "name: meaning".
+std::string flight_log_columns();
+
+}  // namespace palp

@@ -1,0 +1,152 @@
+// The 1 kHz loop: device -> newest sample of the server -> virtual coupling -> limits -> device. One tick is one call;
+// run_loop (run.h) calls it at absolute deadlines. Knows nothing of DDS, files or threads.
+#pragma once
+
+#include <cstdint>
+
+#include "haptic_bridge/device/device.h"
+#include "haptic_bridge/filters.h"
+#include "haptic_bridge/local_model.h"
+#include "haptic_bridge/sample_gate.h"
+#include "idl/messages.h"
+
+namespace palp {
+
+struct LoopConfig {
+  std::int64_t period_ns = 1'000'000;
+  std::uint32_t device = 0;
+  std::uint64_t own_session = 0;           // of this bridge's DeviceSamples
+  CouplingGains gains{1000, 20, 10, 0.2};  // proposed to the server
+  WrenchLimits limits;
+  StaleTimes stale;
+  // A wrench computed from a device state older than this is stale however fresh its arrival: the server does not hear
+  // us.
+  std::int64_t round_trip_allowance_ns = 10'000'000;
+  double blend_time = 0.005;            // time constant of going over to a new sample [s]
+  std::int64_t fresh_ns = 200'000'000;  // so long must data have been fresh before force comes (back)
+  double ramp_up = 0.5;                 // [s] from no force to all of it
+  double ramp_down = 0.05;              // [s]
+  double fade_damping = 3;              // takes the place of the local model when data grows old [N s/m]
+  double fade_angular_damping = 0.03;   // [N m s/rad]
+  double max_speed = 5;                 // a reading that moved faster than this since the last good one is wrong [m/s]
+  double max_angular_speed = 50;        // [rad/s]
+  int max_bad_ticks = 20;               // that many failures of the device in a row are a fault
+};
+
+enum class LoopState : std::uint32_t {
+  waiting = 0,  // no usable sample of a server yet
+  ready,        // samples come; they have not been fresh for long enough
+  engaged,      // force, perhaps still on its ramp
+  idle,         // the hand is off, or the simulation is paused, unhealthy or not coupled to this device
+  degraded,     // samples are late: force is fading into damping
+  stale,        // no sample for too long: no force
+  fault,        // the device failed: no force, for good
+};
+const char* to_string(LoopState state);
+
+enum class LoopFault : std::uint32_t { none = 0, device_read, device_write, not_finite };
+// One sentence, for people.
+const char* to_string(LoopFault fault);
+
+// Everything about one tick, for the flight log. Plain data.
+struct TickRecord {
+  std::uint64_t tick = 0;
+  std::int64_t t_ns = 0;         // of the tick, CLOCK_MONOTONIC
+  std::int64_t lateness_ns = 0;  // behind its deadline
+  std::uint32_t missed = 0;      // whole periods skipped before it
+  LoopState state = LoopState::waiting;
+  bool good_reading = false;
+  bool engaged_device = false;
+  bool cut = false;            // the wrench was set to zero by a safety cut, not by the slew limit
+  std::int32_t verdict = -1;   // on the sample that came in this tick (Verdict), -1: none came
+  std::uint64_t sequence = 0;  // of the sample in use
+  std::int64_t age_ns = 0;     // since it was received; 0 without sample
+  std::int64_t delay_ns = 0;   // since the device state that it was computed from was read
+  double sim_time = 0;         // of the sample in use [s]
+  HandleState<double> device = at_rest(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());
+  Eigen::Vector3d proxy = Eigen::Vector3d::Zero();  // position of the proxy in the sample in use [m]
+  Wrench<double> model = zero_wrench();             // before the limits
+  Wrench<double> sent = zero_wrench();              // on the device
+  double stale_scale = 1;
+  double engagement = 0;
+  double blend_linear = 0;
+  double blend_angular = 0;
+};
+
+// Running totals, copied out once a tick.
+struct LoopReport {
+  std::uint64_t ticks = 0;
+  std::uint64_t missed = 0;     // whole periods
+  std::int64_t t_first_ns = 0;  // of the first tick
+  std::int64_t t_last_ns = 0;
+  LoopState state = LoopState::waiting;
+  LoopFault fault = LoopFault::none;
+  std::uint64_t server_session = 0;
+  std::uint64_t bad_readings = 0;
+  std::uint64_t bad_writes = 0;
+  std::uint64_t cuts = 0;          // ticks in which a wrench that was not zero was cut to zero
+  std::uint64_t stale_events = 0;  // times that data went stale
+  std::uint64_t passed_over = 0;   // samples of the server that never came to use
+  std::array<std::uint64_t, kVerdicts> verdicts{};
+  std::int64_t age_ns = 0;
+  double force = 0;  // sent [N]
+  double torque = 0;
+  double peak_force = 0;
+  double peak_torque = 0;
+};
+
+class HapticLoop {
+ public:
+  // Force limits are the smaller of the configuration's and the device's.
+  HapticLoop(const LoopConfig& config, HapticDevice& device);
+
+  // One tick at now_ns. incoming: what came in since the last tick, or null. No allocation, no lock, no throw, and no
+  // system call but the device's. Same calls, same wrenches, bit for bit.
+  void tick(std::int64_t now_ns, std::int64_t lateness_ns, std::uint32_t missed, const IncomingProxy* incoming);
+
+  // Of the last tick. The bus numbers and stamps the sample when it sends it. worth_sending: the device has been read.
+  const DeviceSample& sample() const { return sample_; }
+  bool worth_sending() const { return have_reading_; }
+  const TickRecord& record() const { return record_; }
+  const LoopReport& report() const { return report_; }
+  const LoopConfig& config() const { return config_; }
+
+ private:
+  void read_device(std::int64_t now_ns);
+  bool plausible(const HandleState<double>& next, std::int64_t now_ns) const;
+  void take_sample(const IncomingProxy& in, std::int64_t now_ns);
+  void follow_link(std::int64_t now_ns);
+  LoopState find_state(bool willing) const;
+  Wrench<double> limited(const Wrench<double>& wanted);
+  void send(const Wrench<double>& wrench);
+  void describe(std::int64_t now_ns);
+
+  LoopConfig config_;
+  HapticDevice& device_;
+  SampleGate gate_;
+  BlendedModel model_;
+  double period_;  // [s]
+
+  DeviceReading reading_;  // the last good one
+  bool have_reading_ = false;
+  std::int64_t t_reading_ns_ = 0;
+  int bad_reads_in_a_row_ = 0;
+  int bad_writes_in_a_row_ = 0;
+
+  bool have_sample_ = false;
+  std::int64_t t_receive_ns_ = 0;
+  std::int64_t t_device_ns_ = 0;
+  std::uint32_t sample_flags_ = 0;
+  std::int64_t fresh_since_ns_ = 0;
+  bool qualified_ = false;
+  bool was_stale_ = false;
+  double engagement_ = 0;
+  Wrench<double> last_sent_ = zero_wrench();
+  LoopFault fault_ = LoopFault::none;
+
+  DeviceSample sample_;
+  TickRecord record_;
+  LoopReport report_;
+};
+
+}  // namespace palp

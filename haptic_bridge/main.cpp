@@ -1,0 +1,201 @@
+// haptic_bridge: arguments -> device -> bus threads -> loop. Exit status: 0 healthy, 1 a fault on the way, 2 bad input.
+#include <atomic>
+#include <csignal>
+#include <ctime>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include "config/error.h"
+#include "haptic_bridge/bus_link.h"
+#include "haptic_bridge/crash_log.h"
+#include "haptic_bridge/device/replay.h"
+#include "haptic_bridge/herald.h"
+#include "haptic_bridge/options.h"
+#include "haptic_bridge/profile.h"
+#include "haptic_bridge/report.h"
+#include "idl/clock.h"
+
+namespace palp {
+namespace {
+
+constexpr std::int64_t kHousekeepingNs = 100'000'000;
+constexpr int kThreadsBelowLoop = 5;  // priority of the bus threads below the loop's
+
+// SIGINT and SIGTERM are blocked in every thread and waited for here.
+class StopSignal {
+ public:
+  StopSignal() {
+    sigemptyset(&set_);
+    sigaddset(&set_, SIGINT);
+    sigaddset(&set_, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &set_, nullptr);
+  }
+  // True once one of them has come.
+  bool wait(std::int64_t timeout_ns) {
+    const timespec timeout{timeout_ns / 1'000'000'000, timeout_ns % 1'000'000'000};
+    if (sigtimedwait(&set_, nullptr, &timeout) > 0) stopped_ = true;
+    return stopped_;
+  }
+
+ private:
+  sigset_t set_;
+  bool stopped_ = false;
+};
+
+DeviceProfile profile_from(const BridgeOptions& o) {
+  DeviceProfile profile = o.profile.empty() ? DeviceProfile{} : read_device_profile(o.profile);
+  profile.gains.stiffness = o.stiffness.value_or(profile.gains.stiffness);
+  profile.gains.damping = o.damping.value_or(profile.gains.damping);
+  profile.gains.angular_stiffness = o.angular_stiffness.value_or(profile.gains.angular_stiffness);
+  profile.gains.angular_damping = o.angular_damping.value_or(profile.gains.angular_damping);
+  return profile;
+}
+
+LoopConfig loop_config(const BridgeOptions& o, const DeviceProfile& profile, const Bus& bus) {
+  LoopConfig config;
+  config.period_ns = std::llround(1e9 / o.rate_hz);
+  config.device = o.device_number;
+  config.own_session = bus.session();
+  config.gains = profile.gains;
+  config.limits = profile.limits;
+  return config;
+}
+
+// Where the simulated handle starts: the home pose, or wherever the server holds the proxy now.
+struct Start {
+  HandleState<double> home;
+  HandleState<double> at;
+};
+
+// Waits for the scene that names the home pose. None: stopped before one came.
+std::optional<Start> find_start(const BridgeOptions& o, Bus& bus, BusLink& link, Herald& herald, StopSignal& stop) {
+  if (o.home) return Start{*o.home, *o.home};
+  const auto reader = bus.reader<SceneDescription>();
+  std::vector<Received<SceneDescription>> scenes;
+  std::optional<HandleState<double>> home;
+  std::int64_t t_home_ns = 0;
+  while (!stop.wait(home ? kHousekeepingNs / 5 : kHousekeepingNs)) {
+    scenes.clear();
+    reader->take_all(scenes);
+    if (!scenes.empty()) home = herald.home_in(scenes.back().message, o.device_number);
+    if (home && t_home_ns == 0) t_home_ns = now_ns();
+    ProxySample proxy;
+    if (home && link.newest_proxy(proxy)) return Start{*home, to_handle(proxy.proxy_pose, TwistD{})};
+    // a server that stands still says nothing: its proxy is where the scene put it
+    if (home && now_ns() - t_home_ns > 3 * kHousekeepingNs) return Start{*home, *home};
+    herald.tell_waiting(*reader, link);
+  }
+  return std::nullopt;
+}
+
+// None: stopped while it waited for the scene.
+std::unique_ptr<HapticDevice> open_device(const BridgeOptions& o, const DeviceProfile& profile,
+                                          const HandScript& script, Bus& bus, BusLink& link, Herald& herald,
+                                          StopSignal& stop) {
+  if (o.device == DeviceKind::replay) return std::make_unique<ReplayDevice>(o.path, o.loop_path);
+  const std::optional<Start> start = find_start(o, bus, link, herald, stop);
+  if (!start) return nullptr;
+  return std::make_unique<SimulatedDevice>(profile.arm, script, start->home, start->at);
+}
+
+// The loop in a thread of its own, told of by the calling thread until it ends. Returns what went wrong, or empty.
+std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& ports, BusLink& link, FlightLog& log,
+                       Herald& herald, StopSignal& stop, RealtimeReport& scheduling) {
+  const CrashLog crash_log(log, o.log);
+  std::atomic<bool> stop_loop{false}, ended{false};
+  std::atomic<bool> prepared{false};
+  std::thread thread([&] {
+    make_realtime(o.realtime, scheduling);
+    prepared.store(true, std::memory_order_release);
+    RealClock clock;
+    run_loop(loop, clock, ports, log, stop_loop, static_cast<std::uint64_t>(o.seconds * o.rate_hz));
+    ended.store(true, std::memory_order_release);
+  });
+  std::string failure;
+  try {
+    link.start();
+    while (!prepared.load(std::memory_order_acquire)) std::this_thread::yield();
+    herald.tell_started(scheduling.line());
+    while (!ended.load(std::memory_order_acquire) && !link.failed() && !stop.wait(kHousekeepingNs))
+      herald.tell_running(ports, link);
+  } catch (const std::exception& error) {
+    failure = error.what();
+  }
+  stop_loop = true;
+  thread.join();
+  link.stop();
+  if (link.failed()) failure = "the bus failed: " + link.failure();
+  if (failure.empty()) failure = to_string(loop.report().fault);
+  return failure;
+}
+
+std::string write_log(const FlightLog& log, const std::string& path, std::string& failure) {
+  try {
+    log.write_csv(path);
+    return fmt::format("{} ({} ticks)", path, log.size());
+  } catch (const std::exception& error) {
+    if (failure.empty()) failure = error.what();
+    return error.what();
+  }
+}
+
+int run(const BridgeOptions& o) {
+  // everything the user gave is read before anything is opened
+  const DeviceProfile profile = profile_from(o);
+  const HandScript script = o.hand.empty() ? HandScript{} : read_hand_script(o.hand);
+  try {
+    check_log_path(o.log);
+  } catch (const std::exception& error) {
+    throw ConfigError(error.what());
+  }
+  const std::string process = fmt::format("haptic_bridge {}", o.device_number);
+  StopSignal stop;
+  const std::unique_ptr<Bus> bus = open_bus(o.bus);
+  LoopPorts ports;
+  RealtimeOptions bus_threads = o.realtime;
+  bus_threads.priority = std::max(0, o.realtime.priority - kThreadsBelowLoop);
+  BusLink link(*bus, o.device_number, bus_threads, ports);
+  Herald herald(*bus, process, fmt::format("{}, domain {}", to_string(o.bus.vendor), o.bus.domain));
+
+  const std::unique_ptr<HapticDevice> device = open_device(o, profile, script, *bus, link, herald, stop);
+  if (!device) {
+    herald.tell_stopped("stopped", "stopped before a server was heard");
+    return 0;
+  }
+  HapticLoop loop(loop_config(o, profile, *bus), *device);
+  FlightLog log(static_cast<std::size_t>(o.log_seconds * o.rate_hz));
+  RealtimeReport scheduling;
+  lock_memory(o.realtime, scheduling);
+
+  std::string failure = run_bridge(o, loop, ports, link, log, herald, stop, scheduling);
+  Summary summary = herald.summary(loop.report(), ports, link);
+  summary.device = fmt::format("{} ({})", device->info().name, profile.name);
+  summary.scheduling = scheduling.line();
+  summary.log = write_log(log, o.log, failure);
+  summary.trouble = failure;
+  if (!failure.empty()) summary.state = "fault";
+  herald.finish(summary, o.summary);
+  return failure.empty() ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace palp
+
+int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_bridge"));
+  try {
+    const palp::ParsedOptions parsed = palp::parse_options(argc, argv);
+    return parsed.options ? palp::run(*parsed.options) : parsed.exit_status;
+  } catch (const palp::ConfigError& error) {
+    fmt::print(stderr, "haptic_bridge: {}\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "haptic_bridge: {}\n", error.what());
+    return 1;
+  }
+}

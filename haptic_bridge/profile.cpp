@@ -1,0 +1,112 @@
+#include "haptic_bridge/profile.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "config/error.h"
+#include "config/toml_reader.h"
+
+namespace palp {
+
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+// Fills value with the number under key, if there is a sound one.
+void read(TomlTable& table, const char* key, const Range& range, double& value) {
+  if (const auto number = table.number(key, range)) value = *number;
+}
+
+HandModel read_grip(TomlTable& root) {
+  HandModel hand = kFirmGrip;
+  if (root.is_table("grip")) {
+    TomlTable grip = root.table("grip");
+    read(grip, "mass", {"kg", 0, 10}, hand.mass);
+    read(grip, "damping", {"N s/m", 0, 1000}, hand.damping);
+    read(grip, "stiffness", {"N/m", 0, 1e4}, hand.stiffness);
+    read(grip, "lever", {"m", 0.01, 0.5}, hand.lever);
+  } else if (const auto choice = root.choice("grip", {"off", "light", "firm"})) {
+    hand = *choice == 0 ? kHandsOff : *choice == 1 ? kLightGrip : kFirmGrip;
+  }
+  TomlTable tremor = root.table("tremor");
+  read(tremor, "force", {"N rms", 0, 5}, hand.noise);
+  if (const auto seed = tremor.integer("seed", 0, 1'000'000'000)) hand.seed = static_cast<std::uint64_t>(*seed);
+  return hand;
+}
+
+Keyframe read_keyframe(TomlTable& table, const Keyframe* before) {
+  Keyframe k;
+  read(table, "time", {"s", 0, 86400}, k.time);
+  if (!table.has("time")) table.fault("", "time is missing, expected seconds since the script began");
+  if (const auto p = table.numbers("position", 3, {"m", -10, 10})) k.x = {(*p)[0], (*p)[1], (*p)[2]};
+  if (const auto r = table.numbers("rotation_deg", 3, {"degrees", -180, 180})) {
+    const Eigen::Vector3d turn = kDegree * Eigen::Vector3d((*r)[0], (*r)[1], (*r)[2]);
+    if (turn.norm() > M_PI + 1e-9) table.fault("rotation_deg", "turns by more than 180 degrees, expected at most 180");
+    if (turn.norm() > 0) k.q = Eigen::AngleAxisd(turn.norm(), turn.normalized());
+  }
+  if (before && k.time <= before->time) table.fault("time", "must be later than the keyframe before it");
+  if (before && rotation_between(before->q, k.q).norm() >= kMaxCouplingAngle)
+    table.fault("rotation_deg", "is more than 143 degrees from the keyframe before it; put a keyframe between them");
+  return k;
+}
+
+}  // namespace
+
+DeviceProfile read_device_profile(const std::string& path) {
+  TomlFile file = TomlFile::read(path);
+  TomlTable root = file.root();
+  DeviceProfile profile;
+  profile.name = root.text("name", Need::required).value_or("");
+
+  TomlTable limits = root.table("limits", Need::required);
+  read(limits, "force", {"N", 0, 200, true}, profile.limits.force);
+  read(limits, "torque", {"N m", 0, 20, true}, profile.limits.torque);
+  read(limits, "force_slew", {"N/s", 0, 1e5, true}, profile.limits.force_slew);
+  read(limits, "torque_slew", {"N m/s", 0, 1e4, true}, profile.limits.torque_slew);
+
+  TomlTable coupling = root.table("coupling");
+  read(coupling, "stiffness", {"N/m", 0, 1e5}, profile.gains.stiffness);
+  read(coupling, "damping", {"N s/m", 0, 1e4}, profile.gains.damping);
+  read(coupling, "angular_stiffness", {"N m/rad", 0, 1e4}, profile.gains.angular_stiffness);
+  read(coupling, "angular_damping", {"N m s/rad", 0, 1e3}, profile.gains.angular_damping);
+
+  ArmModel& arm = profile.arm;
+  TomlTable table = root.table("arm");
+  read(table, "mass", {"kg", 0.01, 50}, arm.mass);
+  read(table, "inertia", {"kg m^2", 1e-5, 10}, arm.inertia);
+  read(table, "damping", {"N s/m", 0, 1000}, arm.damping);
+  read(table, "angular_damping", {"N m s/rad", 0, 100}, arm.angular_damping);
+  read(table, "friction", {"N", 0, 50}, arm.friction);
+  read(table, "angular_friction", {"N m", 0, 5}, arm.angular_friction);
+  read(table, "resolution", {"m", 0, 1e-3}, arm.resolution);
+  read(table, "angular_resolution", {"rad", 0, 1e-2}, arm.angular_resolution);
+  read(table, "velocity_filter_hz", {"Hz", 0, 1000}, arm.velocity_filter_hz);
+  read(table, "force_limit", {"N", 0, 200, true}, arm.force_limit);
+  read(table, "torque_limit", {"N m", 0, 20, true}, arm.torque_limit);
+  file.finish();
+  return profile;
+}
+
+HandScript read_hand_script(const std::string& path) {
+  TomlFile file = TomlFile::read(path);
+  TomlTable root = file.root();
+  HandScript script;
+  root.text("description");
+  if (const auto choice = root.choice("interpolation", {"minimum_jerk", "catmull_rom"}))
+    script.interpolation = *choice == 0 ? Interpolation::minimum_jerk : Interpolation::catmull_rom;
+  script.loop = root.boolean("loop").value_or(false);
+  script.hand = read_grip(root);
+  for (TomlTable& table : root.tables("keyframe"))
+    script.keyframes.push_back(read_keyframe(table, script.keyframes.empty() ? nullptr : &script.keyframes.back()));
+  if (script.keyframes.empty() && !file.faulty())
+    file.fault(0, "no [[keyframe]]; expected at least one, such as \"[[keyframe]]\\ntime = 0\"");
+  file.finish();
+  try {
+    Trajectory(script.keyframes, script.interpolation, script.loop);
+  } catch (const std::invalid_argument& error) {
+    throw ConfigError(path + ": " + error.what());
+  }
+  return script;
+}
+
+}  // namespace palp

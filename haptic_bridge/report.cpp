@@ -1,0 +1,145 @@
+#include "haptic_bridge/report.h"
+
+#include <fmt/format.h>
+
+#include "idl/validate.h"
+
+namespace palp {
+
+namespace {
+
+double as_number(std::uint64_t n) { return static_cast<double>(n); }
+
+std::uint64_t dropped(const LoopReport& report, const DropCounts& drops) {
+  const auto of = [&](Verdict v) { return report.verdicts[static_cast<std::size_t>(v)]; };
+  return drops.wrong_version + drops.not_finite + drops.malformed + of(Verdict::not_finite) + of(Verdict::bad_range) +
+         of(Verdict::bad_gains) + of(Verdict::out_of_order);
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+double find(const std::vector<Metric>& metrics, const char* name) {
+  for (const Metric& m : metrics) {
+    if (m.name == name) return m.value;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::vector<Metric> bridge_metrics(const LoopReport& report, const LoopPorts& ports, const BusLink& link,
+                                   double rate_hz) {
+  const DropCounts drops = link.drops();
+  return {
+      {"rate_hz", rate_hz},
+      {"ticks", as_number(report.ticks)},
+      {"lateness_p50_us", ports.lateness.quantile_us(0.5)},
+      {"lateness_p99_us", ports.lateness.quantile_us(0.99)},
+      {"lateness_p999_us", ports.lateness.quantile_us(0.999)},
+      {"lateness_max_us", ports.lateness.max_us()},
+      {"overruns", as_number(report.missed)},
+      {"sample_age_p50_ms", 1e-3 * ports.age.quantile_us(0.5)},
+      {"sample_age_p99_ms", 1e-3 * ports.age.quantile_us(0.99)},
+      {"sample_age_max_ms", 1e-3 * ports.age.max_us()},
+      {"round_trip_p50_ms", 1e-3 * ports.delay.quantile_us(0.5)},
+      {"round_trip_p99_ms", 1e-3 * ports.delay.quantile_us(0.99)},
+      {"send_p50_us", link.send_time().quantile_us(0.5)},
+      {"send_p99_us", link.send_time().quantile_us(0.99)},
+      {"force_n", report.force},
+      {"torque_nm", report.torque},
+      {"peak_force_n", report.peak_force},
+      {"peak_torque_nm", report.peak_torque},
+      {"received_samples", as_number(link.received())},
+      {"lost_samples", as_number(drops.lost)},
+      {"dropped_samples", as_number(dropped(report, drops))},
+      {"stale_events", as_number(report.stale_events)},
+      {"safety_cuts", as_number(report.cuts)},
+      {"bad_readings", as_number(report.bad_readings)},
+  };
+}
+
+std::string bridge_trouble(const LoopReport& report, const BusLink& link) {
+  std::string version = wrong_version_sentence("palp/proxy", link.drops());
+  if (!version.empty()) return version;
+  const auto of = [&](Verdict v) { return report.verdicts[static_cast<std::size_t>(v)]; };
+  if (of(Verdict::bad_gains) > 0 && of(Verdict::restarted) == 0)
+    return "the server answers with coupling gains above those that were asked for: its samples are refused";
+  switch (report.state) {
+    case LoopState::fault:
+      return to_string(report.fault);
+    case LoopState::stale:
+      return "the server has fallen silent: the force is zero until its samples are fresh again";
+    case LoopState::waiting:
+      if (of(Verdict::other_bridge) > 2000)
+        return "the server answers another bridge: two of them use the same --device-number, stop one";
+      return link.servers() == 0 ? "no sim_server is heard: start one with the same --dds domain"
+                                 : "a sim_server is there but has not answered yet";
+    case LoopState::idle:
+      return "the simulation is paused, unhealthy or not coupled to this device: the force is zero";
+    case LoopState::degraded:
+      return "samples are late: the force fades into damping";
+    case LoopState::ready:
+    case LoopState::engaged:
+      return "";
+  }
+  return "";
+}
+
+std::string to_text(const Summary& s) {
+  const auto m = [&](const char* name) { return find(s.metrics, name); };
+  std::string text = fmt::format("{}: {}, {}\n", s.process, s.device, s.bus);
+  text += fmt::format("  scheduling   {}\n", s.scheduling);
+  text += fmt::format("  rate         {:.1f} Hz over {:.0f} ticks, {:.0f} periods missed\n", s.rate_hz, m("ticks"),
+                      m("overruns"));
+  text += fmt::format("  lateness     median {:.0f} us, 99 % {:.0f} us, 99.9 % {:.0f} us, max {:.0f} us\n",
+                      m("lateness_p50_us"), m("lateness_p99_us"), m("lateness_p999_us"), m("lateness_max_us"));
+  text += fmt::format(
+      "  sample age   median {:.2f} ms, 99 % {:.2f} ms, max {:.2f} ms; device to force median {:.2f} ms, 99 % {:.2f} "
+      "ms\n",
+      m("sample_age_p50_ms"), m("sample_age_p99_ms"), m("sample_age_max_ms"), m("round_trip_p50_ms"),
+      m("round_trip_p99_ms"));
+  text += fmt::format("  force        peak {:.2f} N, {:.3f} N m; {:.0f} safety cuts\n", m("peak_force_n"),
+                      m("peak_torque_nm"), m("safety_cuts"));
+  text += fmt::format("  samples      {:.0f} received, {:.0f} lost, {:.0f} dropped, server silent {:.0f} times\n",
+                      m("received_samples"), m("lost_samples"), m("dropped_samples"), m("stale_events"));
+  text += fmt::format("  flight log   {}\n", s.log);
+  text += fmt::format("  state        {}{}\n", s.state, s.trouble.empty() ? "" : ": " + s.trouble);
+  return text;
+}
+
+std::string to_json(const Summary& s) {
+  std::string text = "{\n";
+  const auto put = [&](const char* key, const std::string& value) {
+    text += fmt::format("  \"{}\": \"{}\",\n", key, escaped(value));
+  };
+  put("process", s.process);
+  put("device", s.device);
+  put("scheduling", s.scheduling);
+  put("bus", s.bus);
+  put("log", s.log);
+  put("state", s.state);
+  put("trouble", s.trouble);
+  text += fmt::format("  \"healthy\": {},\n", s.trouble.empty());
+  text += "  \"metrics\": {";
+  const char* separator = "\n";
+  for (const Metric& m : s.metrics) {
+    text += fmt::format("{}    \"{}\": {:.9g}", separator, escaped(m.name), m.value);
+    separator = ",\n";
+  }
+  return text + "\n  }\n}\n";
+}
+
+}  // namespace palp

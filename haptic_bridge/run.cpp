@@ -1,0 +1,36 @@
+#include "haptic_bridge/run.h"
+
+namespace palp {
+
+LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& log, const std::atomic<bool>& stop,
+                   std::uint64_t max_ticks) {
+  const std::int64_t period = loop.config().period_ns;
+  IncomingProxy incoming;
+  std::int64_t deadline = clock.now_ns() + period;
+
+  for (std::uint64_t i = 0; !stop.load(std::memory_order_relaxed) && (max_ticks == 0 || i < max_ticks); ++i) {
+    clock.sleep_until(deadline);
+    const std::int64_t now = clock.now_ns();
+    const std::int64_t missed = (now - deadline) / period;
+
+    const bool came = ports.incoming.take(incoming);
+    loop.tick(now, now - deadline, static_cast<std::uint32_t>(missed), came ? &incoming : nullptr);
+
+    if (loop.worth_sending()) {
+      ports.outgoing.put(loop.sample());
+      ports.sample_ready.wake();
+    }
+    ports.report.put(loop.report());
+    const TickRecord& record = loop.record();
+    ports.lateness.add(record.lateness_ns);
+    if (record.state != LoopState::waiting && record.state != LoopState::stale) ports.age.add(record.age_ns);
+    if (record.verdict == static_cast<std::int32_t>(Verdict::accepted)) ports.delay.add(record.delay_ns);
+    log.add(record);
+
+    if (loop.report().fault != LoopFault::none) return loop.report().fault;
+    deadline += (1 + missed) * period;
+  }
+  return LoopFault::none;
+}
+
+}  // namespace palp

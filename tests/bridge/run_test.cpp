@@ -1,0 +1,259 @@
+// The loop as it is run: on a clock, between mailboxes and threads, into the flight log.
+#include "haptic_bridge/run.h"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include "haptic_bridge/device/simulated.h"
+#include "idl/clock.h"
+#include "tests/bridge/count_allocations.h"
+#include "tests/bridge/fake_server.h"
+
+namespace palp {
+namespace {
+
+using test::answer;
+using test::kBridgeSession;
+using test::kMillisecond;
+using test::PuppetDevice;
+
+LoopConfig config_for_tests() {
+  LoopConfig config;
+  config.own_session = kBridgeSession;
+  return config;
+}
+
+// Does the server's work inside the loop's own reads, so that one thread is enough and time is exact.
+class ServedArm final : public HapticDevice {
+ public:
+  explicit ServedArm(LoopPorts& ports)
+      : ports_(ports),
+        arm_(ArmModel{}, HandScript{}, at_rest({0, 0, -0.003}, Eigen::Quaterniond::Identity()),
+             at_rest({0, 0, -0.003}, Eigen::Quaterniond::Identity())) {}
+  const DeviceInfo& info() const noexcept override { return arm_.info(); }
+  bool read(std::int64_t now, DeviceReading& out) noexcept override {
+    DeviceSample sample;
+    if (ports_.outgoing.take(sample)) {
+      IncomingProxy in{answer(sample, 5, ++sequence_), now};
+      test::SpringWall{}.touch(in.sample);
+      ports_.incoming.put(in);
+    }
+    return arm_.read(now, out);
+  }
+  bool write(const Wrench<double>& w) noexcept override { return arm_.write(w); }
+
+ private:
+  LoopPorts& ports_;
+  SimulatedDevice arm_;
+  std::uint64_t sequence_ = 0;
+};
+
+TEST(Run, AllocatesNothingInTheLoop) {
+  auto ports = std::make_unique<LoopPorts>();
+  ServedArm arm(*ports);
+  HapticLoop loop(config_for_tests(), arm);
+  FlightLog log(500);  // goes round twice
+  LockStepClock clock;
+  std::atomic<bool> stop{false};
+  test::start_counting_allocations();
+  run_loop(loop, clock, *ports, log, stop, 1200);
+  EXPECT_EQ(test::stop_counting_allocations(), 0u);
+  EXPECT_EQ(loop.report().state, LoopState::engaged);
+  EXPECT_GT(loop.report().peak_force, 0.5);
+
+  test::start_counting_allocations();
+  const std::vector<int> seen(100);
+  EXPECT_EQ(test::stop_counting_allocations(), 1u);  // the count does count
+}
+
+TEST(Run, RunsTheSameTwiceOnTheLockStepClock) {
+  std::vector<double> forces[2];
+  for (auto& out : forces) {
+    auto ports = std::make_unique<LoopPorts>();
+    ServedArm arm(*ports);
+    HapticLoop loop(config_for_tests(), arm);
+    FlightLog log(2000);
+    LockStepClock clock;
+    std::atomic<bool> stop{false};
+    run_loop(loop, clock, *ports, log, stop, 2000);
+    for (std::size_t i = 0; i < log.size(); ++i) out.push_back(log.at(i).sent.force.z());
+    EXPECT_EQ(ports->lateness.max_us(), 0);
+    EXPECT_EQ(loop.report().missed, 0u);
+  }
+  EXPECT_EQ(forces[0], forces[1]);
+}
+
+// Time that passes as the test says.
+class SlipClock final : public Clock {
+ public:
+  std::int64_t now_ns() noexcept override { return now; }
+  void sleep_until(std::int64_t t) noexcept override {
+    now = std::max(now, t) + (++sleeps == 10 ? 3'600'000 : 50'000);
+    deadlines_off += (t - first_deadline) % kMillisecond != 0;
+    if (sleeps == 1) first_deadline = t;
+  }
+  std::int64_t now = 5'000'000'000, first_deadline = 5'001'000'000;
+  int sleeps = 0;
+  int deadlines_off = 0;
+};
+
+TEST(Run, SkipsMissedPeriodsAndKeepsItsGrid) {
+  auto ports = std::make_unique<LoopPorts>();
+  PuppetDevice device;
+  HapticLoop loop(config_for_tests(), device);
+  FlightLog log(100);
+  SlipClock clock;
+  std::atomic<bool> stop{false};
+  run_loop(loop, clock, *ports, log, stop, 20);
+  EXPECT_EQ(loop.report().missed, 3u);
+  EXPECT_EQ(log.at(9).missed, 3u);
+  EXPECT_EQ(log.at(10).lateness_ns, 50'000);
+  EXPECT_EQ(log.at(19).t_ns - log.at(0).t_ns, (19 + 3) * kMillisecond);
+  EXPECT_EQ(clock.deadlines_off, 0);
+  EXPECT_EQ(ports->lateness.max_us(), 3600);
+}
+
+TEST(Run, EndsOnAFaultWithTheDeviceAtRest) {
+  auto ports = std::make_unique<LoopPorts>();
+  PuppetDevice device;
+  device.readable = false;
+  HapticLoop loop(config_for_tests(), device);
+  FlightLog log(100);
+  LockStepClock clock;
+  std::atomic<bool> stop{false};
+  EXPECT_EQ(run_loop(loop, clock, *ports, log, stop), LoopFault::device_read);
+  EXPECT_EQ(log.at(log.size() - 1).state, LoopState::fault);
+  DeviceSample sample;
+  EXPECT_FALSE(ports->outgoing.take(sample));  // never read, never sent
+}
+
+TEST(Run, MeetsTheBusThreadsWithoutARace) {
+  // the loop, a sender that is woken, a receiver that answers, and somebody who watches: for the thread sanitizer
+  auto ports = std::make_unique<LoopPorts>();
+  PuppetDevice device;
+  LoopConfig config = config_for_tests();
+  config.period_ns = 200'000;
+  config.fresh_ns = 10'000'000;
+  config.ramp_up = 0.02;
+  HapticLoop loop(config, device);
+  FlightLog log(4000);
+  std::atomic<bool> stop{false}, done{false};
+  std::uint64_t sent = 0, seen = 0;
+  std::thread server([&] {
+    DeviceSample sample;
+    while (!done) {
+      if (!ports->sample_ready.wait_for(20'000'000) || !ports->outgoing.take(sample)) continue;
+      IncomingProxy in{answer(sample, 5, ++sent), now_ns()};
+      in.sample.wrench.force = {0, 0, 1};
+      ports->incoming.put(in);
+    }
+  });
+  std::thread watcher([&] {
+    LoopReport report;
+    while (!done) {
+      if (ports->report.take(report)) seen = report.ticks;
+      (void)ports->lateness.quantile_us(0.99);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  });
+  RealClock clock;
+  run_loop(loop, clock, *ports, log, stop, 3000);
+  done = true;
+  server.join();
+  watcher.join();
+  EXPECT_GT(sent, 100u);
+  EXPECT_GT(seen, 0u);
+  EXPECT_GT(loop.report().verdicts[0], 100u);
+}
+
+TEST(Wakeup, WakesOnceForWakesThatPiledUp) {
+  Wakeup w;
+  EXPECT_FALSE(w.wait_for(1'000'000));
+  for (int i = 0; i < 5; ++i) w.wake();
+  EXPECT_TRUE(w.wait_for(1'000'000));
+  EXPECT_FALSE(w.wait_for(1'000'000));
+}
+
+TEST(Realtime, SaysHonestlyWhatItGot) {
+  RealtimeReport report;
+  std::thread([&] { make_realtime({0, 5000, false}, report); }).join();
+  EXPECT_FALSE(report.fifo);
+  EXPECT_EQ(report.cpu, -1);
+  EXPECT_NE(report.trouble.find("core 5000 was refused"), std::string::npos);
+  EXPECT_EQ(report.line().find("ordinary scheduling, memory not locked, any core of "), 0u) << report.line();
+}
+
+// ---- the flight log
+
+class LogFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    dir_ = std::filesystem::temp_directory_path() / ("palp_flight_log_test_" + std::to_string(getpid()));
+    std::filesystem::create_directories(dir_);
+    for (std::uint64_t i = 1; i <= 25; ++i) {
+      record_.tick = i;
+      record_.t_ns = static_cast<std::int64_t>(1'000'000'000'000'000 + i);
+      record_.sent.force = {0.1 * static_cast<double>(i), 0, 0};
+      log_.add(record_);
+    }
+  }
+  void TearDown() override { std::filesystem::remove_all(dir_); }
+  static std::vector<std::string> lines(const std::filesystem::path& path) {
+    std::ifstream in(path);
+    std::vector<std::string> all;
+    for (std::string line; std::getline(in, line);) all.push_back(line);
+    return all;
+  }
+  std::filesystem::path dir_;
+  TickRecord record_;
+  FlightLog log_{10};
+};
+
+TEST_F(LogFile, HoldsTheLastTicksOldestFirst) {
+  EXPECT_EQ(log_.size(), 10u);
+  log_.write_csv(dir_ / "new" / "log.csv");
+  const std::vector<std::string> all = lines(dir_ / "new" / "log.csv");
+  ASSERT_EQ(all.size(), 11u);
+  EXPECT_EQ(all[0].find("tick,t_ns,lateness_us,missed,state,"), 0u);
+  EXPECT_EQ(all[1].find("16,1000000000000016,"), 0u);
+  EXPECT_EQ(all[10].find("25,1000000000000025,"), 0u);
+  const auto commas = [](const std::string& s) { return std::count(s.begin(), s.end(), ','); };
+  for (const std::string& line : all) EXPECT_EQ(commas(line), commas(all[0]));
+  EXPECT_FALSE(std::filesystem::exists(dir_ / "new" / "log.csv.part"));
+}
+
+TEST_F(LogFile, EveryColumnIsExplained) {
+  log_.write_csv(dir_ / "log.csv");
+  std::stringstream names(lines(dir_ / "log.csv")[0]), help(flight_log_columns());
+  std::string name, line;
+  while (std::getline(names, name, ',')) {
+    ASSERT_TRUE(std::getline(help, line));
+    EXPECT_EQ(line.find(name + ": "), 0u);
+  }
+}
+
+TEST_F(LogFile, AFullDiskLeavesWhatWasThereAndSaysSo) {
+  std::ofstream(dir_ / "log.csv") << "before\n";
+  // a file that takes nothing stands where the temporary file goes
+  std::filesystem::create_symlink("/dev/full", dir_ / "log.csv.part");
+  try {
+    log_.write_csv(dir_ / "log.csv");
+    FAIL() << "nothing was said";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("No space left on device"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(lines(dir_ / "log.csv"), std::vector<std::string>{"before"});
+}
+
+TEST_F(LogFile, APathThatCannotBeIsRefusedBeforeTheRun) {
+  EXPECT_THROW(check_log_path("/proc/none/log.csv"), std::runtime_error);
+  EXPECT_NO_THROW(check_log_path(dir_ / "deep" / "er" / "log.csv"));
+}
+
+}  // namespace
+}  // namespace palp

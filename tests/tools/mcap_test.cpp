@@ -1,0 +1,329 @@
+// The MCAP writer and reader against each other, and against files that were cut, damaged or never closed.
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <csignal>
+#include <set>
+
+#include "tests/tools/recording_support.h"
+#include "tools/recording/recovery.h"
+
+namespace palp {
+namespace {
+
+McapWriterOptions small_chunks() {
+  McapWriterOptions options;
+  options.chunk_bytes = 2000;
+  return options;
+}
+
+// A closed file with `count` messages.
+std::vector<OwnedMessage> make_file(const std::string& path, std::size_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  McapWriter writer(path, small_chunks());
+  std::vector<OwnedMessage> messages = fill(writer, count, random);
+  writer.add_metadata({"palp_recording", {{"drops", "0"}}});
+  writer.close();
+  return messages;
+}
+
+TEST(Mcap, RoundTripKeepsEveryByteInTheOrderOfTime) {
+  const ScratchFolder folder;
+  const std::vector<OwnedMessage> written = make_file(folder / "a.mcap", 2000, 1);
+  const McapReader reader(folder / "a.mcap");
+  ASSERT_TRUE(reader.indexed()) << reader.index_fault();
+  std::vector<OwnedMessage> read = read_all(reader);
+  for (std::size_t i = 1; i < read.size(); ++i) ASSERT_LE(read[i - 1].log_time_ns, read[i].log_time_ns);
+  sort_by_sequence(read);
+  EXPECT_EQ(read, written);
+  McapScan result;
+  std::vector<OwnedMessage> scanned = scan_all(reader, result);
+  EXPECT_TRUE(result.complete);
+  EXPECT_TRUE(result.damages.empty()) << result.damages.front();
+  sort_by_sequence(scanned);
+  EXPECT_EQ(scanned, written);
+}
+
+TEST(Mcap, SummaryCountsWhatIsInTheFile) {
+  const ScratchFolder folder;
+  const std::vector<OwnedMessage> written = make_file(folder / "a.mcap", 500, 2);
+  const McapReader reader(folder / "a.mcap");
+  ASSERT_TRUE(reader.statistics());
+  EXPECT_EQ(reader.statistics()->messages, 500u);
+  EXPECT_EQ(reader.statistics()->chunks, reader.chunks().size());
+  EXPECT_EQ(reader.statistics()->start_time_ns, written.front().log_time_ns);
+  EXPECT_EQ(reader.statistics()->end_time_ns, written.back().log_time_ns);
+  for (const auto& [id, channel] : reader.channels()) {
+    const auto count = std::count_if(written.begin(), written.end(),
+                                     [&, topic = channel.topic](const auto& m) { return m.topic == topic; });
+    const auto& counts = reader.statistics()->channel_messages;
+    EXPECT_EQ(counts.contains(id) ? counts.at(id) : 0, static_cast<std::uint64_t>(count)) << channel.topic;
+    EXPECT_EQ(channel.metadata.at("qos"), "reliability: 1");
+  }
+  ASSERT_EQ(reader.metadata().size(), 1u);
+  EXPECT_EQ(reader.metadata()[0].values.at("drops"), "0");
+  EXPECT_EQ(reader.schemas().at(1).encoding, "omgidl");
+}
+
+TEST(Mcap, ChosenChannelsOnly) {
+  const ScratchFolder folder;
+  const std::vector<OwnedMessage> written = make_file(folder / "a.mcap", 500, 3);
+  const McapReader reader(folder / "a.mcap");
+  std::size_t count = 0;
+  reader.read(
+      [&](const McapMessage& m) {
+        EXPECT_EQ(m.channel_id, 3);
+        ++count;
+        return true;
+      },
+      {3});
+  EXPECT_EQ(count, static_cast<std::size_t>(std::count_if(written.begin(), written.end(),
+                                                          [](const auto& m) { return m.topic == "palp/lz4"; })));
+}
+
+TEST(Mcap, AnEmptyRecordingIsAWholeFile) {
+  const ScratchFolder folder;
+  McapWriter(folder / "a.mcap").close();
+  const McapReader reader(folder / "a.mcap");
+  EXPECT_TRUE(reader.indexed()) << reader.index_fault();
+  EXPECT_TRUE(read_all(reader).empty());
+}
+
+TEST(Mcap, AnExistingFileIsNotOverwrittenUnasked) {
+  const ScratchFolder folder;
+  make_file(folder / "a.mcap", 10, 4);
+  EXPECT_THROW(McapWriter(folder / "a.mcap"), McapError);
+  {
+    std::mt19937 random(4);
+    McapWriter unfinished(folder / "b.mcap");
+    fill(unfinished, 10, random);
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder / ("b.mcap" + std::string(kUnfinishedSuffix))));
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.mcap"));
+  EXPECT_THROW(McapWriter(folder / "b.mcap"), McapError);
+  McapWriterOptions options;
+  options.overwrite = true;
+  McapWriter(folder / "b.mcap", options).close();
+  EXPECT_TRUE(std::filesystem::exists(folder / "b.mcap"));
+}
+
+TEST(Mcap, ARecordingThatNeverBeganLeavesNoFile) {
+  const ScratchFolder folder;
+  { McapWriter unfinished(folder / "a.mcap"); }
+  EXPECT_FALSE(std::filesystem::exists(folder / ("a.mcap" + std::string(kUnfinishedSuffix))));
+}
+
+TEST(Mcap, WhatAKilledRecorderFlushedIsRecovered) {
+  const ScratchFolder folder;
+  const std::string unfinished = folder / ("a.mcap" + std::string(kUnfinishedSuffix));
+  std::mt19937 random(5);
+  std::vector<OwnedMessage> written;
+  {
+    // the child writes the same messages and is killed without a chance to close
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    McapWriter writer(child == 0 ? folder / "a.mcap" : folder / "twin.mcap", small_chunks());
+    written = fill(writer, 1000, random);
+    writer.flush();
+    if (child == 0) raise(SIGKILL);
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFSIGNALED(status));
+  }
+  const McapReader cut(unfinished);
+  EXPECT_FALSE(cut.indexed());
+  EXPECT_NE(cut.index_fault().find("--recover"), std::string::npos) << cut.index_fault();
+  EXPECT_THROW(cut.read([](const McapMessage&) { return true; }), McapError);
+
+  ASSERT_EQ(recovered_name(unfinished), folder / "a.mcap");
+  const Recovery recovery = recover_recording(unfinished, folder / "a.mcap", false);
+  EXPECT_EQ(recovery.messages, 1000u);
+  ASSERT_EQ(recovery.damages.size(), 1u);
+  EXPECT_NE(recovery.damages[0].find("at byte"), std::string::npos) << recovery.damages[0];
+  std::vector<OwnedMessage> read = read_all(McapReader(folder / "a.mcap"));
+  sort_by_sequence(read);
+  EXPECT_EQ(read, written);
+}
+
+TEST(Mcap, ATruncatedFileGivesWholeMessagesUpToTheCut) {
+  const ScratchFolder folder;
+  const std::vector<OwnedMessage> written = make_file(folder / "a.mcap", 60, 6);
+  const Bytes whole = file_bytes(folder / "a.mcap");
+  std::size_t best = 0;
+  for (std::size_t length = 0; length < whole.size(); length += length + 200 < whole.size() ? 3 : 1) {
+    write_file(folder / "cut.mcap", ByteView(whole).first(length));
+    try {
+      const McapReader reader(folder / "cut.mcap");
+      EXPECT_FALSE(reader.indexed());
+      McapScan result;
+      const std::vector<OwnedMessage> read = scan_all(reader, result);
+      EXPECT_GE(read.size(), best) << "a longer file gave less, at " << length;
+      best = std::max(best, read.size());
+      for (const OwnedMessage& m : read) ASSERT_EQ(m, written.at(m.sequence - 1));
+    } catch (const McapError& error) {
+      EXPECT_NE(std::string(error.what()).find("at byte"), std::string::npos) << error.what();
+      EXPECT_EQ(best, 0u);
+    }
+  }
+  EXPECT_EQ(best, written.size());
+}
+
+// Every message that a damaged file still gives must be one that was written, and nothing may crash.
+TEST(Mcap, RandomDamageNeverGivesAWrongMessage) {
+  const ScratchFolder folder;
+  const std::vector<OwnedMessage> written = make_file(folder / "a.mcap", 120, 7);
+  const Bytes whole = file_bytes(folder / "a.mcap");
+  const unsigned seed = std::random_device{}();
+  std::mt19937 random(seed);
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  int refused = 0;
+  for (int round = 0; round < 1500; ++round) {
+    Bytes damaged = whole;
+    const std::size_t hits = 1 + random() % 4;
+    for (std::size_t i = 0; i < hits; ++i) damaged[random() % damaged.size()] = static_cast<std::uint8_t>(random());
+    write_file(folder / "damaged.mcap", damaged);
+    const auto check = [&](const std::vector<OwnedMessage>& messages) {
+      for (const OwnedMessage& m : messages) {
+        ASSERT_GE(m.sequence, 1u);
+        ASSERT_LE(m.sequence, written.size());
+        // the topic's name stands outside of any chunk, so only the rest is held against the original
+        EXPECT_EQ(m.data, written[m.sequence - 1].data) << "round " << round;
+        EXPECT_EQ(m.log_time_ns, written[m.sequence - 1].log_time_ns) << "round " << round;
+      }
+    };
+    try {
+      const McapReader reader(folder / "damaged.mcap");
+      McapScan result;
+      check(scan_all(reader, result));
+      check(read_all(reader));
+    } catch (const McapError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 500);
+}
+
+// Past the checksums: the parsers themselves.
+TEST(Mcap, RandomDamageWithoutChecksumsNeverCrashes) {
+  const ScratchFolder folder;
+  make_file(folder / "a.mcap", 120, 8);
+  const Bytes whole = file_bytes(folder / "a.mcap");
+  const unsigned seed = std::random_device{}();
+  std::mt19937 random(seed);
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  McapReaderOptions options;
+  options.check_crc = false;
+  for (int round = 0; round < 1500; ++round) {
+    Bytes damaged = whole;
+    const std::size_t hits = 1 + random() % 4;
+    for (std::size_t i = 0; i < hits; ++i) {
+      // lengths are the dangerous part: also write large and odd 32-bit values
+      const std::size_t at = random() % (damaged.size() - 4);
+      if (random() % 2 == 0) {
+        damaged[at] = static_cast<std::uint8_t>(random());
+      } else {
+        const std::uint32_t value = random() % 2 == 0 ? 0xffffffffu : random() % 4096;
+        patch(damaged, at, value);
+      }
+    }
+    if (random() % 4 == 0) damaged.resize(random() % damaged.size());
+    write_file(folder / "damaged.mcap", damaged);
+    try {
+      const McapReader reader(folder / "damaged.mcap", options);
+      McapScan result;
+      scan_all(reader, result);
+      reader.metadata();
+      read_all(reader);
+    } catch (const McapError&) {
+    }
+  }
+}
+
+TEST(Mcap, DamageInTheMiddleCostsOnlyItsChunk) {
+  const ScratchFolder folder;
+  const std::vector<OwnedMessage> written = make_file(folder / "a.mcap", 1000, 9);
+  McapChunkIndex hit;
+  {
+    const McapReader reader(folder / "a.mcap");
+    hit = reader.chunks()[reader.chunks().size() / 2];
+  }
+  Bytes bytes = file_bytes(folder / "a.mcap");
+  bytes[hit.offset + 3] = 0xff;  // the length of the chunk record
+  write_file(folder / "a.mcap", bytes);
+  EXPECT_THROW(read_all(McapReader(folder / "a.mcap")), McapError);
+  const Recovery recovery = recover_recording(folder / "a.mcap", folder / "b.mcap", false);
+  EXPECT_FALSE(recovery.damages.empty());
+  EXPECT_LT(recovery.messages, 1000u);
+  EXPECT_GT(recovery.messages, 950u);
+  for (const OwnedMessage& m : read_all(McapReader(folder / "b.mcap"))) ASSERT_EQ(m, written.at(m.sequence - 1));
+}
+
+TEST(Mcap, AFullDiskIsOneErrorAndKeepsWhatWasWritten) {
+  const ScratchFolder folder;
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    // a limit on the file's size stands in for a full disk: write() fails half-way through a chunk
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{20'000, 20'000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    std::string first;
+    std::string second;
+    try {
+      std::mt19937 random(10);
+      McapWriter writer(folder / "a.mcap", small_chunks());
+      try {
+        fill(writer, 5000, random);
+      } catch (const McapError& error) {
+        first = error.what();
+      }
+      try {
+        writer.close();
+      } catch (const McapError& error) {
+        second = error.what();
+      }
+    } catch (...) {
+      _exit(3);
+    }
+    _exit(!first.empty() && first == second && first.find("--recover") != std::string::npos ? 0 : 4);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  const std::string unfinished = folder / ("a.mcap" + std::string(kUnfinishedSuffix));
+  EXPECT_LE(std::filesystem::file_size(unfinished), 20'000u);
+  const Recovery recovery = recover_recording(unfinished, folder / "a.mcap", false);
+  EXPECT_GT(recovery.messages, 50u);
+  EXPECT_EQ(recovery.damages.size(), 1u);
+}
+
+TEST(Mcap, OtherFilesAreRefusedWithOneSentence) {
+  const ScratchFolder folder;
+  const auto refused = [](const std::string& path) -> std::string {
+    try {
+      McapReader reader(path);
+    } catch (const McapError& error) {
+      return error.what();
+    }
+    return {};
+  };
+  write_file(folder / "empty.mcap", {});
+  EXPECT_NE(refused(folder / "empty.mcap").find("too short"), std::string::npos);
+  write_file(folder / "text.mcap", Bytes(100, 'a'));
+  EXPECT_NE(refused(folder / "text.mcap").find("at byte 0: is not an MCAP file"), std::string::npos);
+  EXPECT_NE(refused(folder / "absent.mcap").find("cannot be opened"), std::string::npos);
+  EXPECT_NE(refused(folder / "").find("not a regular file"), std::string::npos);
+}
+
+TEST(Mcap, AChunkThatClaimsToUnpackToTooMuchIsRefused) {
+  EXPECT_THROW(decompress(Bytes(10), Compression::zstd, kMaxChunkBytes + 1), std::runtime_error);
+  const Bytes packed = compress(Bytes(1 << 20), Compression::zstd);
+  EXPECT_THROW(decompress(packed, Compression::zstd, 100), std::runtime_error);
+  const Bytes framed = compress(Bytes(1 << 20), Compression::lz4);
+  EXPECT_THROW(decompress(framed, Compression::lz4, 100), std::runtime_error);
+  EXPECT_THROW(decompress(ByteView(framed).first(framed.size() / 2), Compression::lz4, 1 << 20), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace palp

@@ -1,0 +1,363 @@
+// The real palp_record, palp_replay and palp_info on the loopback interface, each test in a DDS domain of its own.
+#include <functional>
+#include <map>
+#include <thread>
+
+#include "idl/bus.h"
+#include "tests/tools/child_process.h"
+#include "tests/tools/recording_support.h"
+#include "tools/recording/raw_bus.h"
+
+namespace palp {
+namespace {
+
+using namespace std::chrono_literals;
+
+const std::string kBin = PALP_BIN_DIR "/";
+const std::string kIndependentReader = PALP_SOURCE_DIR "/tests/tools/independent_reader.py";
+
+int unused_domain() {
+  static int next = 20 + static_cast<int>(getpid() % 100) * 2;
+  return next++;
+}
+
+BusOptions on(Vendor vendor, int domain) {
+  BusOptions options;
+  options.vendor = vendor;
+  options.domain = domain;
+  return options;
+}
+
+bool eventually(const std::function<bool()>& condition, std::chrono::milliseconds limit = 20s) {
+  const auto end = std::chrono::steady_clock::now() + limit;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(10ms);
+  }
+  return true;
+}
+
+std::vector<std::string> program(const std::string& name, const std::string& file, Vendor vendor, int domain) {
+  return {kBin + name, file, "--dds", to_string(vendor), "--domain", std::to_string(domain)};
+}
+std::vector<std::string> recorder(const std::string& file, Vendor vendor, int domain) {
+  std::vector<std::string> command = program("palp_record", "--out=" + file, vendor, domain);
+  return command;
+}
+std::vector<std::string> with(std::vector<std::string> command, const std::vector<std::string>& more) {
+  command.insert(command.end(), more.begin(), more.end());
+  return command;
+}
+
+// A small system that says something on every topic, some with one vendor and some with the other.
+class Talker {
+ public:
+  explicit Talker(int domain)
+      : cyclone_(open_bus(on(Vendor::cyclone, domain))),
+        fastdds_(open_bus(on(Vendor::fastdds, domain))),
+        device_(fastdds_->writer<DeviceSample>()),
+        proxy_(cyclone_->writer<ProxySample>()),
+        particles_(fastdds_->writer<ParticleChunk>()),
+        scene_(cyclone_->writer<SceneDescription>()),
+        status_(fastdds_->writer<Status>()),
+        event_(cyclone_->writer<Event>()) {
+    scene_message_.name = "a tray";
+    scene_message_.method = "accurate";
+    scene_message_.particle_count = 6000;
+    scene_message_.spacing = 0.005;
+    scene_message_.support_radius = 0.01;
+    scene_message_.haptic_rate_hz = 1000;
+    scene_message_.bodies = {{"water", BodyKind::fluid, 0, 6000, 1000, {0, 0, 1}, {}, {}}};
+    scene_->publish(scene_message_);
+  }
+
+  bool heard() const {
+    return device_->matched_readers() > 0 && proxy_->matched_readers() > 0 && particles_->matched_readers() > 0 &&
+           scene_->matched_readers() > 0 && status_->matched_readers() > 0 && event_->matched_readers() > 0;
+  }
+
+  // One haptic step of 2 ms.
+  void say(int step) {
+    DeviceSample device;
+    device.device = static_cast<std::uint32_t>(step % 2);
+    device.pose.position = {0.25, -0.5, step * 0.125};
+    device_->publish(device);
+    ++said_["palp/device"];
+    ProxySample proxy;
+    proxy.device = static_cast<std::uint32_t>(step % 2);
+    proxy.sim_time = step * 0.001;
+    proxy.wrench.force = {1.5, step * 0.5, -3};
+    proxy_->publish(proxy);
+    ++said_["palp/proxy"];
+    if (step % 20 == 0) say_frame(static_cast<std::uint64_t>(step) / 20);
+    if (step % 100 == 0) {
+      Status status;
+      status.process = step % 200 == 0 ? "sim_server" : "viewer";
+      status.state = "running";
+      status.metrics = {{"step_p50_us", 250.5}};
+      status_->publish(status);
+      ++said_["palp/status"];
+      Event event;
+      event.process = "sim_server";
+      event.text = "step " + std::to_string(step);
+      event_->publish(event);
+      ++said_["palp/event"];
+    }
+    std::this_thread::sleep_for(2ms);
+  }
+
+  const std::map<std::string, std::size_t>& said() const { return said_; }
+
+ private:
+  void say_frame(std::uint64_t frame) {
+    for (std::uint32_t c = 0; c < 2; ++c) {
+      ParticleChunk chunk;
+      chunk.frame = frame;
+      chunk.chunk = c;
+      chunk.chunk_count = 2;
+      chunk.first = c * 3000;
+      chunk.particle_count = 6000;
+      chunk.positions.assign(9000, 0.001f * static_cast<float>(frame));
+      particles_->publish(chunk);
+      ++said_["palp/particles"];
+    }
+  }
+
+  std::unique_ptr<Bus> cyclone_;
+  std::unique_ptr<Bus> fastdds_;
+  std::unique_ptr<Writer<DeviceSample>> device_;
+  std::unique_ptr<Writer<ProxySample>> proxy_;
+  std::unique_ptr<Writer<ParticleChunk>> particles_;
+  std::unique_ptr<Writer<SceneDescription>> scene_;
+  std::unique_ptr<Writer<Status>> status_;
+  std::unique_ptr<Writer<Event>> event_;
+  SceneDescription scene_message_;
+  std::map<std::string, std::size_t> said_{{"palp/scene", 1}};
+};
+
+std::map<std::string, std::vector<Bytes>> payloads_by_topic(const std::string& path) {
+  const McapReader reader(path);
+  std::map<std::string, std::vector<Bytes>> out;
+  for (OwnedMessage& m : read_all(reader)) out[m.topic].push_back(std::move(m.data));
+  return out;
+}
+
+std::string read_independently(const ScratchFolder& folder, const std::string& file, const std::string& topic = {}) {
+  std::vector<std::string> command{kIndependentReader, file};
+  if (!topic.empty()) command.insert(command.end(), {"--print", topic});
+  ChildProcess reader(command, folder / "independent.txt");
+  EXPECT_EQ(reader.wait(), 0) << reader.output();
+  return reader.output();
+}
+
+// A recording of `steps` steps in folder / "a.mcap".
+std::map<std::string, std::size_t> record_something(const ScratchFolder& folder, Vendor vendor, int steps,
+                                                    const std::vector<std::string>& more = {}) {
+  const int domain = unused_domain();
+  Talker talker(domain);
+  ChildProcess record(with(recorder(folder / "a.mcap", vendor, domain), more), folder / "record.txt");
+  EXPECT_TRUE(eventually([&] { return talker.heard(); })) << record.output();
+  std::this_thread::sleep_for(1s);  // the recorder may know its writers later than they know it
+  for (int i = 0; i < steps; ++i) talker.say(i);
+  std::this_thread::sleep_for(200ms);
+  EXPECT_EQ(record.stop(), 0) << record.output();
+  return talker.said();
+}
+
+struct Pairing {
+  Vendor recorder;
+  Vendor replayer;
+};
+
+void PrintTo(const Pairing& pairing, std::ostream* out) {
+  *out << to_string(pairing.recorder) << " records, " << to_string(pairing.replayer) << " replays";
+}
+
+class RecordReplay : public testing::TestWithParam<Pairing> {};
+
+TEST_P(RecordReplay, GivesEveryReaderTheSameBytesInTheSameOrder) {
+  const ScratchFolder folder;
+  const auto said = record_something(folder, GetParam().recorder, 300);
+  const auto first = payloads_by_topic(folder / "a.mcap");
+  for (const auto& [topic, count] : said) {
+    ASSERT_TRUE(first.contains(topic)) << topic;
+    EXPECT_EQ(first.at(topic).size(), count) << topic;
+  }
+
+  const int domain = unused_domain();
+  ChildProcess again(recorder(folder / "b.mcap", GetParam().recorder, domain), folder / "again.txt");
+  ChildProcess replay(with(program("palp_replay", folder / "a.mcap", GetParam().replayer, domain),
+                           {"--wait-readers", std::to_string(said.size())}),
+                      folder / "replay.txt");
+  EXPECT_EQ(replay.wait(), 0) << replay.output();
+  EXPECT_NE(replay.output().find("lateness"), std::string::npos) << replay.output();
+  EXPECT_EQ(again.stop(), 0) << again.output();
+  const auto second = payloads_by_topic(folder / "b.mcap");
+  for (const auto& [topic, payloads] : first) {
+    ASSERT_TRUE(second.contains(topic)) << topic;
+    ASSERT_EQ(second.at(topic).size(), payloads.size()) << topic;
+    EXPECT_TRUE(second.at(topic) == payloads) << topic;
+  }
+  read_independently(folder, folder / "b.mcap");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Vendors, RecordReplay,
+    testing::Values(Pairing{Vendor::cyclone, Vendor::cyclone}, Pairing{Vendor::cyclone, Vendor::fastdds},
+                    Pairing{Vendor::fastdds, Vendor::cyclone}, Pairing{Vendor::fastdds, Vendor::fastdds}),
+    [](const auto& pairing) {
+      return std::string(to_string(pairing.param.recorder)) + "_" + to_string(pairing.param.replayer);
+    });
+
+TEST(Record, AnIndependentReaderDecodesTheFile) {
+  const ScratchFolder folder;
+  record_something(folder, Vendor::cyclone, 101);
+  const std::string proxy = read_independently(folder, folder / "a.mcap", "palp/proxy");
+  EXPECT_EQ(std::count(proxy.begin(), proxy.end(), '\n'), 101);
+  EXPECT_NE(proxy.find("\"force\": [1.5, 50.0, -3.0]"), std::string::npos) << proxy.substr(0, 1000);
+  const std::string scene = read_independently(folder, folder / "a.mcap", "palp/scene");
+  EXPECT_NE(scene.find("\"name\": \"a tray\""), std::string::npos) << scene;
+  EXPECT_NE(scene.find("\"name\": \"water\""), std::string::npos) << scene;
+  ChildProcess info({kBin + "palp_info", folder / "a.mcap"}, folder / "info.txt");
+  EXPECT_EQ(info.wait(), 0);
+  EXPECT_NE(info.output().find("palp::wire::ProxySample"), std::string::npos) << info.output();
+}
+
+TEST(Record, KeepsChosenTopicsAndEveryNthFrame) {
+  const ScratchFolder folder;
+  const int domain = unused_domain();
+  Talker talker(domain);
+  ChildProcess record(with(recorder(folder / "a.mcap", Vendor::cyclone, domain),
+                           {"--topics", "particles,palp/proxy", "--decimate", "particles=2,proxy=10", "--summary",
+                            folder / "summary.json"}),
+                      folder / "record.txt");
+  std::this_thread::sleep_for(2s);
+  for (int i = 0; i < 200; ++i) talker.say(i);
+  EXPECT_EQ(record.stop(SIGINT), 0) << record.output();
+  const auto payloads = payloads_by_topic(folder / "a.mcap");
+  EXPECT_EQ(payloads.size(), 2u);
+  EXPECT_EQ(payloads.at("palp/particles").size(), 10u);  // frames 0, 2, 4, 6, 8 of two chunks each
+  EXPECT_EQ(payloads.at("palp/proxy").size(), 20u);
+  const Bytes summary = file_bytes(folder / "summary.json");
+  const std::string text(summary.begin(), summary.end());
+  EXPECT_NE(text.find("\"messages\": 30"), std::string::npos) << text;
+  EXPECT_NE(text.find("\"healthy\": true"), std::string::npos) << text;
+}
+
+TEST(Record, AKilledRecorderLosesAtMostItsLastSecond) {
+  const ScratchFolder folder;
+  const int domain = unused_domain();
+  Talker talker(domain);
+  ChildProcess record(recorder(folder / "a.mcap", Vendor::cyclone, domain), folder / "record.txt");
+  ASSERT_TRUE(eventually([&] { return talker.heard(); })) << record.output();
+  for (int i = 0; i < 1500; ++i) talker.say(i);
+  record.stop(SIGKILL);
+  const std::string unfinished = folder / ("a.mcap" + std::string(kUnfinishedSuffix));
+  ASSERT_TRUE(std::filesystem::exists(unfinished));
+  ChildProcess replay(program("palp_replay", unfinished, Vendor::cyclone, domain), folder / "replay.txt");
+  EXPECT_EQ(replay.wait(), 1);
+  EXPECT_NE(replay.output().find("--recover"), std::string::npos) << replay.output();
+
+  ChildProcess recover({kBin + "palp_record", "--recover", unfinished}, folder / "recover.txt");
+  EXPECT_EQ(recover.wait(), 0) << recover.output();
+  const auto payloads = payloads_by_topic(folder / "a.mcap");
+  EXPECT_GT(payloads.at("palp/proxy").size(), 500u);
+  EXPECT_GT(payloads.at("palp/particles").size(), 50u);
+  read_independently(folder, folder / "a.mcap");
+}
+
+TEST(Record, MalformedSamplesAreRecordedAsTheyCame) {
+  const ScratchFolder folder;
+  const int domain = unused_domain();
+  const auto bus = open_raw_bus(on(Vendor::fastdds, domain));
+  const auto proxy = bus->writer(topic_of<ProxySample>());
+  const auto scene = bus->writer(topic_of<SceneDescription>());
+  ChildProcess record(recorder(folder / "a.mcap", Vendor::cyclone, domain), folder / "record.txt");
+  ASSERT_TRUE(eventually([&] { return proxy->matched_readers() > 0 && scene->matched_readers() > 0; }));
+  std::this_thread::sleep_for(1s);
+  const Bytes half{0, 1, 0, 0, 1, 0, 0, 0, 0xff, 0xff, 0xff, 0xff};
+  const Bytes no_key{0, 1, 0, 0};
+  EXPECT_TRUE(proxy->write(half));
+  EXPECT_FALSE(proxy->write(no_key));
+  EXPECT_TRUE(scene->write(half));
+  EXPECT_TRUE(scene->write(no_key));
+  std::this_thread::sleep_for(500ms);
+  EXPECT_EQ(record.stop(), 0) << record.output();
+  const auto payloads = payloads_by_topic(folder / "a.mcap");
+  EXPECT_EQ(payloads.at("palp/proxy"), std::vector<Bytes>{half});
+  EXPECT_EQ(payloads.at("palp/scene"), (std::vector<Bytes>{half, no_key}));
+}
+
+TEST(Replay, StepsMessageByMessage) {
+  const ScratchFolder folder;
+  record_something(folder, Vendor::cyclone, 10);
+  const int domain = unused_domain();
+  const auto bus = open_raw_bus(on(Vendor::cyclone, domain));
+  const auto reader = bus->reader(topic_of<ProxySample>(), 100);
+  std::size_t count = 0;
+  const auto take = [&] { return count += reader->take([](Payload, std::int64_t) {}); };
+  ChildProcess replay(with(program("palp_replay", folder / "a.mcap", Vendor::cyclone, domain),
+                           {"--step", "message", "--topics", "proxy"}),
+                      folder / "replay.txt");
+  std::this_thread::sleep_for(2s);
+  EXPECT_EQ(take(), 0u);
+  replay.type("\n\n");
+  EXPECT_TRUE(eventually([&] { return take() == 2; }, 5s));
+  std::this_thread::sleep_for(200ms);
+  EXPECT_EQ(take(), 2u);
+  replay.type("\n");
+  EXPECT_TRUE(eventually([&] { return take() == 3; }, 5s));
+  EXPECT_EQ(replay.stop(SIGINT), 0) << replay.output();
+}
+
+// With the packages that other tools use, where they are installed.
+TEST(Record, McapCoreDecodesTheFile) {
+  const std::string node = "/usr/bin/node";
+  if (!std::filesystem::exists(node)) GTEST_SKIP() << "no " << node;
+  const ScratchFolder folder;
+  record_something(folder, Vendor::fastdds, 101);
+  ChildProcess reader({node, PALP_SOURCE_DIR "/tests/tools/read_with_mcap_core.cjs", folder / "a.mcap"},
+                      folder / "node.txt");
+  const int status = reader.wait();
+  if (status == 77) GTEST_SKIP() << reader.output();
+  EXPECT_EQ(status, 0) << reader.output();
+  EXPECT_NE(reader.output().find("\"palp/proxy\":101"), std::string::npos) << reader.output();
+}
+
+// Each wrong use: status 1 or more, and one sentence that says what to do.
+TEST(Record, WrongUseIsOneClearSentence) {
+  const ScratchFolder folder;
+  write_file(folder / "there.mcap", Bytes(3));
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+      {{"palp_record"}, "--out"},
+      {{"palp_record", "--out", folder / "a.mcap", "--colour"}, "--colour"},
+      {{"palp_record", "--out", folder / "a.mcap", "--topics", "proxies"}, "palp/proxy"},
+      {{"palp_record", "--out", folder / "a.mcap", "--decimate", "particles"}, "TOPIC=N"},
+      {{"palp_record", "--out", folder / "there.mcap", "--domain", "230"}, "exists already"},
+      {{"palp_record", "--out", folder / "no/such/place.mcap", "--domain", "230"}, "cannot be created"},
+      {{"palp_record", "--recover", folder / "there.mcap"}, "too short"},
+      {{"palp_replay", folder / "there.mcap"}, "too short"},
+      {{"palp_replay", folder / "absent.mcap"}, "cannot be opened"},
+      {{"palp_info", folder / "absent.mcap"}, "cannot be opened"},
+      {{"palp_info"}, "file is required"},
+  };
+  for (auto [command, expected] : cases) {
+    command[0] = kBin + command[0];
+    ChildProcess child(command, folder / "out.txt");
+    EXPECT_GT(child.wait(10s), 0) << child.output();
+    EXPECT_NE(child.output().find(expected), std::string::npos) << child.output();
+  }
+}
+
+TEST(Replay, SaysThatNobodyListens) {
+  const ScratchFolder folder;
+  record_something(folder, Vendor::cyclone, 5);
+  ChildProcess replay(
+      with(program("palp_replay", folder / "a.mcap", Vendor::cyclone, unused_domain()), {"--timeout", "0.5"}),
+      folder / "replay.txt");
+  EXPECT_EQ(replay.wait(), 1);
+  EXPECT_NE(replay.output().find("--wait-readers 0"), std::string::npos) << replay.output();
+}
+
+}  // namespace
+}  // namespace palp

@@ -1,0 +1,118 @@
+// Random recordings for the tests of the recorder, and the folder they live in.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tools/recording/mcap_reader.h"
+#include "tools/recording/mcap_writer.h"
+
+namespace palp {
+
+// A folder that goes away with the test.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "palp_test_XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no scratch folder");
+    path_ = name;
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+struct OwnedMessage {
+  std::string topic;
+  std::uint32_t sequence = 0;
+  std::uint64_t log_time_ns = 0;
+  std::uint64_t publish_time_ns = 0;
+  Bytes data;
+  bool operator==(const OwnedMessage&) const = default;
+};
+
+inline OwnedMessage owned(const McapMessage& m, const std::string& topic) {
+  return {topic, m.sequence, m.log_time_ns, m.publish_time_ns, Bytes(m.data.begin(), m.data.end())};
+}
+
+// One channel per compression and one that stays empty.
+inline const std::vector<std::pair<std::string, Compression>>& test_channels() {
+  static const std::vector<std::pair<std::string, Compression>> channels{{"palp/zstd", Compression::zstd},
+                                                                         {"palp/none", Compression::none},
+                                                                         {"palp/lz4", Compression::lz4},
+                                                                         {"palp/zstd_too", Compression::zstd},
+                                                                         {"palp/empty", Compression::lz4}};
+  return channels;
+}
+
+// Adds the channels and `count` messages with growing times (some equal). Does not close.
+inline std::vector<OwnedMessage> fill(McapWriter& writer, std::size_t count, std::mt19937& random) {
+  const std::uint16_t schema = writer.add_schema("palp::Thing", "omgidl", "module palp { struct Thing { long x; }; };");
+  std::vector<std::uint16_t> ids;
+  for (const auto& [topic, compression] : test_channels())
+    ids.push_back(writer.add_channel(topic, schema, "cdr", {{"qos", "reliability: 1"}}, compression));
+  std::vector<OwnedMessage> out;
+  std::uint64_t time = 1'700'000'000'000'000'000;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t channel = random() % 4;
+    time += random() % 3 * 1000;
+    Bytes data(random() % 300);
+    std::generate(data.begin(), data.end(), [&] { return static_cast<std::uint8_t>(random() % 7); });
+    writer.write({ids[channel], static_cast<std::uint32_t>(i + 1), time, time - 5, data});
+    out.push_back({test_channels()[channel].first, static_cast<std::uint32_t>(i + 1), time, time - 5, data});
+  }
+  return out;
+}
+
+inline std::vector<OwnedMessage> read_all(const McapReader& reader) {
+  std::vector<OwnedMessage> out;
+  reader.read([&](const McapMessage& m) {
+    out.push_back(owned(m, reader.channels().at(m.channel_id).topic));
+    return true;
+  });
+  return out;
+}
+
+// Messages in the order of the file.
+inline std::vector<OwnedMessage> scan_all(const McapReader& reader, McapScan& result) {
+  std::vector<OwnedMessage> out;
+  std::map<std::uint16_t, std::string> topics;
+  McapVisitor visitor;
+  visitor.channel = [&](const McapChannel& channel) { topics[channel.id] = channel.topic; };
+  visitor.message = [&](const McapMessage& m, Compression) { out.push_back(owned(m, topics.at(m.channel_id))); };
+  result = reader.scan(visitor);
+  return out;
+}
+
+inline Bytes file_bytes(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return Bytes(std::istreambuf_iterator<char>(in), {});
+}
+
+inline void write_file(const std::string& path, ByteView bytes) {
+  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+// Times in one file are unique per sequence number, so this is the order in which they were written.
+inline void sort_by_sequence(std::vector<OwnedMessage>& messages) {
+  std::sort(messages.begin(), messages.end(), [](const auto& a, const auto& b) { return a.sequence < b.sequence; });
+}
+
+}  // namespace palp

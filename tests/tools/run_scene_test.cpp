@@ -1,0 +1,239 @@
+// What palp_run does around a simulation, on one whose every step is known.
+#include "tools/run_scene.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+#include <csignal>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "config/error.h"
+#include "tests/sim/scene_builder.h"
+
+namespace palp {
+namespace {
+
+using testing_support::body;
+using testing_support::box;
+
+// Particles that fall freely; the proxy is where its device is. Sick at the step that it is told.
+class FreeFall : public Simulation {
+ public:
+  explicit FreeFall(Scene scene) : scene_(std::move(scene)) { output_.proxies.resize(scene_.proxies.size()); }
+  const Scene& scene() const override { return scene_; }
+  std::string backend_name() const override { return "none \"quoted\""; }
+  std::string numerics() const override { return "exact"; }
+  double support_radius() const override { return 3 * scene_.spacing; }
+  const StepOutput& output() const override { return output_; }
+  void set_parameter(const std::string&, const std::string&) override {}
+  const StepOutput& step(const StepInput& input) override {
+    ++output_.step;
+    output_.time = static_cast<double>(output_.step) / scene_.config.rate_hz;
+    output_.bodies.resize(scene_.bodies.size());
+    for (std::size_t p = 0; p < output_.proxies.size(); ++p) {
+      output_.proxies[p].state = input[p].state;
+      output_.proxies[p].force = input[p].state.linear;
+    }
+    if (output_.step == sick_at) {
+      output_.health.ok = false;
+      output_.health.cause = "particle 7 left the world";
+    }
+    if (output_.step == stop_at) stop = SIGINT;
+    return output_;
+  }
+  void reset() override {
+    output_.step = 0;
+    output_.time = 0;
+    ++resets;
+  }
+  void snapshot(Snapshot& out) override {
+    out = {};
+    out.time = output_.time;
+    for (const Eigen::Vector3d& p : scene_.position) {
+      const double z = p.z() - 5 * output_.time * output_.time;
+      out.position.insert(out.position.end(),
+                          {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(z)});
+      out.velocity.insert(out.velocity.end(), {0, 0, static_cast<float>(-10 * output_.time)});
+      out.density.push_back(500);
+      out.pressure.push_back(1);
+    }
+    ++snapshots;
+  }
+  bool begin_frame(FrameScalar) override { return false; }
+  bool take_frame(Frame&) override { return false; }
+  Footprint footprint() const override { return {}; }
+
+  std::uint64_t sick_at = 0, stop_at = 0;
+  int resets = 0, snapshots = 0;
+  std::atomic<int> stop{0};
+
+ private:
+  Scene scene_;
+  StepOutput output_;
+};
+
+class RunTest : public testing::Test {
+ protected:
+  RunTest() {
+    SceneConfig config = testing_support::scene(0.1);
+    config.rate_hz = 100;
+    config.duration = 0.5;
+    config.bodies.push_back(body("water", BodyType::fluid, box({0.5, 0.5, 0.5})));
+    config.bodies.push_back(body("tool", BodyType::rigid, box({0.2, 0.2, 0.2}, {0, 0, 0.6})));
+    ProbeConfig front;
+    front.name = "front";
+    front.quantity = Quantity::front;
+    front.axis = 2;
+    front.rate_hz = 50;
+    config.probes.push_back(front);
+    ProxyConfig proxy;
+    proxy.body = "tool";
+    config.proxies.push_back(proxy);
+    simulation_ = std::make_unique<FreeFall>(sample_scene(config, 10000));
+    options_.out = folder_ + "/out";
+  }
+  ~RunTest() override { std::filesystem::remove_all(folder_); }
+
+  std::vector<std::string> lines(const std::string& name) {
+    std::ifstream in(options_.out + "/" + name);
+    std::vector<std::string> all;
+    for (std::string line; std::getline(in, line);) all.push_back(line);
+    return all;
+  }
+  std::string file(const std::string& name) {
+    std::ostringstream text;
+    text << std::ifstream(options_.out + "/" + name).rdbuf();
+    return text.str();
+  }
+  std::string write(const std::string& text) {
+    std::filesystem::create_directories(folder_);
+    std::ofstream(folder_ + "/path.csv") << text;
+    return folder_ + "/path.csv";
+  }
+
+  std::string folder_ = (std::filesystem::temp_directory_path() / ("palp_run_" + std::to_string(getpid()))).string();
+  std::unique_ptr<FreeFall> simulation_;
+  RunOptions options_;
+};
+
+TEST_F(RunTest, WritesProbesSnapshotsAndSummary) {
+  options_.snapshots_hz = 10;
+  const RunResult result = run_scene(*simulation_, options_);
+  EXPECT_TRUE(result.healthy);
+  EXPECT_EQ(result.steps, 50u);
+  EXPECT_NEAR(result.time, 0.5, 1e-12);
+  EXPECT_EQ(simulation_->resets, 1);
+  EXPECT_EQ(simulation_->snapshots, 26);
+  const auto front = lines("front.csv");
+  ASSERT_EQ(front.size(), 27u);
+  EXPECT_EQ(front[1], "0,0.200000003");
+  EXPECT_EQ(front[26].substr(0, 5), "0.5,-");
+  EXPECT_EQ(lines("snapshots.csv"),
+            (std::vector<std::string>{"snapshot,time_s", "0,0", "1,0.1", "2,0.2", "3,0.3", "4,0.4", "5,0.5"}));
+  const auto particles = lines("particles_000005.csv");
+  ASSERT_EQ(particles.size(), 125u + 8u + 1u);
+  EXPECT_EQ(particles[0], "x,y,z,vx,vy,vz,density,pressure,body");
+  EXPECT_NE(particles[1].find(",-5,500,1,water"), std::string::npos) << particles[1];
+  EXPECT_NE(particles.back().find(",tool"), std::string::npos);
+  const std::string summary = file("summary.json");
+  EXPECT_NE(summary.find("\"steps\": 50,"), std::string::npos) << summary;
+  EXPECT_NE(summary.find("\"backend\": \"none \\\"quoted\\\"\","), std::string::npos) << summary;
+  EXPECT_NE(summary.find("\"healthy\": true"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(options_.out + "/proxy.csv"));
+}
+
+TEST_F(RunTest, StopsWhenUnhealthyAndKeepsWhatItHas) {
+  simulation_->sick_at = 7;
+  const RunResult result = run_scene(*simulation_, options_);
+  EXPECT_FALSE(result.healthy);
+  EXPECT_EQ(result.cause, "particle 7 left the world");
+  EXPECT_EQ(result.steps, 7u);
+  EXPECT_EQ(lines("front.csv").size(), 5u);
+  EXPECT_NE(file("summary.json").find("\"cause\": \"particle 7 left the world\""), std::string::npos);
+}
+
+TEST_F(RunTest, StopsOnASignal) {
+  simulation_->stop_at = 5;
+  options_.stop = &simulation_->stop;
+  const RunResult result = run_scene(*simulation_, options_);
+  EXPECT_EQ(result.steps, 5u);
+  EXPECT_EQ(result.stopped_by_signal, SIGINT);
+  EXPECT_NE(file("summary.json").find("\"stopped_by_signal\": 2"), std::string::npos);
+}
+
+TEST_F(RunTest, DurationOfTheCommandLineWins) {
+  options_.duration = 0.2;
+  EXPECT_EQ(run_scene(*simulation_, options_).steps, 20u);
+}
+
+TEST_F(RunTest, APathDrivesDeviceZero) {
+  options_.path = read_path(write("time,x,y,z,qx,qy,qz,qw\n0.1,0,0,1,0,0,0,1\n0.3,2,0,1,0,0,1,0\n"));
+  run_scene(*simulation_, options_);
+  const auto proxy = lines("proxy.csv");
+  ASSERT_EQ(proxy.size(), 51u);
+  EXPECT_EQ(proxy[0].substr(0, 18), "time_s,x_m,y_m,z_m");
+  // the step that ends at 0.21 s was given the pose of 0.2 s: half way, at 10 m/s
+  EXPECT_EQ(proxy[21].substr(0, 11), "0.21,1,0,1,");
+  EXPECT_NE(proxy[21].find(",10,0,0,"), std::string::npos) << proxy[21];
+}
+
+TEST_F(RunTest, APathNeedsAProxy) {
+  SceneConfig config = simulation_->scene().config;
+  config.proxies.clear();
+  simulation_ = std::make_unique<FreeFall>(sample_scene(config, 10000));
+  options_.path = {{}};
+  EXPECT_THROW(run_scene(*simulation_, options_), ConfigError);
+}
+
+TEST_F(RunTest, AFullDiskIsAnError) {
+  std::filesystem::create_directories(options_.out);
+  std::filesystem::create_symlink("/dev/full", options_.out + "/summary.json");
+  EXPECT_THROW(run_scene(*simulation_, options_), std::runtime_error);
+}
+
+TEST_F(RunTest, PathsMoveAndTurnEvenly) {
+  const std::vector<PathPoint> path =
+      read_path(write("time,x,y,z,qx,qy,qz,qw\n# comment\n1,0,0,0,0,0,0,1\n\n3,2,4,6,0,0,1,0\n"));
+  ASSERT_EQ(path.size(), 2u);
+  const CouplingConfig gains{1, 2, 3, 4};
+  EXPECT_FALSE(device_on_path(path, 0.5, gains).engaged);
+  const DeviceInput middle = device_on_path(path, 2, gains);
+  EXPECT_TRUE(middle.engaged);
+  EXPECT_EQ(middle.gains.angular_damping, 4);
+  EXPECT_LT((middle.state.position - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
+  EXPECT_LT((middle.state.linear - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
+  EXPECT_NEAR(std::abs(middle.state.angular.z()), EIGEN_PI / 2, 1e-9);
+  const Eigen::Vector3d turned = middle.state.orientation * Eigen::Vector3d::UnitX();
+  EXPECT_NEAR(std::abs(turned.y()), 1, 1e-9);
+  EXPECT_GT(turned.y() * middle.state.angular.z(), 0);  // it turns the way that its twist says
+  const DeviceInput end = device_on_path(path, 9, gains);
+  EXPECT_TRUE(end.engaged);
+  EXPECT_EQ(end.state.position, Eigen::Vector3d(2, 4, 6));
+  EXPECT_EQ(end.state.linear, Eigen::Vector3d(0, 0, 0));
+}
+
+TEST_F(RunTest, BadPathsAreNamedWithTheirLine) {
+  const auto fault = [&](const std::string& text) -> std::string {
+    const std::string name = write(text);
+    try {
+      read_path(name);
+    } catch (const ConfigError& error) {
+      return std::string(error.what()).substr(name.size());
+    }
+    return "";
+  };
+  const std::string head = "time,x,y,z,qx,qy,qz,qw\n";
+  EXPECT_EQ(fault("t,x\n"), ":1: the header is 't,x', expected time,x,y,z,qx,qy,qz,qw");
+  EXPECT_EQ(fault(head), ": no points, expected a header time,x,y,z,qx,qy,qz,qw and rows of numbers");
+  EXPECT_EQ(fault(head + "0,0,0,0,0,0,0\n"), ":2: expected 8 cells: time,x,y,z,qx,qy,qz,qw");
+  EXPECT_EQ(fault(head + "0,0,0,0,0,0,0,1,1\n"), ":2: expected 8 cells: time,x,y,z,qx,qy,qz,qw");
+  EXPECT_EQ(fault(head + "0,0,inf,0,0,0,0,1\n"), ":2: 'inf' is not a finite number");
+  EXPECT_EQ(fault(head + "0,0,0,0,0,0,0,2\n"), ":2: the quaternion has length 2, expected 1");
+  EXPECT_EQ(fault(head + "1,0,0,0,0,0,0,1\n1,0,0,0,0,0,0,1\n"),
+            ":3: time is 1, expected more than that of the row before");
+}
+
+}  // namespace
+}  // namespace palp

@@ -1,0 +1,208 @@
+// The scripts of tools/, as a user meets them. tools/demo runs in a copy of the tree whose programs are stand-ins.
+#include <fstream>
+#include <sstream>
+
+#include "tests/tools/child_process.h"
+#include "tests/tools/recording_support.h"
+
+namespace palp {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+const std::string kTools = PALP_SOURCE_DIR "/tools/";
+const std::string kTests = PALP_SOURCE_DIR "/tests/tools/";
+
+struct Result {
+  int status;
+  std::string output;
+};
+
+Result call(const ScratchFolder& folder, std::vector<std::string> command) {
+  ChildProcess child(std::move(command), folder / "output.txt");
+  const int status = child.wait();
+  return {status, child.output()};
+}
+
+void write_text(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
+
+std::string read_text(const std::string& path) {
+  std::ostringstream out;
+  out << std::ifstream(path).rdbuf();
+  return out.str();
+}
+
+TEST(Scripts, HelpSaysWhatThereIs) {
+  const ScratchFolder folder;
+  for (const char* script : {"demo", "test", "setup", "lint", "plot.py"}) {
+    const Result result = call(folder, {kTools + script, "--help"});
+    EXPECT_EQ(result.status, 0) << script;
+    EXPECT_NE(result.output.find("usage"), std::string::npos) << script << ": " << result.output;
+  }
+}
+
+TEST(Scripts, WrongOptionsAreOneClearSentence) {
+  const ScratchFolder folder;
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+      {{"demo", "--colour"}, "unknown option '--colour'"},
+      {{"demo", "--seconds"}, "--seconds needs a value"},
+      {{"demo", "--seconds", "soon"}, "a number above 0"},
+      {{"demo", "--seconds", "0"}, "a number above 0"},
+      {{"demo", "--dds", "rti"}, "cyclone or fastdds"},
+      {{"demo", "--backend", "metal"}, "auto, cpu or cuda"},
+      {{"demo", "--scene", "no_such_scene"}, "config/scenes has"},
+      {{"test", "--label", "slow"}, "unit, physics"},
+      {{"test", "--preset", "fast"}, "release, debug"},
+      {{"setup", "--now"}, "unknown option '--now'"},
+      {{"plot.py", "/no/such/file.csv"}, "cannot be read"},
+  };
+  for (auto [command, expected] : cases) {
+    command[0] = kTools + command[0];
+    const Result result = call(folder, command);
+    EXPECT_NE(result.status, 0) << result.output;
+    EXPECT_NE(result.output.find(expected), std::string::npos) << result.output;
+    EXPECT_LE(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
+  }
+}
+
+TEST(Plot, DrawsABridgeLogAndProbes) {
+  const ScratchFolder folder;
+  write_text(folder / "bridge.csv",
+             "t_ns,state,age_us,lateness_us,force_x,force_y,force_z,torque_x,torque_y,torque_z\n"
+             "1000,ready,,3,0,0,0,0,0,0\n2000,engaged,500,3,1,2,3,0,0,0\n3000,stale,900,3,1,2,3,0,0,0\n");
+  write_text(folder / "probe.csv", "time_s,wall_pressure_pa,tip_x_m,tip_y_m\n0,1,2,3\n0.1,2,3,4\n");
+  const Result result = call(folder, {kTools + "plot.py", folder / "bridge.csv", folder / "probe.csv"});
+  ASSERT_EQ(result.status, 0) << result.output;
+  for (const char* name : {"bridge.png", "probe.png"}) {
+    const Bytes png = file_bytes(folder / name);
+    ASSERT_GT(png.size(), 10'000u);
+    EXPECT_EQ(png[1], 'P');
+  }
+}
+
+TEST(Plot, RefusesWhatItCannotDraw) {
+  const ScratchFolder folder;
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"", "a line of column names"},
+      {"time_s,a\n0,1\n0.1\n", "data.csv:3: 1 values"},
+      {"a,b\n0,1\n1,2\n", "neither the log of a bridge"},
+      {"time_s,a\n0,x\n1,y\n", "no column of numbers"},
+  };
+  for (const auto& [text, expected] : cases) {
+    write_text(folder / "data.csv", text);
+    const Result result = call(folder, {kTools + "plot.py", folder / "data.csv"});
+    EXPECT_EQ(result.status, 1);
+    EXPECT_NE(result.output.find(expected), std::string::npos) << result.output;
+  }
+}
+
+TEST(Summary, AMissingOrBrokenPartIsUnhealthy) {
+  const ScratchFolder folder;
+  fs::create_directories(folder / "logs");
+  for (const char* name : {"scene.png", "force.png", "recording.mcap"}) write_text(folder / name, "x");
+  const std::string good = R"({"healthy": true, "messages": 5, "rate_hz": 1000.0})";
+  for (const char* name : {"sim_server", "haptic_bridge", "viewer", "palp_record"})
+    write_text(folder / "logs/" + name + ".json", good);
+  const std::vector<std::string> command{kTools + "summary.py", folder / ""};
+  EXPECT_EQ(call(folder, command).status, 0) << read_text(folder / "output.txt");
+  for (const std::string& bad : {std::string("{"), std::string("[]"), std::string(R"({"healthy": "yes"})"),
+                                 std::string(R"({"healthy": false, "cause": "it blew up"})")}) {
+    write_text(folder / "logs/sim_server.json", bad);
+    const Result result = call(folder, command);
+    EXPECT_EQ(result.status, 1) << bad;
+    EXPECT_NE(result.output.find("NOT HEALTHY: sim_server"), std::string::npos) << result.output;
+  }
+  write_text(folder / "logs/sim_server.json", R"({"healthy": true, "step_p50_us": "fast", "real_time_factor": null})");
+  EXPECT_EQ(call(folder, command).status, 0);
+  fs::remove(folder / "scene.png");
+  EXPECT_EQ(call(folder, command).status, 1);
+}
+
+// A copy of what tools/demo needs; cmake and ninja find nothing to do.
+class Demo : public testing::Test {
+ protected:
+  Demo() {
+    fs::create_directories(folder_ / "tree/tools");
+    for (const char* name : {"demo", "lib.sh", "plot.py", "summary.py"})
+      fs::copy(kTools + name, folder_ / "tree/tools/" + name);
+    fs::create_directories(folder_ / "tree/config/scenes");
+    fs::create_directories(folder_ / "tree/config/hands");
+    write_text(folder_ / "tree/config/scenes/tray_fluid.toml", "");
+    write_text(folder_ / "tree/config/hands/stir.toml", "");
+    fs::create_directories(folder_ / "tree/build/release/bin");
+    for (const char* name : {"sim_server", "haptic_bridge", "viewer", "palp_record"})
+      fs::copy(kTests + "fake_program.sh", folder_ / "tree/build/release/bin/" + name);
+    fs::create_directories(folder_ / "path");
+    script("tree/tools/setup", "exit 0");
+    script("path/cmake", "echo '-- CUDA back end: not built (test)'");
+    script("path/ninja", "echo 'ninja: no work to do.'");
+  }
+
+  void script(const std::string& name, const std::string& body) {
+    write_text(folder_ / name, "#!/bin/bash\n" + body + "\n");
+    fs::permissions(folder_ / name, fs::perms::owner_all);
+  }
+  std::vector<std::string> command(const std::vector<std::string>& environment = {},
+                                   const std::vector<std::string>& options = {"--seconds", "1"}) const {
+    std::vector<std::string> out{"/usr/bin/env",
+                                 "PATH=" + (folder_ / "path") + ":/usr/bin:/bin",
+                                 "FAKE_PIDS=" + (folder_ / "pids"),
+                                 "FAKE_CALLS=" + (folder_ / "calls"),
+                                 "DISPLAY=",
+                                 "WAYLAND_DISPLAY="};
+    out.insert(out.end(), environment.begin(), environment.end());
+    out.push_back(folder_ / "tree/tools/demo");
+    out.insert(out.end(), options.begin(), options.end());
+    return out;
+  }
+  // Waits for them: a process that was just killed may take a moment to go.
+  bool nothing_left() const {
+    for (int i = 0; i < 100; ++i) {
+      std::ifstream pids(folder_ / "pids");
+      bool any = false;
+      for (pid_t pid = 0; pids >> pid;) any = any || kill(pid, 0) == 0;
+      if (!any) return true;
+      std::this_thread::sleep_for(20ms);
+    }
+    return false;
+  }
+
+  ScratchFolder folder_;
+};
+
+TEST_F(Demo, RunsStopsSumsUpAndIsHealthy) {
+  const Result result = call(folder_, command());
+  EXPECT_EQ(result.status, 0) << result.output;
+  EXPECT_NE(result.output.find("all healthy"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("2.50 N"), std::string::npos) << result.output;
+  for (const char* name : {"scene.png", "force.png", "recording.mcap"})
+    EXPECT_TRUE(fs::exists(folder_ / "tree/out/demo/" + name)) << name;
+  EXPECT_TRUE(nothing_left());
+  const std::string calls = read_text(folder_ / "calls");
+  EXPECT_NE(calls.find("sim_server config/scenes/tray_fluid.toml --backend auto"), std::string::npos) << calls;
+  EXPECT_NE(calls.find("--headless"), std::string::npos) << calls;
+}
+
+TEST_F(Demo, AProcessThatDiesOrIsSickMakesItFail) {
+  const Result dead = call(folder_, command({"FAKE_DIES=sim_server"}, {"--seconds", "60"}));
+  EXPECT_EQ(dead.status, 1) << dead.output;
+  EXPECT_NE(dead.output.find("sim_server ended too early"), std::string::npos) << dead.output;
+  EXPECT_NE(dead.output.find("no such scene"), std::string::npos) << dead.output;
+  EXPECT_TRUE(nothing_left());
+  const Result sick = call(folder_, command({"FAKE_SICK=viewer"}));
+  EXPECT_EQ(sick.status, 1) << sick.output;
+  EXPECT_NE(sick.output.find("NOT HEALTHY: viewer"), std::string::npos) << sick.output;
+}
+
+TEST_F(Demo, AnInterruptLeavesNothingRunning) {
+  ChildProcess demo(command({}, {"--forever"}), folder_ / "output.txt");
+  std::this_thread::sleep_for(1500ms);
+  EXPECT_FALSE(read_text(folder_ / "pids").empty());
+  demo.send_signal(SIGINT);
+  EXPECT_EQ(demo.wait(), 0) << demo.output();
+  EXPECT_TRUE(nothing_left());
+}
+
+}  // namespace
+}  // namespace palp

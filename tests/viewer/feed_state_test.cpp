@@ -1,0 +1,252 @@
+// What the viewer makes of samples, sound ones and others, without a bus.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "idl/particle_frame.h"
+#include "tests/viewer/picture_tools.h"
+#include "tests/viewer/synthetic_scene.h"
+#include "viewer/feed_state.h"
+#include "viewer/session.h"
+
+namespace palp::test {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+SceneDescription scene_of(std::uint64_t session, std::uint32_t particles) {
+  SceneDescription scene;
+  scene.header.session = session;
+  scene.scene_hash = session;
+  scene.particle_count = particles;
+  scene.spacing = 0.01;
+  scene.bounds_max = {1, 1, 1};
+  return scene;
+}
+
+std::vector<ParticleChunk> chunks(std::uint64_t session, std::uint64_t number, std::uint32_t particles) {
+  std::vector<ParticleChunk> out;
+  for (std::uint32_t i = 0; i < chunks_of(particles); ++i) {
+    ParticleChunk chunk;
+    chunk.header.session = session;
+    chunk.header.t_send_ns = static_cast<std::int64_t>(number) * kMs;
+    chunk.frame = number;
+    chunk.sim_time = 1e-3 * static_cast<double>(number);
+    chunk.chunk = i;
+    chunk.chunk_count = chunks_of(particles);
+    chunk.first = i * kChunkParticles;
+    chunk.particle_count = particles;
+    chunk.positions.assign(3u * particles_in_chunk(particles, i), 0.5f);
+    out.push_back(chunk);
+  }
+  return out;
+}
+
+void feed(FeedState& state, const std::vector<ParticleChunk>& frame) {
+  for (const ParticleChunk& chunk : frame) state.add({chunk, chunk.header.t_send_ns + kMs});
+}
+
+TEST(FeedState, ShowsTheNewestCompleteFrameAndCountsTheLost) {
+  FeedState state(true, 1);
+  state.add(Received<SceneDescription>{scene_of(5, 9000), 0});
+  feed(state, chunks(5, 1, 9000));
+  ASSERT_TRUE(state.view().frame);
+  EXPECT_EQ(state.view().frame->frame, 1u);
+  EXPECT_EQ(state.view().frame_time_ns, 1 * kMs);
+  std::vector<ParticleChunk> torn = chunks(5, 2, 9000);
+  torn.pop_back();
+  feed(state, torn);
+  EXPECT_EQ(state.view().frame->frame, 1u);
+  feed(state, chunks(5, 4, 9000));
+  EXPECT_EQ(state.view().frame->frame, 4u);
+  EXPECT_EQ(state.view().lost_frames, 2u);
+  EXPECT_EQ(state.view().frames, 2u);
+}
+
+TEST(FeedState, AgeCountsFromReceiptWhenTheSenderIsOnAnotherHost) {
+  FeedState state(false, 1);
+  state.add(Received<SceneDescription>{scene_of(5, 10), 0});
+  feed(state, chunks(5, 7, 10));
+  EXPECT_EQ(state.view().frame_time_ns, 8 * kMs);
+}
+
+TEST(FeedState, FramesMayComeBeforeTheirScene) {
+  FeedState state(true, 1);
+  feed(state, chunks(5, 1, 10));
+  EXPECT_FALSE(state.view().frame);
+  state.add(Received<SceneDescription>{scene_of(5, 10), 0});
+  EXPECT_TRUE(state.view().frame);
+}
+
+TEST(FeedState, ARestartedServerWithAnotherSceneReplacesTheFirst) {
+  FeedState state(true, 1);
+  state.add(Received<SceneDescription>{scene_of(5, 10), 0});
+  feed(state, chunks(5, 100, 10));
+  ProxySample proxy;
+  proxy.header.session = 5;
+  state.add(Received<ProxySample>{proxy, 0});
+  ASSERT_TRUE(state.view().proxies[0]);
+  state.add(Received<SceneDescription>{scene_of(6, 20), 0});
+  EXPECT_FALSE(state.view().frame);
+  EXPECT_FALSE(state.view().proxies[0]);
+  state.add(Received<ProxySample>{proxy, 0});  // a straggler of the first
+  EXPECT_FALSE(state.view().proxies[0]);
+  feed(state, chunks(6, 1, 20));
+  ASSERT_TRUE(state.view().frame);
+  EXPECT_EQ(state.view().frame->positions.size(), 60u);
+}
+
+TEST(FeedState, TheSameSceneSentAgainChangesNothing) {
+  FeedState state(true, 1);
+  state.add(Received<SceneDescription>{scene_of(5, 10), 0});
+  feed(state, chunks(5, 1, 10));
+  const auto scene = state.view().scene;
+  state.add(Received<SceneDescription>{scene_of(5, 10), 0});
+  EXPECT_EQ(state.view().scene, scene);
+  EXPECT_TRUE(state.view().frame);
+}
+
+TEST(FeedState, AFrameThatDoesNotFitItsSceneIsRefused) {
+  FeedState state(true, 1);
+  state.add(Received<SceneDescription>{scene_of(5, 10), 0});
+  feed(state, chunks(5, 1, 11));
+  EXPECT_FALSE(state.view().frame);
+  EXPECT_EQ(state.view().refused, 1u);
+}
+
+TEST(FeedState, OldKnowledgeIsForgotten) {
+  FeedState state(true, 1);
+  state.add(Received<SceneDescription>{scene_of(5, 10), 0});
+  ProxySample proxy;
+  proxy.header.session = 5;
+  state.add(Received<ProxySample>{proxy, 0});
+  Status status;
+  status.process = "sim_server";
+  state.add(Received<Status>{status, 0});
+  CommandReply reply;
+  reply.command_session = 1;
+  reply.text = "no such parameter";
+  state.add(Received<CommandReply>{reply, 0});
+  state.forget(900 * kMs);
+  EXPECT_TRUE(state.view().proxies[0]);
+  state.forget(2000 * kMs);
+  EXPECT_FALSE(state.view().proxies[0]);
+  EXPECT_EQ(state.view().status.size(), 1u);
+  EXPECT_EQ(state.view().notice, "no such parameter");
+  state.forget(7000 * kMs);
+  EXPECT_TRUE(state.view().status.empty());
+  EXPECT_EQ(state.view().notice, "");
+}
+
+// Garbage of every kind between sound samples, through to the picture: nothing falls over, and the sound ones count.
+TEST(FeedState, GarbageDoesNoHarm) {
+  const unsigned seed = std::random_device()();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  const auto any = [&random] { return static_cast<std::uint32_t>(random()); };
+  Stage stage(small_stage(64, 48));
+  int commands = 0;
+  Session session(stage, ScalarField::speed, [&](CommandKind, const std::string&, const std::string&) { ++commands; });
+  FeedState state(true, 1);
+  for (int round = 0; round < 300; ++round) {
+    std::vector<ParticleChunk> frame = chunks(5 + any() % 2, any() % 100, 1 + any() % 9000);
+    ParticleChunk& chunk = frame[any() % frame.size()];
+    switch (any() % 8) {
+      case 0:
+        chunk.chunk = any();
+        break;
+      case 1:
+        chunk.chunk_count = any();
+        break;
+      case 2:
+        chunk.particle_count = any();
+        break;
+      case 3:
+        chunk.first = any();
+        break;
+      case 4:
+        chunk.positions.resize(any() % 20000);
+        break;
+      case 5:
+        chunk.scalars.resize(any() % 9000, std::nanf(""));
+        break;
+      case 6:
+        chunk.field = static_cast<ScalarField>(any() % 9);
+        break;
+      default:
+        chunk.positions.assign(chunk.positions.size(), std::nanf(""));
+        break;
+    }
+    feed(state, frame);
+    SceneDescription scene = scene_of(5 + any() % 2, 1 + any() % 9000);
+    scene.bodies.resize(any() % 4);
+    for (BodyDescription& body : scene.bodies) {
+      body.kind = static_cast<BodyKind>(any() % 4);
+      body.first = any();
+      body.count = any();
+      body.vertices.assign(any() % 40, 1e30f);
+      body.triangles.assign(any() % 40, any() % 16);
+    }
+    if (round % 20 == 0) state.add(Received<SceneDescription>{scene, 0});
+    BodyPoses poses;
+    poses.header.session = 5 + any() % 2;
+    poses.body.assign(any() % 5, any() % 5);
+    poses.pose.resize(any() % 5);
+    state.add(Received<BodyPoses>{poses, 0});
+    ProxySample proxy;
+    proxy.header.session = 5 + any() % 2;
+    proxy.device = any() % 12;
+    proxy.wrench.force[any() % 3] = any() % 2 ? std::nan("") : 1e300;
+    state.add(Received<ProxySample>{proxy, 0});
+    session.update(state.view(), round * 300 * kMs);
+    if (round % 10 == 0) shoot(stage);
+  }
+  const auto next = scene_of(9, 10);
+  state.add(Received<SceneDescription>{next, 0});
+  feed(state, chunks(9, 1, 10));
+  ASSERT_TRUE(state.view().frame);
+  session.update(state.view(), 1'000'000 * kMs);
+  EXPECT_TRUE(session.figures().connected);
+  EXPECT_GT(commands, 0);
+}
+
+TEST(Session, KeysSendTheirCommands) {
+  Stage stage(small_stage(64, 48));
+  std::vector<std::pair<CommandKind, std::string>> sent;
+  Session session(stage, std::nullopt, [&](CommandKind kind, const std::string&, const std::string& value) {
+    sent.emplace_back(kind, value);
+  });
+  FeedState state(true, 1);
+  state.add(Received<SceneDescription>{scene_of(5, 10), 0});
+  session.update(state.view(), kMs);
+  session.act(Action::pause_or_resume);
+  ProxySample proxy;
+  proxy.header.session = 5;
+  proxy.flags = kPaused;
+  state.add(Received<ProxySample>{proxy, 0});
+  session.update(state.view(), 2 * kMs);
+  for (const Action action : {Action::pause_or_resume, Action::single_step, Action::reset, Action::next_color}) {
+    session.act(action);
+  }
+  const std::vector<std::pair<CommandKind, std::string>> expected{{CommandKind::pause, ""},
+                                                                  {CommandKind::resume, ""},
+                                                                  {CommandKind::step, ""},
+                                                                  {CommandKind::reset, ""},
+                                                                  {CommandKind::set_parameter, "speed"}};
+  EXPECT_EQ(sent, expected);
+}
+
+TEST(Session, WithoutAChoiceTheFieldThatIsSentIsShown) {
+  Stage stage(small_stage(64, 48));
+  Session session(stage, std::nullopt, [](CommandKind, const std::string&, const std::string&) { FAIL(); });
+  SyntheticScene s = synthetic_scene(0.4, ScalarField::density);
+  FeedView view;
+  view.scene = std::make_shared<SceneDescription>(s.scene);
+  view.frame = std::make_shared<ParticleFrame>(s.frame);
+  session.update(view, kMs);
+  EXPECT_EQ(stage.scene().cloud().shown_field(), ScalarField::density);
+  EXPECT_EQ(session.figures().note, "");
+}
+
+}  // namespace
+}  // namespace palp::test

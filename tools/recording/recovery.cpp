@@ -1,0 +1,86 @@
+#include "tools/recording/recovery.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <map>
+
+#include "tools/recording/mcap_reader.h"
+#include "tools/recording/mcap_writer.h"
+
+namespace palp {
+namespace {
+
+// Channels are added with their first message: only then is their compression known.
+class Copier {
+ public:
+  explicit Copier(McapWriter& out) : out_(out) {}
+
+  McapVisitor visitor() {
+    McapVisitor v;
+    v.schema = [this](const McapSchema& schema) { schemas_.try_emplace(schema.id, schema); };
+    v.channel = [this](const McapChannel& channel) { channels_.try_emplace(channel.id, channel); };
+    v.metadata = [this](const McapMetadata& metadata) { out_.add_metadata(metadata); };
+    v.message = [this](const McapMessage& message, Compression compression) {
+      McapMessage copy = message;
+      copy.channel_id = channel_id(message.channel_id, compression);
+      out_.write(copy);
+    };
+    return v;
+  }
+
+ private:
+  std::uint16_t schema_id(std::uint16_t from) {
+    const auto schema = schemas_.find(from);
+    if (schema == schemas_.end()) return 0;
+    const auto [it, added] = new_schemas_.try_emplace(from, std::uint16_t{0});
+    if (added) it->second = out_.add_schema(schema->second.name, schema->second.encoding, schema->second.data);
+    return it->second;
+  }
+  std::uint16_t channel_id(std::uint16_t from, Compression compression) {
+    const auto [it, added] = new_channels_.try_emplace(from, std::uint16_t{0});
+    if (added) {
+      const McapChannel& c = channels_.at(from);
+      it->second = out_.add_channel(c.topic, schema_id(c.schema_id), c.encoding, c.metadata, compression);
+    }
+    return it->second;
+  }
+
+  McapWriter& out_;
+  std::map<std::uint16_t, McapSchema> schemas_;
+  std::map<std::uint16_t, McapChannel> channels_;
+  std::map<std::uint16_t, std::uint16_t> new_schemas_;
+  std::map<std::uint16_t, std::uint16_t> new_channels_;
+};
+
+}  // namespace
+
+Recovery recover_recording(const std::string& from, const std::string& to, bool overwrite) {
+  const McapReader in(from);
+  McapWriterOptions options;
+  options.library = in.library();
+  options.overwrite = overwrite;
+  // the unfinished file of the result must not be the one that is read
+  if (to + kUnfinishedSuffix == from) {
+    const std::string beside = to + ".recovering";
+    Recovery recovery = recover_recording(from, beside, true);
+    if (!overwrite && access(to.c_str(), F_OK) == 0)
+      throw McapError(to + ": the file exists already; the recovered one is " + beside);
+    if (std::rename(beside.c_str(), to.c_str()) != 0) throw McapError(beside + ": cannot be renamed to " + to);
+    return recovery;
+  }
+  McapWriter out(to, options);
+  Copier copier(out);
+  McapScan scan = in.scan(copier.visitor());
+  out.close();
+  return {scan.messages, std::move(scan.damages)};
+}
+
+std::string recovered_name(const std::string& path) {
+  const std::string unfinished = kUnfinishedSuffix;
+  if (path.ends_with(unfinished)) return path.substr(0, path.size() - unfinished.size());
+  const std::string ending = ".mcap";
+  return (path.ends_with(ending) ? path.substr(0, path.size() - ending.size()) : path) + ".recovered.mcap";
+}
+
+}  // namespace palp

@@ -1,0 +1,50 @@
+// Plays a recording back onto the bus: the same bytes in the same order, at the pace at which they were recorded,
+// faster, slower, or in steps that someone asks for.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tools/recording/mcap_reader.h"
+#include "tools/recording/raw_bus.h"
+
+namespace palp {
+
+enum class Step { none, message, time };
+
+struct ReplayOptions {
+  BusOptions bus;
+  std::string path;
+  std::vector<const TopicRow*> topics;
+  double rate = 1;         // of the original pace; 0: without any pause
+  Step step = Step::none;  // wait_for_step before every message, or before every haptic step
+  bool loop = false;
+  int wait_readers = 1;      // so many readers, over all topics, must be there before the first message
+  double wait_seconds = 10;  // for them
+};
+
+struct ReplayCounts {
+  std::uint64_t messages = 0;
+  std::uint64_t refused = 0;  // by the vendor
+  std::uint64_t rounds = 0;
+  double lateness_p50_us = 0;  // behind the recording's pace
+  double lateness_p99_us = 0;
+  double lateness_max_us = 0;
+};
+
+// What the replay asks its caller for.
+struct ReplayHooks {
+  std::function<bool()> stop;           // true: end as soon as possible
+  std::function<bool()> wait_for_step;  // returns when the next step is wanted; false: end
+};
+
+// Throws McapError for a damaged recording or one without an index, std::runtime_error when the bus cannot be opened,
+// no chosen topic is in the file, a channel is not of palp's types, or the readers do not come.
+ReplayCounts replay(const ReplayOptions& options, const ReplayHooks& hooks);
+
+}  // namespace palp

@@ -1,0 +1,58 @@
+// Colour maps and the range of values that they span.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "idl/messages.h"
+
+namespace palp {
+
+struct Rgb8 {
+  std::uint8_t r = 0, g = 0, b = 0;
+  bool operator==(const Rgb8&) const = default;
+};
+
+// sequential: lightness rises evenly from deep blue to pale yellow. diverging: blue, light grey in the middle, red;
+// for deviations from a rest value.
+enum class ColorMapKind { sequential, diverging };
+
+inline constexpr int kColorMapSize = 256;
+std::array<Rgb8, kColorMapSize> color_map(ColorMapKind kind);
+
+// Perceived lightness (the L of Oklab), 0 black .. 1 white.
+double lightness(Rgb8 color);
+
+// The values at the two ends of a map, low < high, in the field's SI unit.
+struct ValueRange {
+  double low = 0;
+  double high = 1;
+  bool operator==(const ValueRange&) const = default;
+};
+
+// What a field is called, and its unit, for people: "speed", "m/s". none: "body", "".
+const char* field_name(ScalarField field);
+const char* field_unit(ScalarField field);
+ColorMapKind color_map_of(ScalarField field);
+
+// Smallest of 1, 2, 5 times a power of ten that is not below value. value > 0.
+double nice_ceiling(double value);
+
+// A range that suits the values, the outermost percent aside, with ends that are round numbers. Speed begins at zero;
+// density lies evenly about rest_density when that is positive.
+ValueRange suitable_range(ScalarField field, std::span<const float> values, double rest_density);
+
+// Keeps a range until values leave it or fill less than two fifths of it, so that colours do not flicker.
+class SteadyRange {
+ public:
+  const ValueRange& update(ScalarField field, const ValueRange& suitable);
+
+ private:
+  ScalarField field_ = ScalarField::none;
+  ValueRange range_;
+};
+
+}  // namespace palp

@@ -1,0 +1,172 @@
+#include "viewer/egl_window.h"
+
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+
+#include <charconv>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <osg/GL>
+#include <osg/State>
+
+namespace palp {
+namespace {
+
+[[noreturn]] void fail(const std::string& step) {
+  char code[16];
+  std::snprintf(code, sizeof code, "0x%x", static_cast<unsigned>(eglGetError()));
+  throw std::runtime_error("cannot render off-screen: " + step + " (EGL error " + code +
+                           "); check that libegl1 and libgl1-mesa-dri are installed, or choose another --gpu");
+}
+
+bool has_extension(const char* list, const char* name) { return list != nullptr && std::strstr(list, name) != nullptr; }
+
+template <class Function>
+Function egl_function(const char* name) {
+  return reinterpret_cast<Function>(eglGetProcAddress(name));
+}
+
+std::vector<EGLDeviceEXT> egl_devices() {
+  const auto query = egl_function<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
+  EGLint count = 0;
+  if (query == nullptr || !query(0, nullptr, &count) || count <= 0) return {};
+  std::vector<EGLDeviceEXT> devices(static_cast<std::size_t>(count));
+  if (!query(count, devices.data(), &count)) return {};
+  devices.resize(static_cast<std::size_t>(count));
+  return devices;
+}
+
+bool is_software(EGLDeviceEXT device) {
+  const auto query = egl_function<PFNEGLQUERYDEVICESTRINGEXTPROC>("eglQueryDeviceStringEXT");
+  return query == nullptr || has_extension(query(device, EGL_EXTENSIONS), "EGL_MESA_device_software");
+}
+
+EGLDisplay open_display(EGLenum platform, void* device) {
+  const auto get = egl_function<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
+  if (get == nullptr) return EGL_NO_DISPLAY;
+  const EGLDisplay display = get(platform, device, nullptr);
+  if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return EGL_NO_DISPLAY;
+  return display;
+}
+
+EGLDisplay choose_display(const std::string& gpu) {
+  if (gpu.starts_with("egl:")) {
+    std::size_t index = 0;
+    const char* end = gpu.data() + gpu.size();
+    const auto [rest, error] = std::from_chars(gpu.data() + 4, end, index);
+    const std::vector<EGLDeviceEXT> devices = egl_devices();
+    if (error != std::errc() || rest != end || index >= devices.size()) {
+      throw std::runtime_error("--gpu " + gpu + ": expected egl:N with N below " + std::to_string(devices.size()) +
+                               ", the number of EGL devices here");
+    }
+    const EGLDisplay display = open_display(EGL_PLATFORM_DEVICE_EXT, devices[index]);
+    if (display == EGL_NO_DISPLAY) fail("EGL device " + std::to_string(index) + " cannot be opened");
+    return display;
+  }
+  if (gpu == "auto") {
+    for (EGLDeviceEXT device : egl_devices()) {
+      if (is_software(device)) continue;
+      const EGLDisplay display = open_display(EGL_PLATFORM_DEVICE_EXT, device);
+      if (display != EGL_NO_DISPLAY) return display;
+    }
+  } else if (gpu != "cpu") {
+    throw std::runtime_error("--gpu " + gpu + ": expected auto, cpu or egl:N");
+  }
+  const EGLDisplay display = open_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY);
+  if (display == EGL_NO_DISPLAY) fail("Mesa's surfaceless platform cannot be opened");
+  return display;
+}
+
+EGLConfig choose_config(EGLDisplay display, int samples) {
+  for (int n = samples; n >= 0; n = n > 1 ? n / 2 : n - 1) {
+    const EGLint wanted[] = {EGL_SURFACE_TYPE,
+                             EGL_PBUFFER_BIT,
+                             EGL_RENDERABLE_TYPE,
+                             EGL_OPENGL_BIT,
+                             EGL_RED_SIZE,
+                             8,
+                             EGL_GREEN_SIZE,
+                             8,
+                             EGL_BLUE_SIZE,
+                             8,
+                             EGL_ALPHA_SIZE,
+                             8,
+                             EGL_DEPTH_SIZE,
+                             24,
+                             EGL_SAMPLE_BUFFERS,
+                             n > 1 ? 1 : 0,
+                             EGL_SAMPLES,
+                             n > 1 ? n : 0,
+                             EGL_NONE};
+    EGLConfig config = nullptr;
+    EGLint count = 0;
+    if (eglChooseConfig(display, wanted, &config, 1, &count) && count > 0) return config;
+  }
+  fail("no configuration with 8-bit colour and 24-bit depth");
+}
+
+class EglWindow : public osgViewer::GraphicsWindow {
+ public:
+  EglWindow(int width, int height, int samples, const std::string& gpu) {
+    display_ = choose_display(gpu);
+    if (!eglBindAPI(EGL_OPENGL_API)) fail("desktop OpenGL is not offered");
+    const EGLConfig config = choose_config(display_, samples);
+    const EGLint size[] = {EGL_WIDTH, width, EGL_HEIGHT, height, EGL_NONE};
+    surface_ = eglCreatePbufferSurface(display_, config, size);
+    if (surface_ == EGL_NO_SURFACE) fail("no surface of the asked size");
+    const EGLint profile[] = {EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_COMPATIBILITY_PROFILE_BIT, EGL_NONE};
+    context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, profile);
+    if (context_ == EGL_NO_CONTEXT) fail("no OpenGL compatibility context");
+
+    _traits = new osg::GraphicsContext::Traits;
+    _traits->width = width;
+    _traits->height = height;
+    _traits->doubleBuffer = false;
+    eglGetConfigAttrib(display_, config, EGL_SAMPLES, reinterpret_cast<EGLint*>(&_traits->samples));
+    setState(new osg::State);
+    getState()->setGraphicsContext(this);
+    getState()->setContextID(osg::GraphicsContext::createNewContextID());
+    getEventQueue()->syncWindowRectangleWithGraphicsContext();
+  }
+
+  bool valid() const override { return context_ != EGL_NO_CONTEXT; }
+  bool realizeImplementation() override { return realized_ = true; }
+  bool isRealizedImplementation() const override { return realized_; }
+  void closeImplementation() override {
+    if (context_ == EGL_NO_CONTEXT) return;
+    eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    eglDestroyContext(display_, context_);
+    eglDestroySurface(display_, surface_);
+    context_ = EGL_NO_CONTEXT;
+    realized_ = false;
+  }
+  bool makeCurrentImplementation() override { return eglMakeCurrent(display_, surface_, surface_, context_); }
+  bool releaseContextImplementation() override {
+    return eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  }
+  // A pbuffer has nothing to swap; waiting for the picture keeps frames from piling up in the driver.
+  void swapBuffersImplementation() override { glFinish(); }
+  void grabFocus() override {}
+  void grabFocusIfPointerInWindow() override {}
+  void raiseWindow() override {}
+
+ protected:
+  ~EglWindow() override { closeImplementation(); }
+
+ private:
+  EGLDisplay display_ = EGL_NO_DISPLAY;
+  EGLSurface surface_ = EGL_NO_SURFACE;
+  EGLContext context_ = EGL_NO_CONTEXT;
+  bool realized_ = false;
+};
+
+}  // namespace
+
+osg::ref_ptr<osgViewer::GraphicsWindow> make_egl_window(int width, int height, int samples, const std::string& gpu) {
+  return new EglWindow(width, height, samples, gpu);
+}
+
+}  // namespace palp

@@ -1,0 +1,165 @@
+#include "viewer/feed.h"
+
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include <spdlog/spdlog.h>
+
+#include "idl/clock.h"
+#include "idl/topics.h"
+#include "idl/validate.h"
+
+namespace palp {
+namespace {
+
+// Long enough to sleep between frames, short enough for a key to act at once.
+constexpr std::chrono::milliseconds kRound{10};
+
+// A reader with the memory that its samples go through.
+template <class T>
+class Inlet {
+ public:
+  explicit Inlet(Bus& bus) : reader_(bus.reader<T>()) {}
+
+  bool pour_into(FeedState& state) {
+    samples_.clear();
+    if (reader_->take_all(samples_) == 0) return false;
+    for (const Received<T>& sample : samples_) state.add(sample);
+    return true;
+  }
+
+  // Samples refused so far. The first of each kind are told of.
+  std::uint64_t refused() {
+    const DropCounts drops = reader_->drops();
+    if (drops.wrong_version > 0 && !std::exchange(warned_version_, true)) {
+      spdlog::warn("{}", wrong_version_sentence(topic_of<T>().name, drops));
+    }
+    const std::uint64_t unsound = drops.not_finite + drops.malformed;
+    if (unsound > 0 && !std::exchange(warned_unsound_, true)) {
+      spdlog::warn("a sample on topic {} was malformed or not finite and is passed over; more are only counted",
+                   topic_of<T>().name);
+    }
+    return drops.wrong_version + unsound;
+  }
+
+  bool wait() { return reader_->wait(kRound); }
+
+ private:
+  std::unique_ptr<Reader<T>> reader_;
+  std::vector<Received<T>> samples_;
+  bool warned_version_ = false;
+  bool warned_unsound_ = false;
+};
+
+}  // namespace
+
+class Feed::Impl {
+ public:
+  explicit Impl(const BusOptions& options)
+      : bus_(open_bus(options)),
+        state_(!options.network && options.peers.empty(), bus_->session()),
+        inlets_(Inlet<SceneDescription>(*bus_), Inlet<BodyPoses>(*bus_), Inlet<ProxySample>(*bus_),
+                Inlet<Status>(*bus_), Inlet<Event>(*bus_), Inlet<CommandReply>(*bus_)),
+        chunks_(*bus_),
+        commands_(bus_->writer<Command>()),
+        status_(bus_->writer<Status>()),
+        thread_([this] { run(); }) {}
+
+  ~Impl() {
+    stop_ = true;
+    thread_.join();
+  }
+
+  FeedView view() const {
+    const std::lock_guard lock(mutex_);
+    return view_;
+  }
+
+  void send(Command command) {
+    const std::lock_guard lock(mutex_);
+    to_send_.push_back(std::move(command));
+  }
+
+  void report(Status status) {
+    const std::lock_guard lock(mutex_);
+    to_report_ = std::move(status);
+  }
+
+ private:
+  void run() {
+    while (!stop_) {
+      chunks_.wait();
+      // descriptions first: frames are of no use without
+      std::apply([this](auto&... inlet) { (inlet.pour_into(state_), ...); }, inlets_);
+      chunks_.pour_into(state_);
+      state_.forget(now_ns());
+      std::uint64_t refused = chunks_.refused();
+      std::apply([&refused](auto&... inlet) { ((refused += inlet.refused()), ...); }, inlets_);
+      exchange(refused);
+    }
+  }
+
+  // Meets the thread that draws: out with the view, in with what is to be sent. Sends outside of the lock.
+  void exchange(std::uint64_t refused) {
+    std::deque<Command> commands;
+    std::optional<Status> status;
+    {
+      FeedView view = state_.view();
+      view.refused += refused;
+      const std::lock_guard lock(mutex_);
+      std::swap(view_, view);
+      commands.swap(to_send_);
+      status.swap(to_report_);
+    }
+    for (Command& command : commands) {
+      if (!commands_->publish(command)) spdlog::warn("the command could not be sent");
+    }
+    if (status) status_->publish(*status);
+  }
+
+  std::unique_ptr<Bus> bus_;
+  FeedState state_;  // of the thread
+  std::tuple<Inlet<SceneDescription>, Inlet<BodyPoses>, Inlet<ProxySample>, Inlet<Status>, Inlet<Event>,
+             Inlet<CommandReply>>
+      inlets_;
+  Inlet<ParticleChunk> chunks_;
+  std::unique_ptr<Writer<Command>> commands_;
+  std::unique_ptr<Writer<Status>> status_;
+
+  mutable std::mutex mutex_;
+  FeedView view_;                    // under mutex_
+  std::deque<Command> to_send_;      // under mutex_
+  std::optional<Status> to_report_;  // under mutex_
+  std::atomic<bool> stop_ = false;
+  std::thread thread_;  // last: starts when the rest is there
+};
+
+Feed::Feed(const BusOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+Feed::~Feed() = default;
+
+FeedView Feed::view() const { return impl_->view(); }
+
+void Feed::send(CommandKind kind, const std::string& name, const std::string& value) {
+  Command command;
+  command.kind = kind;
+  command.name = name;
+  command.value = value;
+  impl_->send(std::move(command));
+}
+
+void Feed::report(const std::string& state, std::vector<Metric> metrics) {
+  Status status;
+  status.process = "viewer";
+  status.state = state;
+  status.metrics = std::move(metrics);
+  impl_->report(std::move(status));
+}
+
+}  // namespace palp

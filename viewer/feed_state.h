@@ -1,0 +1,67 @@
+// What the viewer knows of the other processes. Pure: samples and times go in, no bus is needed.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "idl/bus.h"
+#include "idl/frame_assembler.h"
+#include "idl/particle_frame.h"
+
+namespace palp {
+
+// The newest of everything. All but status belongs to one server, the one whose scene arrived last.
+struct FeedView {
+  std::shared_ptr<const SceneDescription> scene;  // null: none has arrived
+  std::shared_ptr<const ParticleFrame> frame;     // newest complete one; null: none since the scene
+  std::int64_t frame_time_ns = 0;                 // CLOCK_MONOTONIC here: when it was sent (same host) or received
+  std::shared_ptr<const BodyPoses> poses;
+  std::array<std::optional<ProxySample>, kMaxDevices> proxies;
+  std::map<std::string, Status> status;  // by process
+  std::string notice;                    // the server's last refusal of a command or fault, while it is news
+  std::uint64_t frames = 0;              // complete ones received
+  std::uint64_t lost_frames = 0;         // frames that never became complete
+  std::uint64_t refused = 0;             // samples that were malformed or of another protocol version
+};
+
+// Times are of this host's CLOCK_MONOTONIC [ns]. One thread.
+class FeedState {
+ public:
+  // same_host: senders' clocks are this host's, so the age of a frame counts from when it was sent. own_session: whose
+  // commands' replies matter.
+  FeedState(bool same_host, std::uint64_t own_session) : same_host_(same_host), own_session_(own_session) {}
+
+  // A scene of another session, or another scene, drops all that is known of the server before. Frames may arrive
+  // before their scene does.
+  void add(const Received<SceneDescription>& received);
+  void add(const Received<ParticleChunk>& received);
+  void add(const Received<BodyPoses>& received);
+  void add(const Received<ProxySample>& received);
+  void add(const Received<Status>& received);
+  void add(const Received<Event>& received);
+  void add(const Received<CommandReply>& received);
+  // Forgets what is too old to be believed: forces after 1 s, figures after 3 s, notices after 6 s.
+  void forget(std::int64_t now_ns);
+
+  const FeedView& view() const { return view_; }
+
+ private:
+  bool from_server(const Header& header) const;
+  void show_frame();
+  void notice(const std::string& text, std::int64_t now_ns);
+
+  bool same_host_;
+  std::uint64_t own_session_;
+  FeedView view_;
+  FrameAssembler assembler_;
+  std::shared_ptr<const ParticleFrame> newest_;  // perhaps of a server whose scene has not arrived
+  std::array<std::int64_t, kMaxDevices> proxy_at_ns_{};
+  std::map<std::string, std::int64_t> status_at_ns_;
+  std::int64_t notice_at_ns_ = 0;
+};
+
+}  // namespace palp

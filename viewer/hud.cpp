@@ -1,0 +1,261 @@
+#include "viewer/hud.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <osg/BlendFunc>
+#include <osg/Depth>
+#include <osgDB/FileUtils>
+#include <osgText/Font>
+
+#include "viewer/arrays.h"
+
+namespace palp {
+namespace {
+
+const osg::Vec4f kPanel(0.05f, 0.06f, 0.08f, 0.55f);
+const osg::Vec4f kLabel(0.62f, 0.68f, 0.75f, 1.0f);
+const osg::Vec4f kValue(0.95f, 0.97f, 0.99f, 1.0f);
+const osg::Vec4f kAmber(1.0f, 0.74f, 0.26f, 1.0f);
+
+const std::pair<const char*, const char*> kKeys[] = {
+    {"left drag", "turn"},     {"middle drag", "move"}, {"right drag, wheel", "zoom"},
+    {"r", "home view"},        {"c", "colours"},        {"m", "surfaces or particles"},
+    {"space", "pause, go on"}, {"n", "one step"},       {"R", "start again"},
+    {"s", "save a picture"},   {"f", "full screen"},    {"u", "figures on, off"},
+    {"h", "this help"},        {"Esc", "quit"}};
+
+osg::ref_ptr<osgText::Font> find_font() {
+  std::vector<std::string> candidates;
+  if (const char* chosen = std::getenv("PALP_FONT")) candidates.emplace_back(chosen);
+  for (const char* directory : {"/usr/share/fonts/truetype/dejavu/", "/usr/share/fonts/dejavu/",
+                                "/usr/share/fonts/TTF/", "/usr/share/fonts/dejavu-sans-fonts/"}) {
+    candidates.push_back(std::string(directory) + "DejaVuSans.ttf");
+  }
+  candidates.push_back(osgDB::findDataFile("fonts/DejaVuSans.ttf"));
+  for (const std::string& file : candidates) {
+    std::error_code ignored;
+    if (file.empty() || !std::filesystem::is_regular_file(file, ignored)) continue;
+    if (osg::ref_ptr<osgText::Font> font = osgText::readRefFontFile(file)) return font;
+  }
+  spdlog::warn("no DejaVuSans.ttf found (package fonts-dejavu-core, or PALP_FONT=FILE): a plain font serves");
+  return nullptr;
+}
+
+osg::ref_ptr<osg::Geometry> shape(GLenum mode, osg::Vec3Array* vertices, osg::Vec4Array* colors) {
+  osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
+  geometry->setUseVertexBufferObjects(true);
+  geometry->setVertexArray(vertices);
+  geometry->setColorArray(colors, colors->size() == 1 ? osg::Array::BIND_OVERALL : osg::Array::BIND_PER_VERTEX);
+  geometry->addPrimitiveSet(new osg::DrawArrays(mode, 0, static_cast<GLsizei>(vertices->size())));
+  return geometry;
+}
+
+// A filled rectangle with round corners.
+osg::ref_ptr<osg::Geometry> panel(float x, float y, float w, float h, float r, const osg::Vec4f& color) {
+  constexpr int kCorner = 6;
+  osg::ref_ptr<osg::Vec3Array> outline = new osg::Vec3Array;
+  r = std::min({r, w / 2, h / 2});
+  for (int corner = 0; corner < 4; ++corner) {
+    const float cx = corner == 0 || corner == 3 ? x + w - r : x + r;
+    const float cy = corner < 2 ? y + h - r : y + r;
+    for (int i = 0; i <= kCorner; ++i) {
+      const double angle = M_PI / 2 * (corner + static_cast<double>(i) / kCorner);
+      outline->push_back(
+          {cx + r * static_cast<float>(std::cos(angle)), cy + r * static_cast<float>(std::sin(angle)), 0});
+    }
+  }
+  return shape(GL_TRIANGLE_FAN, outline, array_of<osg::Vec4Array>({color}));
+}
+
+osg::ref_ptr<osg::Geometry> color_bar(float x, float y, float w, float h, ColorMapKind kind) {
+  osg::ref_ptr<osg::Vec3Array> vertices = new osg::Vec3Array;
+  osg::ref_ptr<osg::Vec4Array> colors = new osg::Vec4Array;
+  const auto map = color_map(kind);
+  for (int i = 0; i < kColorMapSize; i += 5) {
+    const Rgb8 c = map[static_cast<std::size_t>(i)];
+    const float at = x + w * static_cast<float>(i) / (kColorMapSize - 1);
+    for (const float edge : {y, y + h}) {
+      vertices->push_back({at, edge, 0});
+      colors->push_back(osg::Vec4f(c.r, c.g, c.b, 255) / 255.0f);
+    }
+  }
+  return shape(GL_TRIANGLE_STRIP, vertices, colors);
+}
+
+}  // namespace
+
+Hud::Hud()
+    : camera_(new osg::Camera),
+      rows_group_(new osg::Group),
+      banner_group_(new osg::Group),
+      legend_group_(new osg::Group),
+      help_group_(new osg::Group),
+      font_(find_font()) {
+  camera_->setReferenceFrame(osg::Transform::ABSOLUTE_RF);
+  camera_->setRenderOrder(osg::Camera::POST_RENDER);
+  camera_->setClearMask(0);
+  camera_->setViewMatrix(osg::Matrixd::identity());
+  camera_->setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
+  camera_->setCullingActive(false);
+  camera_->setAllowEventFocus(false);
+  for (osg::Group* group : {rows_group_.get(), legend_group_.get(), banner_group_.get(), help_group_.get()}) {
+    camera_->addChild(group);
+  }
+  osg::StateSet* state = camera_->getOrCreateStateSet();
+  state->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
+  state->setMode(GL_DEPTH_TEST, osg::StateAttribute::OFF);
+  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
+  // in the order of the tree: panels below, words above
+  state->setRenderBinDetails(0, "TraversalOrderBin");
+  state->setNestRenderBins(false);
+  rows_ = hud_rows({});
+}
+
+osg::ref_ptr<osgText::Text> Hud::text(const osg::Vec2f& at, const std::string& words, const osg::Vec4f& color,
+                                      osgText::Text::AlignmentType alignment, float scale) {
+  osg::ref_ptr<osgText::Text> t = new osgText::Text;
+  if (font_) t->setFont(font_);
+  const float size = std::round(font_size_ * scale);
+  t->setShaderTechnique(osgText::NO_TEXT_SHADER);
+  t->setFontResolution(static_cast<unsigned>(size), static_cast<unsigned>(size));
+  t->setCharacterSize(size);
+  t->setAlignment(alignment);
+  // at is on the middle of the line; words stand on a common base line
+  const float drop = alignment == osgText::Text::CENTER_CENTER ? 0 : 0.36f * size;
+  t->setPosition(osg::Vec3f(std::round(at.x()), std::round(at.y() - drop), 0));
+  t->setColor(color);
+  t->setText(words, osgText::String::ENCODING_UTF8);
+  t->setDataVariance(osg::Object::DYNAMIC);
+  return t;
+}
+
+void Hud::set_size(int width, int height) {
+  const auto w = static_cast<float>(width), h = static_cast<float>(height);
+  if (w == width_ && h == height_) return;
+  width_ = w;
+  height_ = h;
+  font_size_ = std::round(std::clamp(std::min(h / 46, w / 70), 9.0f, 26.0f));
+  camera_->setProjectionMatrixAsOrtho2D(0, w, 0, h);
+  lay_out();
+}
+
+void Hud::lay_out() {
+  lay_out_rows();
+  lay_out_banner();
+  lay_out_legend();
+  lay_out_help();
+}
+
+void Hud::lay_out_rows() {
+  rows_group_->removeChildren(0, rows_group_->getNumChildren());
+  values_.clear();
+  const float margin = font_size_, pad = 0.8f * font_size_;
+  const float w = 25.5f * font_size_, h = static_cast<float>(rows_.size()) * line() + 1.2f * pad;
+  const float top = height_ - margin;
+  rows_group_->addChild(panel(margin, top - h, w, h, 0.5f * font_size_, kPanel));
+  float y = top - 0.6f * pad - 0.5f * line();
+  for (const HudRow& row : rows_) {
+    rows_group_->addChild(text({margin + pad, y}, row.label, kLabel, osgText::Text::LEFT_BASE_LINE));
+    values_.push_back(text({margin + pad + 6.2f * font_size_, y}, row.value, row.warn ? kAmber : kValue,
+                           osgText::Text::LEFT_BASE_LINE));
+    rows_group_->addChild(values_.back());
+    y -= line();
+  }
+}
+
+void Hud::set_data(const HudData& data) {
+  const std::vector<HudRow> rows = hud_rows(data);
+  for (std::size_t i = 0; i < rows.size() && i < values_.size(); ++i) {
+    if (rows[i].value != rows_[i].value) values_[i]->setText(rows[i].value, osgText::String::ENCODING_UTF8);
+    if (rows[i].warn != rows_[i].warn) values_[i]->setColor(rows[i].warn ? kAmber : kValue);
+  }
+  rows_ = rows;
+  if (const std::string banner = hud_banner(data); banner != banner_) {
+    banner_ = banner;
+    lay_out_banner();
+  }
+}
+
+void Hud::lay_out_banner() {
+  banner_group_->removeChildren(0, banner_group_->getNumChildren());
+  if (banner_.empty()) return;
+  const float y = std::round(0.12f * height_);
+  auto words = text({width_ / 2, y}, banner_, kAmber, osgText::Text::CENTER_CENTER, 1.25f);
+  words->setMaximumWidth(0.9f * width_);
+  const osg::BoundingBox box = words->getBoundingBox();
+  const float pad = 0.9f * font_size_;
+  banner_group_->addChild(panel(box.xMin() - pad, box.yMin() - 0.7f * pad, box.xMax() - box.xMin() + 2 * pad,
+                                box.yMax() - box.yMin() + 1.4f * pad, pad, kPanel));
+  banner_group_->addChild(words);
+}
+
+void Hud::set_legend(const Legend& legend) {
+  if (legend == legend_) return;
+  legend_ = legend;
+  lay_out_legend();
+}
+
+void Hud::lay_out_legend() {
+  legend_group_->removeChildren(0, legend_group_->getNumChildren());
+  const float margin = font_size_, pad = 0.8f * font_size_, w = 15 * font_size_;
+  const float x = width_ - margin - w;
+  // a narrow picture has no room for it beside the figures
+  const bool below = width_ < 43 * font_size_;
+  if (legend_.field == ScalarField::none) {
+    if (legend_.bodies.empty()) return;
+    const float h = static_cast<float>(legend_.bodies.size()) * line() + 1.2f * pad;
+    const float top = below ? margin + h : height_ - margin;
+    legend_group_->addChild(panel(x, top - h, w, h, 0.5f * font_size_, kPanel));
+    float y = top - 0.6f * pad - 0.5f * line();
+    for (const auto& [name, c] : legend_.bodies) {
+      const float dot = 0.85f * font_size_;
+      legend_group_->addChild(panel(x + pad, y - dot / 2, dot, dot, dot / 2, osg::Vec4f(c[0], c[1], c[2], 1)));
+      legend_group_->addChild(text({x + pad + 1.6f * dot, y}, name, kValue, osgText::Text::LEFT_BASE_LINE));
+      y -= line();
+    }
+    return;
+  }
+  const float bar = 0.75f * font_size_, h = 2 * line() + bar + 1.5f * pad;
+  const float top = below ? margin + h : height_ - margin;
+  legend_group_->addChild(panel(x, top - h, w, h, 0.5f * font_size_, kPanel));
+  const std::string title = fmt::format("{} [{}]", field_name(legend_.field), field_unit(legend_.field));
+  legend_group_->addChild(
+      text({x + pad, top - 0.6f * pad - 0.5f * line()}, title, kLabel, osgText::Text::LEFT_BASE_LINE));
+  const float bar_y = top - 0.75f * pad - line() - bar, bar_w = w - 2 * pad;
+  legend_group_->addChild(color_bar(x + pad, bar_y, bar_w, bar, color_map_of(legend_.field)));
+  const float y = bar_y - 0.25f * pad - 0.5f * line();
+  const double middle = 0.5 * (legend_.range.low + legend_.range.high);
+  const auto label = [&](float at, double value, osgText::Text::AlignmentType alignment) {
+    legend_group_->addChild(text({at, y}, fmt::format("{:.6g}", value), kValue, alignment, 0.92f));
+  };
+  label(x + pad, legend_.range.low, osgText::Text::LEFT_BASE_LINE);
+  label(x + pad + bar_w / 2, middle, osgText::Text::CENTER_BASE_LINE);
+  label(x + pad + bar_w, legend_.range.high, osgText::Text::RIGHT_BASE_LINE);
+}
+
+void Hud::set_help(bool shown) {
+  help_shown_ = shown;
+  lay_out_help();
+}
+
+void Hud::lay_out_help() {
+  help_group_->removeChildren(0, help_group_->getNumChildren());
+  if (!help_shown_) return;
+  const float pad = 1.4f * font_size_, w = 25 * font_size_;
+  const float h = static_cast<float>(std::size(kKeys)) * line() + 2 * pad;
+  const float x = (width_ - w) / 2, top = (height_ + h) / 2;
+  help_group_->addChild(panel(x, top - h, w, h, font_size_, osg::Vec4f(0.05f, 0.06f, 0.08f, 0.86f)));
+  float y = top - pad - 0.5f * line();
+  for (const auto& [key, meaning] : kKeys) {
+    help_group_->addChild(text({x + pad, y}, key, kAmber, osgText::Text::LEFT_BASE_LINE));
+    help_group_->addChild(text({x + pad + 10.5f * font_size_, y}, meaning, kValue, osgText::Text::LEFT_BASE_LINE));
+    y -= line();
+  }
+}
+
+}  // namespace palp

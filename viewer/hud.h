@@ -1,0 +1,61 @@
+// The head-up display: figures, a banner, the legend of the colours and the help.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include <osg/Camera>
+#include <osg/Geometry>
+#include <osg/ref_ptr>
+#include <osgText/Text>
+
+#include "viewer/color_map.h"
+#include "viewer/hud_text.h"
+
+namespace palp {
+
+// What the colours mean: a field with its range, or (field none) the bodies that are seen, each with its colour.
+struct Legend {
+  ScalarField field = ScalarField::none;
+  ValueRange range;
+  std::vector<std::pair<std::string, std::array<float, 3>>> bodies;
+  bool operator==(const Legend&) const = default;
+};
+
+// All calls from the thread that renders, between frames. Without DejaVu Sans (fonts-dejavu-core) OSG's built-in font
+// serves, with one warning.
+class Hud {
+ public:
+  Hud();
+  osg::Camera* camera() { return camera_; }
+
+  void set_size(int width, int height);  // of the picture [pixels]
+  void set_data(const HudData& data);
+  void set_legend(const Legend& legend);
+  void set_help(bool shown);
+  void set_visible(bool visible) { camera_->setNodeMask(visible ? ~0u : 0u); }
+  bool help_shown() const { return help_shown_; }
+
+ private:
+  osg::ref_ptr<osgText::Text> text(const osg::Vec2f& at, const std::string& words, const osg::Vec4f& color,
+                                   osgText::Text::AlignmentType alignment, float scale = 1);
+  float line() const { return 1.55f * font_size_; }
+  void lay_out();
+  void lay_out_rows();
+  void lay_out_banner();
+  void lay_out_legend();
+  void lay_out_help();
+
+  osg::ref_ptr<osg::Camera> camera_;
+  osg::ref_ptr<osg::Group> rows_group_, banner_group_, legend_group_, help_group_;
+  osg::ref_ptr<osgText::Font> font_;
+  std::vector<osg::ref_ptr<osgText::Text>> values_;
+  std::vector<HudRow> rows_;
+  std::string banner_;
+  Legend legend_;
+  float width_ = 1, height_ = 1, font_size_ = 14;
+  bool help_shown_ = false;
+};
+
+}  // namespace palp

@@ -1,0 +1,55 @@
+// What the head-up display says, as text. Pure.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "idl/messages.h"
+
+namespace palp {
+
+// What is not known is not set, and shown as a dash.
+struct HudData {
+  bool connected = false;           // a scene has arrived
+  std::string scene;                // its name
+  std::string server_state;         // Status::state of the server
+  std::string server_text;          // Status::text
+  double shown_rate_hz = 0;         // pictures
+  double frame_rate_hz = 0;         // particle frames received
+  std::optional<double> frame_age;  // [s] of the particles shown
+  std::uint64_t lost_frames = 0;    // incomplete or overtaken
+  std::size_t particles = 0;        // drawn
+  std::optional<double> sim_time;   // [s]
+  std::optional<double> real_time_factor;
+  std::optional<double> step_time;  // [s] of the wall clock per haptic step, median
+  std::optional<double> bridge_rate_hz;
+  std::optional<double> bridge_late;      // [s] behind its deadline, 99th percentile
+  std::optional<double> bridge_data_age;  // [s] of the samples that the bridge renders from, 99th percentile
+  std::optional<double> force;            // [N] on the hand, largest of all devices
+  double arrow_force = 1;                 // [N] that arrow_length stands for
+  double arrow_length = 0.1;              // [m]
+  bool paused = false;
+  std::string note;  // what the viewer itself has to say
+};
+
+struct HudRow {
+  std::string label;
+  std::string value;
+  bool warn = false;  // slow, old, lost: drawn in amber
+};
+
+std::vector<HudRow> hud_rows(const HudData& data);
+
+// One line over the picture when something needs to be known: no server, paused, a fault, old data. Or empty.
+std::string hud_banner(const HudData& data);
+
+// Two or three significant digits with the unit that suits: "0.42 ms", "1.3 s".
+std::string format_time(double seconds);
+
+// Fills the server's and the bridges' figures in data from their newest Status, by process name. Of several bridges the
+// worst is taken.
+void read_status(const std::map<std::string, Status>& newest, HudData& data);
+
+}  // namespace palp

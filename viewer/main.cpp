@@ -1,0 +1,190 @@
+// The viewer: arguments, a feed from the bus, and a loop that draws the newest of what the feed has.
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <ctime>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <osgViewer/ViewerEventHandlers>
+
+#include "idl/clock.h"
+#include "viewer/capture.h"
+#include "viewer/feed.h"
+#include "viewer/options.h"
+#include "viewer/session.h"
+#include "viewer/shaders.h"
+
+namespace palp {
+namespace {
+
+volatile std::sig_atomic_t stop_wanted = 0;
+void on_stop_signal(int) { stop_wanted = 1; }
+
+// Before any other thread is started, so that all of them are as modest.
+void be_modest(const ViewerOptions& options) {
+  if (options.nice > 0) setpriority(PRIO_PROCESS, 0, options.nice);
+  if (options.stage.headless) setenv("LP_NUM_THREADS", std::to_string(options.raster_threads).c_str(), 0);
+}
+
+std::string numbered(const std::string& file, int number) {
+  const std::filesystem::path path(file);
+  return (path.parent_path() / fmt::format("{}-{:04d}{}", path.stem().string(), number, path.extension().string()))
+      .string();
+}
+
+// Says which pictures are due and hands them to the capture.
+class Recorder {
+ public:
+  Recorder(const ViewerOptions& options, const Stage& stage) : options_(options) {
+    if (!options.video.empty()) capture_.open_video(options.video, stage.width(), stage.height(), options.rate_hz);
+  }
+
+  // seconds: since the start. last: no other picture follows.
+  bool wants(double seconds, bool last, bool screenshot) {
+    pngs_.clear();
+    if (screenshot) pngs_.push_back(fmt::format("palp-{:%Y%m%d-%H%M%S}.png", fmt::localtime(std::time(nullptr))));
+    if (options_.png_every) {
+      if (seconds >= next_png_) {
+        pngs_.push_back(numbered(options_.png, ++png_count_));
+        next_png_ = (std::floor(seconds / *options_.png_every) + 1) * *options_.png_every;
+      }
+    } else if (!options_.png.empty() && png_count_ == 0 && (last || (options_.png_at && seconds >= *options_.png_at))) {
+      pngs_.push_back(options_.png);
+      ++png_count_;
+    }
+    return !pngs_.empty() || capture_.video_open();
+  }
+
+  void take(Picture&& picture, double seconds) {
+    capture_.write_video(picture, seconds);
+    for (const std::string& file : pngs_) capture_.write_png(file, picture);
+  }
+
+  bool finish() {
+    const bool whole = capture_.finish();
+    if (capture_.dropped_video_pictures() > 0) {
+      spdlog::warn("{} pictures were not put into the video, because ffmpeg was behind or the size had changed",
+                   capture_.dropped_video_pictures());
+    }
+    return whole;
+  }
+
+ private:
+  const ViewerOptions& options_;
+  Capture capture_;
+  std::vector<std::string> pngs_;  // due with the next picture
+  int png_count_ = 0;
+  double next_png_ = 0;
+};
+
+void report(Feed& feed, const Session& session, const FeedView& view) {
+  const HudData& d = session.figures();
+  feed.report(d.frame_age ? "running" : "waiting", {{"shown_rate_hz", d.shown_rate_hz},
+                                                    {"frame_rate_hz", d.frame_rate_hz},
+                                                    {"frame_age_ms", 1e3 * d.frame_age.value_or(0)},
+                                                    {"frames", static_cast<double>(view.frames)},
+                                                    {"lost_frames", static_cast<double>(view.lost_frames)},
+                                                    {"refused_samples", static_cast<double>(view.refused)}});
+}
+
+// False if the file cannot be written.
+bool write_summary(const std::string& file, const Session& session, const FeedView& view, bool healthy) {
+  if (file.empty()) return true;
+  std::ofstream out(file);
+  out << fmt::format(
+      "{{\n  \"frames\": {},\n  \"complete_frames\": {},\n  \"lost_frames\": {},\n  \"refused_samples\": {},\n"
+      "  \"drawn_frames\": {},\n  \"healthy\": {}\n}}\n",
+      view.frames + view.lost_frames, view.frames, view.lost_frames, view.refused, session.frames_drawn(), healthy);
+  out.close();
+  if (!out) spdlog::error("{}: the summary cannot be written", file);
+  return static_cast<bool>(out);
+}
+
+int run(const ViewerOptions& options) {
+  set_shader_directory(options.shader_directory);
+  Stage stage(options.stage);
+  spdlog::info("drawing {}x{} {} on {}{}", stage.width(), stage.height(),
+               options.stage.headless ? "off-screen" : "in a window", stage.renderer(),
+               stage.software_rendered() ? " (software)" : "");
+  stage.hud().set_visible(options.figures);
+  osg::ref_ptr<KeyHandler> keys = new KeyHandler;
+  stage.viewer().addEventHandler(keys);
+  osg::ref_ptr<osgViewer::WindowSizeHandler> window_size = new osgViewer::WindowSizeHandler;
+  window_size->setChangeWindowedResolution(false);
+  stage.viewer().addEventHandler(window_size);  // f: full screen
+
+  Recorder recorder(options, stage);
+  Feed feed(options.bus);
+  Session session(stage, options.color, [&feed](CommandKind kind, const std::string& name, const std::string& value) {
+    feed.send(kind, name, value);
+  });
+
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
+  const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / options.rate_hz));
+  auto next = start;
+  double reported = -1;
+  for (bool last = false; !last;) {
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    last = stop_wanted != 0 || stage.viewer().done() || (options.seconds > 0 && seconds >= options.seconds);
+    const FeedView view = feed.view();
+    session.update(view, now_ns());
+    if (recorder.wants(seconds, last, session.take_screenshot_wish())) {
+      stage.draw([&](Picture&& picture) { recorder.take(std::move(picture), seconds); });
+    } else {
+      stage.draw();
+    }
+    session.shown(now_ns());
+    for (const Action action : keys->take()) session.act(action);
+    if (seconds - reported >= 0.5) {
+      report(feed, session, view);
+      reported = seconds;
+    }
+    // a late picture is not made up for by haste
+    next = std::max(next + period, Clock::now());
+    if (!last) std::this_thread::sleep_until(next);
+  }
+  const bool whole = recorder.finish();
+  const bool captured = !options.png.empty() || !options.video.empty();
+  if (session.frames_drawn() == 0) {
+    spdlog::log(
+        captured ? spdlog::level::err : spdlog::level::warn,
+        "no particles arrived: check that sim_server runs in DDS domain {} and, on another host, --network or --peer",
+        options.bus.domain);
+  }
+  const bool healthy = whole && (!captured || session.frames_drawn() > 0);
+  const bool told = write_summary(options.summary, session, feed.view(), healthy);
+  return healthy && told ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace palp
+
+int main(int argc, char** argv) {
+  int exit_code = 0;
+  const auto options = palp::parse_viewer_options(argc, argv, exit_code);
+  if (!options) return exit_code;
+  spdlog::set_default_logger(spdlog::stderr_color_mt("viewer"));
+  std::signal(SIGINT, palp::on_stop_signal);
+  std::signal(SIGTERM, palp::on_stop_signal);
+  palp::be_modest(*options);
+  try {
+    return palp::run(*options);
+  } catch (const std::exception& error) {
+    spdlog::critical("{}", error.what());
+    return 1;
+  }
+}

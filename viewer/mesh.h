@@ -1,0 +1,23 @@
+// Surfaces of bodies as OSG geometry.
+#pragma once
+
+#include <osg/Geometry>
+#include <osg/ref_ptr>
+
+#include "idl/messages.h"
+
+namespace palp {
+
+// The drawable parts of one body, in its body frame; null when there is nothing of that part. Normals are smooth but
+// for creases. A fixed body that is hollow (a tray, a glass) is split: what faces its inside is solid, what faces away
+// from it is glass, so that the contents show through the near wall and the far wall is still there.
+struct BodyMesh {
+  osg::ref_ptr<osg::Geometry> solid;
+  osg::ref_ptr<osg::Geometry> glass;
+  osg::ref_ptr<osg::Geometry> edges;  // creases as lines, of hollow bodies
+};
+
+// Triangles with an index out of range, a non-finite vertex or no area are left out.
+BodyMesh build_mesh(const BodyDescription& body);
+
+}  // namespace palp

@@ -1,0 +1,113 @@
+#include "viewer/options.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <map>
+#include <stdexcept>
+
+#include <CLI/CLI.hpp>
+
+#include "idl/bus_options.h"
+
+namespace palp {
+namespace {
+
+constexpr int kMinSize = 16, kMaxSize = 8192;
+
+bool has_display() {
+  const char* display = std::getenv("DISPLAY");
+  return display != nullptr && *display != '\0';
+}
+
+// A small fluid at 30 pictures a second takes a software rasteriser most of a core, which the simulation may want:
+// without anyone to see it, only as many are drawn as a picture or a video needs.
+double default_rate(const ViewerOptions& o) {
+  if (!o.stage.headless) return 60;
+  return o.video.empty() ? 10 : 30;
+}
+
+}  // namespace
+
+std::pair<int, int> parse_size(const std::string& text) {
+  int width = 0, height = 0;
+  const char* end = text.data() + text.size();
+  const auto [x, error] = std::from_chars(text.data(), end, width);
+  bool good = error == std::errc() && x != end && *x == 'x';
+  if (good) {
+    const auto [rest, second] = std::from_chars(x + 1, end, height);
+    good = second == std::errc() && rest == end;
+  }
+  if (!good || std::min(width, height) < kMinSize || std::max(width, height) > kMaxSize) {
+    throw std::invalid_argument("'" + text + "' is no picture size; expected WIDTHxHEIGHT, each 16 to 8192 pixels");
+  }
+  return {width, height};
+}
+
+std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* argv, int& exit_code) {
+  ViewerOptions o;
+  CLI::App app("Shows a palp simulation: particles, surfaces, forces. It may start before or after sim_server.",
+               "viewer");
+  std::string size = "1280x720";
+  int samples = -1, nice = -1;
+  double png_at = 0, png_every = 0;
+  const std::map<std::string, ScalarField> colors{{"body", ScalarField::none},
+                                                  {"speed", ScalarField::speed},
+                                                  {"density", ScalarField::density},
+                                                  {"pressure", ScalarField::pressure},
+                                                  {"temperature", ScalarField::temperature}};
+  app.add_flag("--headless", o.stage.headless, "draw off-screen through EGL; the default where there is no DISPLAY");
+  app.add_option("--gpu", o.stage.gpu, "off-screen: auto, cpu (software) or egl:N (N-th EGL device)")
+      ->capture_default_str();
+  app.add_option("--size", size, "of the picture, WIDTHxHEIGHT in pixels")->capture_default_str();
+  app.add_option("--fps", o.rate_hz, "pictures per second at most (60; off-screen 30 with --video, else 10)")
+      ->check(CLI::Range(0.1, 1000.0));
+  app.add_option("--samples", samples, "samples per pixel against jagged edges (4; off-screen 0)")
+      ->check(CLI::Range(0, 16));
+  app.add_option("--seconds", o.seconds, "end after this long")->check(CLI::Range(0.0, 1e7));
+  ScalarField color = ScalarField::none;
+  auto* color_option =
+      app.add_option("--color", color,
+                     "of the particles: body, speed, density, pressure or temperature (what the server sends)")
+          ->transform(CLI::CheckedTransformer(colors).description(""))
+          ->type_name("FIELD");
+  auto* png =
+      app.add_option("--png", o.png, "write a picture, when the viewer ends unless --png-at or --png-every say when");
+  auto* at = app.add_option("--png-at", png_at, "write it this many seconds after the start")
+                 ->check(CLI::Range(0.0, 1e7))
+                 ->needs(png);
+  auto* every = app.add_option("--png-every", png_every, "write one every so many seconds, FILE-0001.png and so on")
+                    ->check(CLI::Range(0.01, 1e7))
+                    ->needs(png)
+                    ->excludes(at);
+  app.add_option("--video", o.video, "write a video (H.264, through ffmpeg)");
+  app.add_flag("!--no-figures", o.figures, "leave out the figures and the legend");
+  app.add_option("--nice", nice, "niceness, 0 to 19 (0; off-screen 10)")->check(CLI::Range(0, 19));
+  app.add_option("--raster-threads", o.raster_threads, "threads of a software rasteriser, off-screen")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  app.add_option("--summary", o.summary, "write a summary (JSON) at the end");
+  app.add_option("--shaders", o.shader_directory, "take shaders from this directory first")
+      ->check(CLI::ExistingDirectory);
+  add_bus_options(app, o.bus);
+  try {
+    app.parse(argc, argv);
+    std::tie(o.stage.width, o.stage.height) = parse_size(size);
+  } catch (const CLI::ParseError& error) {
+    exit_code = app.exit(error);
+    return std::nullopt;
+  } catch (const std::invalid_argument& error) {
+    exit_code = app.exit(CLI::ValidationError("--size", error.what()));
+    return std::nullopt;
+  }
+  o.stage.headless = o.stage.headless || !has_display();
+  o.stage.samples = samples >= 0 ? samples : o.stage.headless ? 0 : 4;
+  o.nice = nice >= 0 ? nice : o.stage.headless ? 10 : 0;
+  if (color_option->count() > 0) o.color = color;
+  if (at->count() > 0) o.png_at = png_at;
+  if (every->count() > 0) o.png_every = png_every;
+  if (o.rate_hz == 0) o.rate_hz = default_rate(o);
+  return o;
+}
+
+}  // namespace palp

@@ -1,0 +1,36 @@
+// What the viewer was asked to do.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "idl/bus.h"
+#include "viewer/stage.h"
+
+namespace palp {
+
+struct ViewerOptions {
+  BusOptions bus;
+  StageOptions stage;
+  double rate_hz = 0;                // pictures per second at most
+  double seconds = 0;                // run this long; 0: until told to stop
+  std::optional<ScalarField> color;  // of the particles; none: by body; unset: by the field that the server sends
+  bool figures = true;
+  int nice = 0;                     // niceness of the process
+  int raster_threads = 1;           // of a software rasteriser, off-screen
+  std::string png;                  // picture file, or empty
+  std::optional<double> png_at;     // [s] after the start; unset: when the viewer ends
+  std::optional<double> png_every;  // [s]
+  std::string video;                // video file, or empty
+  std::string summary;              // JSON file, or empty
+  std::string shader_directory;
+};
+
+// Reads the command line. Empty when the process shall end at once (help, or an error, told on the terminal); exit_code
+// then says how.
+std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* argv, int& exit_code);
+
+// Reads "1280x720". Throws std::invalid_argument saying what is accepted: 16x16 .. 8192x8192.
+std::pair<int, int> parse_size(const std::string& text);
+
+}  // namespace palp

@@ -1,0 +1,237 @@
+#include "viewer/scene_graph.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <osg/BlendFunc>
+#include <osg/CullFace>
+#include <osg/Depth>
+#include <osg/LineWidth>
+
+#include "viewer/arrays.h"
+#include "viewer/mesh.h"
+#include "viewer/shaders.h"
+
+namespace palp {
+namespace {
+
+// What is drawn later lies on top of what it cannot be sorted against.
+enum Bin { kBackgroundBin = -2, kGroundBin = -1, kSolidBin = 0, kGlassBin = 10, kEdgeBin = 11 };
+
+void blend_over(osg::StateSet* state) {
+  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
+  state->setAttributeAndModes(new osg::Depth(osg::Depth::LESS, 0, 1, false));
+}
+
+osg::ref_ptr<osg::Geometry> quad(const osg::Vec2f& low, const osg::Vec2f& high, float z) {
+  osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
+  geometry->setUseVertexBufferObjects(true);
+  geometry->setVertexArray(array_of<osg::Vec3Array>(
+      {{low.x(), low.y(), z}, {high.x(), low.y(), z}, {low.x(), high.y(), z}, {high.x(), high.y(), z}}));
+  geometry->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLE_STRIP, 0, 4));
+  geometry->setCullingActive(false);
+  return geometry;
+}
+
+osg::ref_ptr<osg::Node> make_background() {
+  osg::ref_ptr<osg::Geometry> geometry = quad({-1, -1}, {1, 1}, 0);
+  osg::StateSet* state = geometry->getOrCreateStateSet();
+  state->setAttributeAndModes(load_program("background", {"background.vert", "background.frag"}));
+  state->setAttributeAndModes(new osg::Depth(osg::Depth::ALWAYS, 0, 1, false));
+  state->setRenderBinDetails(kBackgroundBin, "RenderBin");
+  return geometry;
+}
+
+osg::ref_ptr<osg::Geometry> make_ground() {
+  osg::ref_ptr<osg::Geometry> geometry = quad({-1, -1}, {1, 1}, 0);
+  osg::StateSet* state = geometry->getOrCreateStateSet();
+  state->setAttributeAndModes(load_program("ground", {"ground.vert", "ground.frag"}));
+  blend_over(state);
+  state->setRenderBinDetails(kGroundBin, "RenderBin");
+  state->addUniform(new osg::Uniform("footprint", osg::Vec4f(0, 0, 1, 1)));
+  state->addUniform(new osg::Uniform("fade", osg::Vec2f(1, 2)));
+  state->addUniform(new osg::Uniform("cell", 0.1f));
+  return geometry;
+}
+
+osg::BoundingBoxd domain_of(const SceneDescription& scene) {
+  const auto& a = scene.bounds_min;
+  const auto& b = scene.bounds_max;
+  osg::BoundingBoxd box(a[0], a[1], a[2], b[0], b[1], b[2]);
+  const double size = box.valid() ? box.radius() : 0;
+  return std::isfinite(size) && size > 0 ? box : osg::BoundingBoxd(-0.1, -0.1, 0, 0.1, 0.1, 0.1);
+}
+
+bool pose_matrix(const PoseD& pose, osg::Matrixd& out) {
+  const auto& p = pose.position;
+  const auto& q = pose.orientation;
+  const double norm2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+  const double sum = p[0] + p[1] + p[2] + norm2;
+  if (!std::isfinite(sum) || norm2 < 1e-6) return false;
+  out = osg::Matrixd::rotate(osg::Quat(q[0], q[1], q[2], q[3])) * osg::Matrixd::translate(p[0], p[1], p[2]);
+  return true;
+}
+
+}  // namespace
+
+CameraPose home_view(const osg::BoundingBoxd& box, double aspect) {
+  osg::Vec3d back(0.36, -0.82, 0.46);  // from the centre to the eye
+  back.normalize();
+  osg::Vec3d right = osg::Vec3d(0, 0, 1) ^ back;
+  right.normalize();
+  const osg::Vec3d up = back ^ right;
+  const double tan_v = std::tan(osg::DegreesToRadians(kFieldOfView) / 2) * 0.90;  // leaves a margin
+  const double tan_h = tan_v * aspect;
+  double distance = 0;
+  for (unsigned i = 0; i < 8; ++i) {
+    const osg::Vec3d corner = box.corner(i) - box.center();
+    const double forward = corner * back;
+    distance =
+        std::max({distance, std::abs(corner * right) / tan_h + forward, std::abs(corner * up) / tan_v + forward});
+  }
+  return {box.center() + back * distance, box.center()};
+}
+
+SceneGraph::SceneGraph()
+    : root_(new osg::Group),
+      surfaces_(new osg::Group),
+      solid_(new osg::StateSet),
+      glass_(new osg::StateSet),
+      edges_(new osg::StateSet),
+      ground_(make_ground()) {
+  osg::StateSet* state = root_->getOrCreateStateSet();
+  state->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
+  state->addUniform(new osg::Uniform("glass", 0.0f));
+  state->addUniform(new osg::Uniform("ghost", 0.0f));
+
+  osg::ref_ptr<osg::Program> program = load_program("mesh", {"mesh.vert", "mesh.frag", "lighting.glsl"});
+  osg::ref_ptr<osg::CullFace> cull = new osg::CullFace(osg::CullFace::BACK);
+  solid_->setAttributeAndModes(program);
+  solid_->setAttributeAndModes(cull);
+  solid_->setRenderBinDetails(kSolidBin, "RenderBin");
+  glass_->setAttributeAndModes(program);
+  glass_->setAttributeAndModes(cull);
+  glass_->addUniform(new osg::Uniform("glass", 0.10f));
+  blend_over(glass_);
+  glass_->setRenderBinDetails(kGlassBin, "DepthSortedBin");
+  edges_->setAttributeAndModes(new osg::LineWidth(1.5f));
+  edges_->setMode(GL_LINE_SMOOTH, osg::StateAttribute::ON);
+  blend_over(edges_);
+  edges_->setRenderBinDetails(kEdgeBin, "RenderBin");
+
+  root_->addChild(make_background());
+  root_->addChild(ground_);
+  root_->addChild(surfaces_);
+  root_->addChild(cloud_.node());
+  for (auto& arrow : arrows_) {
+    arrow = std::make_unique<ForceArrow>();
+    root_->addChild(arrow->node());
+  }
+  clear();
+}
+
+void SceneGraph::clear() {
+  set_scene({});
+  ground_->setNodeMask(0);
+}
+
+void SceneGraph::set_scene(const SceneDescription& scene) {
+  surfaces_->removeChildren(0, surfaces_->getNumChildren());
+  bodies_.clear();
+  for (const BodyDescription& body : scene.bodies) add_body(body);
+  cloud_.set_scene(scene);
+  for (auto& arrow : arrows_) arrow->hide();
+  force_scale_ = {};
+  seen_frame_ = false;
+  domain_ = domain_of(scene);
+  update_content(nullptr);
+}
+
+void SceneGraph::add_body(const BodyDescription& description) {
+  PlacedBody body;
+  body.kind = description.kind;
+  body.place = new osg::MatrixTransform;
+  const BodyMesh mesh = build_mesh(description);
+  const auto add = [&](const osg::ref_ptr<osg::Geometry>& part, const osg::ref_ptr<osg::StateSet>& state) {
+    if (!part) return;
+    part->setStateSet(state);
+    body.place->addChild(part);
+    body.box.expandBy(part->getBoundingBox());
+  };
+  add(mesh.solid, solid_);
+  add(mesh.glass, glass_);
+  add(mesh.edges, edges_);
+  body.place->setNodeMask(description.kind == BodyKind::fixed ? ~0u : 0u);
+  surfaces_->addChild(body.place);
+  bodies_.push_back(body);
+}
+
+void SceneGraph::set_draw_all(bool all) {
+  cloud_.set_draw_all(all);
+  surfaces_->setNodeMask(all ? 0u : ~0u);
+}
+
+void SceneGraph::set_poses(const BodyPoses& poses) {
+  const std::size_t count = std::min(poses.body.size(), poses.pose.size());
+  bool moved_fixed = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    osg::Matrixd matrix;
+    if (poses.body[i] >= bodies_.size() || !pose_matrix(poses.pose[i], matrix)) continue;
+    PlacedBody& body = bodies_[poses.body[i]];
+    moved_fixed = moved_fixed || (body.kind == BodyKind::fixed && body.place->getMatrix() != matrix);
+    body.place->setMatrix(matrix);
+    body.place->setNodeMask(~0u);
+  }
+  if (moved_fixed && !seen_frame_) update_content(nullptr);
+}
+
+void SceneGraph::set_frame(const ParticleFrame& frame) {
+  cloud_.set_frame(frame);
+  if (seen_frame_) return;
+  seen_frame_ = true;
+  update_content(&frame);
+}
+
+void SceneGraph::set_proxy(const ProxySample& sample) {
+  if (sample.device >= kMaxDevices) return;
+  const auto& f = sample.wrench.force;
+  const auto& p = sample.proxy_pose.position;
+  const osg::Vec3d force(f[0], f[1], f[2]);
+  const double newtons = force.length();
+  const double full = force_scale_.update(newtons, sample.sim_time);
+  arrows_[sample.device]->set({p[0], p[1], p[2]}, force, arrow_length() * newtons / full, 0.016 * content_.radius());
+}
+
+void SceneGraph::update_content(const ParticleFrame* frame) {
+  osg::BoundingBoxd box;
+  for (const PlacedBody& body : bodies_) {
+    if (!body.box.valid() || body.place->getNodeMask() == 0) continue;
+    for (unsigned i = 0; i < 8; ++i) box.expandBy(osg::Vec3d(body.box.corner(i)) * body.place->getMatrix());
+  }
+  for (std::size_t i = 0; frame != nullptr && i + 2 < frame->positions.size(); i += 3) {
+    const osg::Vec3d p(frame->positions[i], frame->positions[i + 1], frame->positions[i + 2]);
+    if (p.valid() && domain_.contains(p)) box.expandBy(p);
+  }
+  const bool usable = box.valid() && std::isfinite(box.radius()) && box.radius() > 0;
+  content_ = usable ? box : domain_;
+  place_ground();
+}
+
+void SceneGraph::place_ground() {
+  ground_->setNodeMask(~0u);
+  const osg::Vec3d middle = content_.center();
+  const auto reach = static_cast<float>(4.0 * content_.radius());
+  const auto x = static_cast<float>(middle.x()), y = static_cast<float>(middle.y());
+  const auto z = static_cast<float>(content_.zMin() - 0.004 * content_.radius());
+  ground_->setVertexArray(array_of<osg::Vec3Array>(
+      {{x - reach, y - reach, z}, {x + reach, y - reach, z}, {x - reach, y + reach, z}, {x + reach, y + reach, z}}));
+  ground_->dirtyBound();
+  osg::StateSet* state = ground_->getStateSet();
+  state->getUniform("footprint")
+      ->set(osg::Vec4f(static_cast<float>(content_.xMin()), static_cast<float>(content_.yMin()),
+                       static_cast<float>(content_.xMax()), static_cast<float>(content_.yMax())));
+  state->getUniform("fade")->set(osg::Vec2f(0.25f * reach, 0.95f * reach));
+  state->getUniform("cell")->set(static_cast<float>(nice_ceiling(content_.radius() / 12)));
+}
+
+}  // namespace palp

@@ -1,0 +1,84 @@
+// Everything that is drawn of a scene, from plain messages. All calls from the thread that renders, between frames.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include <osg/BoundingBox>
+#include <osg/Group>
+#include <osg/MatrixTransform>
+#include <osg/ref_ptr>
+
+#include "idl/messages.h"
+#include "viewer/force_arrow.h"
+#include "viewer/particle_cloud.h"
+
+namespace palp {
+
+inline constexpr double kFieldOfView = 30;  // vertical [degrees]
+
+// Where the camera stands and what it looks at, world z up.
+struct CameraPose {
+  osg::Vec3d eye;
+  osg::Vec3d center;
+};
+
+// A view from the front, the right and above that shows the whole box. aspect: width over height.
+CameraPose home_view(const osg::BoundingBoxd& box, double aspect);
+
+class SceneGraph {
+ public:
+  SceneGraph();
+  osg::Group* root() { return root_; }
+
+  // Drops all that belongs to the scene before. Fixed bodies stand at their own frame until a pose names them, rigid
+  // ones are hidden until one does.
+  void set_scene(const SceneDescription& scene);
+  // Nothing to draw: no server yet.
+  void clear();
+  void set_frame(const ParticleFrame& frame);
+  // Poses of bodies that the scene lacks, and poses that are no poses, are passed over.
+  void set_poses(const BodyPoses& poses);
+  // Arrow of the force on the hand, at the proxy's handle. Devices from kMaxDevices on are passed over.
+  void set_proxy(const ProxySample& sample);
+
+  // No force is known. device below kMaxDevices.
+  void hide_proxy(std::uint32_t device) { arrows_[device]->hide(); }
+  void set_picture_height(int height) { cloud_.set_picture_height(height); }
+  void set_color(ScalarField field) { cloud_.set_color(field); }
+  // Particles of every body instead of surfaces. From the next frame on.
+  void set_draw_all(bool all);
+
+  const ParticleCloud& cloud() const { return cloud_; }
+  // Of the surfaces and the first frame; the domain's bounds before there is either.
+  const osg::BoundingBoxd& content() const { return content_; }
+  // The force [N] and length [m] of the longest arrow.
+  double arrow_force() const { return force_scale_.full_scale(); }
+  double arrow_length() const { return 0.55 * content_.radius(); }
+
+ private:
+  struct PlacedBody {
+    BodyKind kind = BodyKind::fluid;
+    osg::BoundingBox box;  // of the surface, body frame
+    osg::ref_ptr<osg::MatrixTransform> place;
+  };
+
+  void add_body(const BodyDescription& description);
+  void update_content(const ParticleFrame* frame);
+  void place_ground();
+
+  osg::ref_ptr<osg::Group> root_;
+  osg::ref_ptr<osg::Group> surfaces_;
+  osg::ref_ptr<osg::StateSet> solid_, glass_, edges_;
+  osg::ref_ptr<osg::Geometry> ground_;
+  ParticleCloud cloud_;
+  std::vector<PlacedBody> bodies_;
+  std::array<std::unique_ptr<ForceArrow>, kMaxDevices> arrows_;
+  ForceScale force_scale_;
+  osg::BoundingBoxd domain_;
+  osg::BoundingBoxd content_;
+  bool seen_frame_ = false;
+};
+
+}  // namespace palp

@@ -1,0 +1,182 @@
+#include "viewer/session.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+namespace palp {
+namespace {
+
+constexpr std::int64_t kFiguresEveryNs = 250'000'000;  // faster cannot be read
+constexpr std::int64_t kSecondNs = 1'000'000'000;
+
+bool is_paused(const FeedView& view) {
+  for (const auto& proxy : view.proxies) {
+    if (proxy && (proxy->flags & kPaused) != 0) return true;
+  }
+  const auto server = view.status.find("sim_server");
+  return server != view.status.end() && server->second.state == "paused";
+}
+
+std::optional<double> largest_force(const FeedView& view) {
+  std::optional<double> largest;
+  for (const auto& proxy : view.proxies) {
+    if (!proxy) continue;
+    const auto& f = proxy->wrench.force;
+    largest = std::max(largest.value_or(0), std::hypot(f[0], f[1], f[2]));
+  }
+  return largest;
+}
+
+// Events per second in a window of at least one second, of a count that grows.
+double rate_of(std::deque<std::pair<std::int64_t, std::uint64_t>>& history, std::int64_t now_ns, std::uint64_t count) {
+  history.emplace_back(now_ns, count);
+  while (history.size() > 2 && now_ns - history[1].first >= kSecondNs) history.pop_front();
+  const auto [since, before] = history.front();
+  return now_ns > since && count >= before
+             ? static_cast<double>(count - before) * kSecondNs / static_cast<double>(now_ns - since)
+             : 0;
+}
+
+}  // namespace
+
+Session::Session(Stage& stage, std::optional<ScalarField> color, Send send)
+    : stage_(stage), send_(std::move(send)), chosen_(color.has_value()) {
+  set_color(color.value_or(ScalarField::none));
+}
+
+void Session::set_color(ScalarField field) {
+  color_ = field;
+  stage_.scene().set_color(field);
+}
+
+void Session::ask_for_field() {
+  if (color_ != ScalarField::none) send_(CommandKind::set_parameter, "stream.scalar", field_name(color_));
+}
+
+void Session::take_scene(const FeedView& view) {
+  scene_ = view.scene;
+  frame_ = nullptr;
+  poses_ = nullptr;
+  frames_at_ns_.clear();
+  stage_.scene().set_scene(*scene_);
+  stage_.go_home();
+  spdlog::info("scene '{}': {} particles, {} bodies", scene_->name, scene_->particle_count, scene_->bodies.size());
+  if (chosen_) ask_for_field();
+}
+
+void Session::update(const FeedView& view, std::int64_t now_ns) {
+  const bool new_scene = view.scene && view.scene != scene_;
+  if (new_scene) take_scene(view);
+  if (scene_) {
+    if (view.poses && view.poses != poses_) {
+      poses_ = view.poses;
+      stage_.scene().set_poses(*poses_);
+    }
+    if (view.frame && view.frame != frame_) {
+      const bool first = !frame_;
+      frame_ = view.frame;
+      ++frames_drawn_;
+      if (!chosen_ && frame_->field != color_) set_color(frame_->field);
+      stage_.scene().set_frame(*frame_);
+      if (first) stage_.go_home();
+    }
+    for (std::uint32_t device = 0; device < kMaxDevices; ++device) {
+      const auto& proxy = view.proxies[device];
+      proxy ? stage_.scene().set_proxy(*proxy) : stage_.scene().hide_proxy(device);
+    }
+  }
+  const bool paused = is_paused(view);
+  if (new_scene || paused != paused_ || now_ns - figures_at_ns_ >= kFiguresEveryNs) {
+    paused_ = paused;
+    refresh_figures(view, now_ns);
+  }
+}
+
+void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
+  figures_at_ns_ = now_ns;
+  HudData d;
+  d.connected = scene_ != nullptr;
+  d.paused = paused_;
+  read_status(view.status, d);
+  d.shown_rate_hz = static_cast<double>(shown_at_ns_.size());
+  d.frame_rate_hz = rate_of(frames_at_ns_, now_ns, view.frames);
+  d.lost_frames = view.lost_frames;
+  d.particles = stage_.scene().cloud().drawn();
+  if (frame_) {
+    d.frame_age = std::max(0.0, 1e-9 * static_cast<double>(now_ns - view.frame_time_ns));
+    d.sim_time = frame_->sim_time;
+    if (color_ != ScalarField::none && frame_->field != color_) {
+      d.note = std::string("the server does not send ") + field_name(color_) + ": coloured by body";
+    }
+  }
+  if (!view.notice.empty()) d.note = view.notice;
+  d.force = largest_force(view);
+  d.arrow_force = stage_.scene().arrow_force();
+  d.arrow_length = stage_.scene().arrow_length();
+  figures_ = d;
+  stage_.hud().set_data(d);
+  if (!scene_) return;
+  Legend legend;
+  legend.field = stage_.scene().cloud().shown_field();
+  legend.range = stage_.scene().cloud().range();
+  if (legend.field == ScalarField::none) {
+    legend.range = {};
+    for (const BodyDescription& body : scene_->bodies) legend.bodies.emplace_back(body.name, body.color);
+  }
+  stage_.hud().set_legend(legend);
+}
+
+void Session::shown(std::int64_t now_ns) {
+  shown_at_ns_.push_back(now_ns);
+  while (now_ns - shown_at_ns_.front() >= kSecondNs) shown_at_ns_.pop_front();
+}
+
+void Session::act(Action action) {
+  switch (action) {
+    case Action::next_color: {
+      constexpr std::array kCycle{ScalarField::none, ScalarField::speed, ScalarField::density};
+      const auto* at = std::find(kCycle.begin(), kCycle.end(), color_);
+      set_color(at == kCycle.end() || at + 1 == kCycle.end() ? kCycle.front() : *(at + 1));
+      chosen_ = true;
+      ask_for_field();
+      if (frame_) stage_.scene().set_frame(*frame_);
+      figures_at_ns_ = 0;
+      break;
+    }
+    case Action::home:
+      stage_.go_home();
+      break;
+    case Action::surfaces:
+      draw_all_ = !draw_all_;
+      stage_.scene().set_draw_all(draw_all_);
+      if (frame_) stage_.scene().set_frame(*frame_);
+      break;
+    case Action::pause_or_resume:
+      send_(paused_ ? CommandKind::resume : CommandKind::pause, "", "");
+      break;
+    case Action::single_step:
+      send_(CommandKind::step, "", "");
+      break;
+    case Action::reset:
+      send_(CommandKind::reset, "", "");
+      break;
+    case Action::screenshot:
+      screenshot_wanted_ = true;
+      break;
+    case Action::help:
+      stage_.hud().set_help(!stage_.hud().help_shown());
+      break;
+    case Action::figures:
+      figures_shown_ = !figures_shown_;
+      stage_.hud().set_visible(figures_shown_);
+      break;
+  }
+}
+
+bool Session::take_screenshot_wish() { return std::exchange(screenshot_wanted_, false); }
+
+}  // namespace palp

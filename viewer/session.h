@@ -1,0 +1,61 @@
+// Keeps a stage up to date with the feed and does what the keys ask. Used by the thread that renders.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "viewer/controls.h"
+#include "viewer/feed_state.h"
+#include "viewer/stage.h"
+
+namespace palp {
+
+class Session {
+ public:
+  using Send = std::function<void(CommandKind, const std::string& name, const std::string& value)>;
+
+  // stage must outlive the session. color: what the user chose, which the server is asked to send; unset: whatever
+  // field the server sends.
+  Session(Stage& stage, std::optional<ScalarField> color, Send send);
+
+  // Takes over what is new. now_ns: CLOCK_MONOTONIC.
+  void update(const FeedView& view, std::int64_t now_ns);
+  // Counts a picture shown.
+  void shown(std::int64_t now_ns);
+
+  void act(Action action);
+  // A picture was asked for by key since the last call.
+  bool take_screenshot_wish();
+
+  std::uint64_t frames_drawn() const { return frames_drawn_; }  // particle frames handed to the stage
+  const HudData& figures() const { return figures_; }
+
+ private:
+  void take_scene(const FeedView& view);
+  void refresh_figures(const FeedView& view, std::int64_t now_ns);
+  void set_color(ScalarField field);
+  void ask_for_field();
+
+  Stage& stage_;
+  Send send_;
+  ScalarField color_ = ScalarField::none;
+  bool chosen_ = false;  // color_ by the user
+  bool draw_all_ = false;
+  bool figures_shown_ = true;
+  bool screenshot_wanted_ = false;
+  bool paused_ = false;
+  std::shared_ptr<const SceneDescription> scene_;
+  std::shared_ptr<const ParticleFrame> frame_;
+  std::shared_ptr<const BodyPoses> poses_;
+  std::uint64_t frames_drawn_ = 0;
+  std::int64_t figures_at_ns_ = 0;
+  HudData figures_;
+  std::deque<std::int64_t> shown_at_ns_;                             // pictures of the last second
+  std::deque<std::pair<std::int64_t, std::uint64_t>> frames_at_ns_;  // time, count of frames received
+};
+
+}  // namespace palp

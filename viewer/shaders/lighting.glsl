@@ -1,0 +1,24 @@
+#version 330 compatibility
+// One light model for particles and meshes: a key light and a sky that stand in the world, a faint fill from the eye.
+// Colours go in and out as sRGB; a square stands in for the transfer curve, as it costs a software rasteriser little.
+uniform mat4 osg_ViewMatrix;
+
+vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim) {
+  mat3 view = mat3(osg_ViewMatrix);
+  vec3 up = view[2];
+  vec3 key = normalize(view * vec3(-0.42, -0.50, 0.76));
+  vec3 albedo = color * color;
+  float facing = max(dot(normal, to_eye), 0.0);
+  float wrapped = max((dot(normal, key) + 0.25) / 1.25, 0.0);
+  vec3 sky = mix(vec3(0.20, 0.18, 0.17), vec3(0.44, 0.48, 0.54), dot(normal, up) * 0.5 + 0.5);
+  vec3 light = sky + vec3(0.86, 0.83, 0.78) * wrapped * wrapped + vec3(0.10) * facing;
+  float grazing = 1.0 - facing;
+  float highlight = max(dot(normal, normalize(key + to_eye)), 0.0);
+  highlight *= highlight;
+  highlight *= highlight;
+  highlight *= highlight;
+  highlight *= highlight;
+  highlight *= highlight;
+  vec3 lit = albedo * light + vec3(gloss * highlight) + vec3(0.55, 0.65, 0.8) * rim * grazing * grazing * grazing;
+  return sqrt(min(lit, vec3(1.0)));
+}

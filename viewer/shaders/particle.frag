@@ -1,0 +1,22 @@
+#version 330 compatibility
+// A sphere drawn on a point sprite, with the sphere's own depth.
+uniform float radius;
+
+flat in vec3 center;
+flat in vec3 color;
+flat in float pixel_radius;
+
+vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim);
+
+void main() {
+  vec2 q = vec2(2.0, -2.0) * gl_PointCoord + vec2(-1.0, 1.0);
+  float r2 = dot(q, q);
+  if (r2 > 1.0) discard;
+  vec3 normal = vec3(q, sqrt(1.0 - r2));
+  vec3 p = center + radius * normal;
+  float ndc = (gl_ProjectionMatrix[2][2] * p.z + gl_ProjectionMatrix[3][2]) / -p.z;
+  gl_FragDepth = clamp(0.5 * ndc + 0.5, 0.0, 1.0);
+  // the rim fades where there are several samples a pixel (alpha to coverage)
+  float coverage = clamp((1.0 - sqrt(r2)) * pixel_radius + 0.25, 0.0, 1.0);
+  gl_FragColor = vec4(shade(color, normal, vec3(0.0, 0.0, 1.0), 0.30, 0.10), coverage);
+}

@@ -1,0 +1,148 @@
+#include "viewer/stage.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include <osg/DisplaySettings>
+#include <osgGA/OrbitManipulator>
+
+#include "viewer/egl_window.h"
+
+namespace palp {
+
+// Copies the finished picture out of OpenGL when someone wants it.
+class Stage::ReadBack : public osg::Camera::DrawCallback {
+ public:
+  void operator()(osg::RenderInfo& info) const override {
+    if (!wanted) return;
+    const osg::Viewport* viewport = info.getCurrentCamera()->getViewport();
+    Picture picture;
+    picture.width = static_cast<int>(viewport->width());
+    picture.height = static_cast<int>(viewport->height());
+    picture.rgb.resize(3u * static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height));
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadPixels(0, 0, picture.width, picture.height, GL_RGB, GL_UNSIGNED_BYTE, picture.rgb.data());
+    (*wanted)(std::move(picture));
+  }
+  const std::function<void(Picture&&)>* wanted = nullptr;
+};
+
+namespace {
+
+osg::ref_ptr<osg::GraphicsContext> open_x11_window(const StageOptions& options) {
+  osg::ref_ptr<osg::GraphicsContext::Traits> traits =
+      new osg::GraphicsContext::Traits(osg::DisplaySettings::instance());
+  traits->readDISPLAY();
+  traits->setUndefinedScreenDetailsToDefaultScreen();
+  traits->x = 80;
+  traits->y = 60;
+  traits->width = options.width;
+  traits->height = options.height;
+  traits->samples = static_cast<unsigned>(options.samples);
+  traits->sampleBuffers = options.samples > 0 ? 1 : 0;
+  traits->windowDecoration = true;
+  traits->doubleBuffer = true;
+  traits->windowName = options.title;
+  osg::ref_ptr<osg::GraphicsContext> context = osg::GraphicsContext::createGraphicsContext(traits);
+  if (!context && options.samples > 0) {
+    traits->samples = 0;
+    traits->sampleBuffers = 0;
+    context = osg::GraphicsContext::createGraphicsContext(traits);
+  }
+  return context;
+}
+
+}  // namespace
+
+Stage::Stage(const StageOptions& options) : viewer_(new osgViewer::Viewer), read_back_(new ReadBack) {
+  viewer_->setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
+  viewer_->setLightingMode(osg::View::NO_LIGHT);
+  viewer_->setKeyEventSetsDone(osgGA::GUIEventAdapter::KEY_Escape);
+  open_window(options);
+
+  osg::Camera* camera = viewer_->getCamera();
+  camera->setGraphicsContext(window_);
+  camera->setViewport(new osg::Viewport(0, 0, window_->getTraits()->width, window_->getTraits()->height));
+  const GLenum buffer = window_->getTraits()->doubleBuffer ? GL_BACK : GL_FRONT;
+  camera->setDrawBuffer(buffer);
+  camera->setReadBuffer(buffer);
+  camera->setClearMask(GL_DEPTH_BUFFER_BIT | GL_COLOR_BUFFER_BIT);
+  camera->setClearColor(osg::Vec4f(0.1f, 0.11f, 0.13f, 1));
+  camera->setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
+  camera->setFinalDrawCallback(read_back_);
+
+  osg::ref_ptr<osg::Group> root = new osg::Group;
+  root->addChild(scene_.root());
+  root->addChild(hud_.camera());
+  viewer_->setSceneData(root);
+  osg::ref_ptr<osgGA::OrbitManipulator> orbit = new osgGA::OrbitManipulator;
+  orbit->setVerticalAxisFixed(true);
+  orbit->setAllowThrow(false);
+  orbit->setWheelZoomFactor(-0.1);
+  viewer_->setCameraManipulator(orbit, false);
+
+  viewer_->realize();
+  if (!viewer_->isRealized() || !window_->makeCurrent()) {
+    throw std::runtime_error("cannot make an OpenGL context current; try --headless");
+  }
+  const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  renderer_ = name != nullptr ? name : "unknown";
+  window_->releaseContext();
+  go_home();
+}
+
+Stage::~Stage() { viewer_->setDone(true); }
+
+void Stage::open_window(const StageOptions& options) {
+  if (options.headless) {
+    window_ = make_egl_window(options.width, options.height, options.samples, options.gpu);
+    return;
+  }
+  osg::ref_ptr<osg::GraphicsContext> context = open_x11_window(options);
+  window_ = dynamic_cast<osgViewer::GraphicsWindow*>(context.get());
+  if (!window_) throw std::runtime_error("cannot open a window on DISPLAY; try --headless");
+}
+
+bool Stage::software_rendered() const {
+  return renderer_.find("llvmpipe") != std::string::npos || renderer_.find("softpipe") != std::string::npos ||
+         renderer_.find("swrast") != std::string::npos;
+}
+
+int Stage::width() const { return static_cast<int>(viewer_->getCamera()->getViewport()->width()); }
+int Stage::height() const { return static_cast<int>(viewer_->getCamera()->getViewport()->height()); }
+
+void Stage::go_home() {
+  const CameraPose pose = home_view(scene_.content(), static_cast<double>(width()) / height());
+  auto* manipulator = viewer_->getCameraManipulator();
+  manipulator->setAutoComputeHomePosition(false);
+  manipulator->setHomePosition(pose.eye, pose.center, osg::Vec3d(0, 0, 1));
+  manipulator->home(0);
+}
+
+void Stage::draw(const std::function<void(Picture&&)>& read) {
+  hud_.set_size(width(), height());
+  scene_.set_picture_height(height());
+  // The events first, then the depth range that suits where they have put the camera.
+  viewer_->advance();
+  viewer_->eventTraversal();
+  viewer_->updateTraversal();
+  osg::Vec3d eye, center, up;
+  viewer_->getCamera()->getViewMatrixAsLookAt(eye, center, up);
+  const double radius = std::max(scene_.content().radius(), 1e-3);
+  const double far = (eye - scene_.content().center()).length() + 6 * radius;
+  const double near = std::max(far - 14 * radius, 0.02 * radius);
+  viewer_->getCamera()->setProjectionMatrixAsPerspective(kFieldOfView, static_cast<double>(width()) / height(), near,
+                                                         far);
+  read_back_->wanted = read ? &read : nullptr;
+  viewer_->renderingTraversals();
+  read_back_->wanted = nullptr;
+}
+
+osg::Vec2d Stage::project(const osg::Vec3d& point) const {
+  const osg::Camera* camera = viewer_->getCamera();
+  const osg::Vec3d ndc = point * (camera->getViewMatrix() * camera->getProjectionMatrix());
+  return {0.5 * (ndc.x() + 1) * width(), 0.5 * (ndc.y() + 1) * height()};
+}
+
+}  // namespace palp

@@ -1,0 +1,68 @@
+// The window (or off-screen surface) with its camera, scene and head-up display: all that it takes to make a picture.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <osg/ref_ptr>
+#include <osgViewer/Viewer>
+
+#include "viewer/hud.h"
+#include "viewer/scene_graph.h"
+
+namespace palp {
+
+struct StageOptions {
+  int width = 1280;  // [pixels]
+  int height = 720;
+  int samples = 0;  // per pixel; 0 no anti-aliasing
+  bool headless = false;
+  std::string gpu = "auto";  // see egl_window.h; headless only
+  std::string title = "palp";
+};
+
+// Rows from the bottom up, three bytes a pixel: R G B.
+struct Picture {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+
+// One thread makes and uses it.
+class Stage {
+ public:
+  // Opens a window, or an off-screen surface when options.headless. Throws std::runtime_error when there is none to be
+  // had.
+  explicit Stage(const StageOptions& options);
+  ~Stage();
+
+  SceneGraph& scene() { return scene_; }
+  Hud& hud() { return hud_; }
+  osgViewer::Viewer& viewer() { return *viewer_; }
+  const std::string& renderer() const { return renderer_; }  // what OpenGL calls itself
+  bool software_rendered() const;
+  int width() const;
+  int height() const;
+
+  // Points the camera at scene().content() from the front. A camera that the user has moved is moved back.
+  void go_home();
+  // Draws one picture. read, when given, receives it before it is shown.
+  void draw(const std::function<void(Picture&&)>& read = nullptr);
+  // Where a world point [m] falls, in pixels from the lower left corner of the picture drawn last.
+  osg::Vec2d project(const osg::Vec3d& point) const;
+
+ private:
+  class ReadBack;
+  void open_window(const StageOptions& options);
+
+  SceneGraph scene_;
+  Hud hud_;
+  osg::ref_ptr<osgViewer::Viewer> viewer_;
+  osg::ref_ptr<osgViewer::GraphicsWindow> window_;
+  osg::ref_ptr<ReadBack> read_back_;
+  std::string renderer_;
+};
+
+}  // namespace palp
