@@ -45,7 +45,7 @@ TEST(Kernels, IntegrateToOne) {
       const double r = (k + 0.5) * kSupport / n;
       sum += 4 * M_PI * r * r * kernel.value(r) * kSupport / n;
     }
-    const Tolerance tolerance = kernel.name[0] == 's' ? tol::kKernelSlope : tol::kKernelIntegral;
+    const Tolerance tolerance = kernel.name[0] == 's' ? tol::kKernelFromSlope : tol::kKernelIntegral;
     EXPECT_TRUE(within(sum - 1, tolerance)) << kernel.name;
   }
 }

@@ -25,6 +25,7 @@ Cloud make_cloud(std::vector<Eigen::Vector3d> points, const Eigen::Vector3d& ori
   CellGrid& g = cloud.grid;
   for (int a = 0; a < 3; ++a) {
     g.origin[a] = real(origin[a]);
+    g.cell[a] = real(length[a] / cells[a]);
     g.inv_cell[a] = real(cells[a] / length[a]);
     g.period[a] = periodic[a] ? real(length[a]) : real(0);
     g.n[a] = cells[a];

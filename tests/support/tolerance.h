@@ -44,6 +44,7 @@ inline constexpr Tolerance kBodyState{5e-6, 1e-13, "a body's state, relative to 
 inline constexpr Tolerance kBodyWrench{1e-4, 1e-12, "a sum of many pair forces that nearly cancel"};
 // kernels
 inline constexpr Tolerance kKernelIntegral{1e-5, 1e-6, "midpoint rule with 4000 shells, kernel in real"};
+inline constexpr Tolerance kKernelFromSlope{1e-4, 2e-5, "midpoint rule within a midpoint rule"};
 inline constexpr Tolerance kKernelSlope{2e-3, 1e-6, "central difference of a kernel in real"};
 // conservation, physics reference D18
 inline constexpr Tolerance kMomentum{1e-5, 1e-12, "pair forces are equal and opposite up to round-off"};
