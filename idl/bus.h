@@ -22,7 +22,7 @@ inline constexpr int kMaxDomain = 232;
 struct BusOptions {
   Vendor vendor = Vendor::cyclone;
   int domain = 0;         // DDS domain, 0..232
-  bool network = false;   // false: loopback interface only
+  bool network = false;   // false: loopback interface only; the same for all who shall meet
   std::string interface;  // address or name of the network interface; empty: the vendor's choice (with network)
   std::vector<std::string> peers;  // addresses of other hosts; not empty implies network
   int socket_buffer_bytes = 0;     // receive buffer to ask the system for; 0: 64 MB, of which it gives what it allows

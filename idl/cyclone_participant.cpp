@@ -1,5 +1,9 @@
 #include "idl/cyclone_participant.h"
 
+#include <dds/ddsi/ddsi_cdrstream.h>
+#include <dds/ddsi/ddsi_serdata_default.h>
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -9,6 +13,18 @@
 #include <iterator>
 #include <stdexcept>
 #include <string_view>
+
+// Stands in front of Cyclone's function of this name, which checks received bytes and puts them in the host's byte
+// order. The one in Cyclone 0.10.2 writes past the end of a sample that says it is XCDR2, whoever sent it. palp's types
+// travel as XCDR1 only, so other encodings of them are refused here, and counted and dropped as undecodable.
+extern "C" bool dds_stream_normalize(void* data, std::uint32_t size, bool bswap, std::uint32_t xcdr_version,
+                                     const ddsi_sertype_default* type, bool just_key, std::uint32_t* actual_size) {
+  static const auto original =
+      reinterpret_cast<decltype(&dds_stream_normalize)>(dlsym(RTLD_NEXT, "dds_stream_normalize"));
+  const bool ours = std::string_view(type->c.type_name).substr(0, 12) == "palp::wire::";
+  if (!original || (ours && xcdr_version != CDR_ENC_VERSION_1)) return false;
+  return original(data, size, bswap, xcdr_version, type, just_key, actual_size);
+}
 
 namespace palp {
 namespace {

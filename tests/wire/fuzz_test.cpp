@@ -140,6 +140,16 @@ class Fuzz : public testing::TestWithParam<Vendor> {
           reader->take_all(got);
         }
       }
+      // every encoding that a payload may claim, known or not, ended anywhere
+      for (unsigned char encoding = 0; encoding < 12; ++encoding) {
+        for (std::size_t size = 4 * (random() % 8); size < 640; size += 20) {
+          Bytes bytes = plausible(random, size);
+          bytes[1] = encoding;
+          writer.write(bytes);
+        }
+        reader->wait(2ms);
+        reader->take_all(got);
+      }
       reader->wait(20ms);
       reader->take_all(got);
     }
