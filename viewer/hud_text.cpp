@@ -91,7 +91,7 @@ void read_status(const std::map<std::string, Status>& newest, HudData& d) {
       d.step_time = metric(status, "step_p50_us", 1e-6);
     } else if (process.starts_with("haptic_bridge")) {
       keep_larger(d.bridge_late, metric(status, "lateness_p99_us", 1e-6));
-      keep_larger(d.bridge_data_age, metric(status, "sample_age_p99_ms", 1e-3));
+      keep_larger(d.bridge_data_age, metric(status, "sample_age_p50_ms", 1e-3));
       if (!d.bridge_rate_hz) d.bridge_rate_hz = metric(status, "rate_hz");
     }
   }

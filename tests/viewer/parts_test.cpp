@@ -138,7 +138,7 @@ TEST(HudText, TimesHaveTheUnitThatSuits) {
 
 TEST(HudText, TheWorstBridgeIsShown) {
   std::map<std::string, Status> status;
-  status["haptic_bridge 0"].metrics = {{"rate_hz", 1000}, {"lateness_p99_us", 20}, {"sample_age_p99_ms", 3}};
+  status["haptic_bridge 0"].metrics = {{"rate_hz", 1000}, {"lateness_p99_us", 20}, {"sample_age_p50_ms", 3}};
   status["haptic_bridge 1"].metrics = {{"lateness_p99_us", 700}};
   status["sim_server"].metrics = {{"step_p50_us", 410}, {"real_time_factor", 0.99}};
   HudData data;
