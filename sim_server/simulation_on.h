@@ -40,6 +40,7 @@ class SimulationOn final : public Simulation {
     const NumericsConfig numerics = config.numerics;
     config.numerics.sound_speed = plan_.sound_speed;
     config.numerics.max_speed = plan_.max_speed;
+    config.numerics.tension = plan_.tension;
     std::swap(scene_.config, config);
     try {
       plan_ = make_plan(scene_, B::kSkinOverSpacing, B::kCellsPerReach);

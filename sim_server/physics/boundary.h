@@ -32,7 +32,7 @@ struct ExtrapolateToWalls {
                     const Packed vp_j = state.vp[j];
                     const real W = kernel.W(Eigen::numext::sqrt(r2));
                     const real rho_j = medium.material[tag_j.material()].density + vp_j.w / c2;
-                    p += W * (vp_j.w + rho_j * g.dot(x_ij));
+                    p += W * (acting_pressure(medium, vp_j.w) + rho_j * g.dot(x_ij));
                     v += W * vp_j.xyz();
                     weight += W;
                   });

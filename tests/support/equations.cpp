@@ -94,7 +94,7 @@ void extrapolate_to_walls(Restated& w) {
     for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
       if (!is_fluid(w, j)) return;
       const double W = wendland(x_ij.norm(), w.plan.support);
-      p += (w.p[j] + (density0(w, j) + w.p[j] / c2) * g.dot(x_ij)) * W;
+      p += (acting(w, w.p[j]) + (density0(w, j) + w.p[j] / c2) * g.dot(x_ij)) * W;
       v += w.v[j] * W;
       sum += W;
     });
