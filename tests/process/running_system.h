@@ -1,0 +1,187 @@
+// The three real processes in a DDS domain of their own, and a watcher on the bus that sees what they say.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "idl/bus.h"
+#include "tests/tools/child_process.h"
+#include "tests/tools/recording_support.h"
+
+namespace palp::test {
+
+using namespace std::chrono_literals;
+
+inline const std::string kBin = PALP_BIN_DIR "/";
+inline const std::string kHere = PALP_SOURCE_DIR "/tests/process/";
+
+// Long enough for a machine with two slow cores and another build on it; nothing waits for it when all is well.
+inline constexpr auto kPatience = std::chrono::milliseconds(20'000);
+
+inline bool holds_within(std::chrono::milliseconds limit, const std::function<bool()>& condition) {
+  const auto end = std::chrono::steady_clock::now() + limit;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(5ms);
+  }
+  return true;
+}
+
+inline std::string text_of(const std::string& file) {
+  const Bytes bytes = file_bytes(file);
+  return {bytes.begin(), bytes.end()};
+}
+
+// The number behind "name": in JSON text; NaN where there is none.
+inline double number_in_json(const std::string& json, const std::string& name) {
+  const std::string key = "\"" + name + "\": ";
+  const std::size_t at = json.find(key);
+  return at == std::string::npos ? std::nan("") : std::strtod(json.c_str() + at + key.size(), nullptr);
+}
+
+// What the processes say, as anyone on the bus hears it. One thread.
+class Watcher {
+ public:
+  explicit Watcher(const BusOptions& options)
+      : bus_(open_bus(options)),
+        proxies_(bus_->reader<ProxySample>()),
+        statuses_(bus_->reader<Status>()),
+        events_(bus_->reader<Event>()) {}
+
+  void look() {
+    std::vector<Received<ProxySample>> proxies;
+    proxies_->take_all(proxies);
+    for (const auto& p : proxies) {
+      proxy = p.message;
+      ++proxies_heard;
+      if ((p.message.flags & kEngaged) != 0) ++engaged_heard;
+    }
+    std::vector<Received<Status>> statuses;
+    statuses_->take_all(statuses);
+    for (const auto& s : statuses) status[s.message.process] = s.message;
+    std::vector<Received<Event>> news;
+    events_->take_all(news);
+    for (const auto& e : news) events.push_back(e.message);
+  }
+  // Looks until the condition holds or patience ends.
+  bool sees(const std::function<bool()>& condition, std::chrono::milliseconds limit = kPatience) {
+    return holds_within(limit, [&] { return (look(), condition()); });
+  }
+  bool says(const std::string& process, const std::string& state) { return status[process].state == state; }
+  // Of the newest status; 0 where there is none.
+  double metric(const std::string& process, const std::string& name) {
+    for (const Metric& m : status[process].metrics)
+      if (m.name == name) return m.value;
+    return 0;
+  }
+  bool has_event(const std::string& text) const {
+    return std::any_of(events.begin(), events.end(),
+                       [&](const Event& e) { return e.text.find(text) != std::string::npos; });
+  }
+  Bus& bus() { return *bus_; }
+
+  ProxySample proxy;
+  std::uint64_t proxies_heard = 0, engaged_heard = 0;
+  std::map<std::string, Status> status;
+  std::vector<Event> events;
+
+ private:
+  std::unique_ptr<Bus> bus_;
+  std::unique_ptr<Reader<ProxySample>> proxies_;
+  std::unique_ptr<Reader<Status>> statuses_;
+  std::unique_ptr<Reader<Event>> events_;
+};
+
+// The processes of one test; those that still run are killed at its end.
+class RunningSystem : public testing::Test {
+ protected:
+  RunningSystem() : domain_(1 + static_cast<int>(getpid() % 100)) {}
+
+  BusOptions on(Vendor vendor) const {
+    BusOptions options;
+    options.vendor = vendor;
+    options.domain = domain_;
+    return options;
+  }
+  // The same watcher for the whole test.
+  Watcher& watch(Vendor vendor = Vendor::cyclone) {
+    if (!watcher_) watcher_ = std::make_unique<Watcher>(on(vendor));
+    return *watcher_;
+  }
+
+  void start_server(Vendor vendor = Vendor::cyclone, const std::vector<std::string>& more = {}) {
+    start(server_, "sim_server", vendor, {kHere + "small_tray.toml", "--backend", "cpu"}, more);
+  }
+  void start_bridge(Vendor vendor = Vendor::cyclone, const std::vector<std::string>& more = {}) {
+    start(bridge_, "haptic_bridge", vendor, {"--hand", kHere + "dip.toml", "--log", folder_ / "flight.csv"}, more);
+  }
+  void start_viewer(Vendor vendor = Vendor::cyclone, const std::vector<std::string>& more = {}) {
+    start(viewer_, "viewer", vendor, {"--headless", "--gpu", "cpu", "--size", "320x240", "--fps", "2"}, more);
+  }
+  std::unique_ptr<ChildProcess> start_tool(const std::string& name, Vendor vendor,
+                                           const std::vector<std::string>& more) {
+    std::unique_ptr<ChildProcess> tool;
+    start(tool, name, vendor, {}, more);
+    return tool;
+  }
+
+  // The hand feels the simulation: the server answers this bridge and the bridge pushes.
+  bool force_is_felt(Watcher& watcher) {
+    return watcher.sees([&] {
+      return (watcher.proxy.flags & kEngaged) != 0 && watcher.says("haptic_bridge 0", "engaged") &&
+             watcher.metric("haptic_bridge 0", "force_n") > 0.5;
+    });
+  }
+  bool viewer_draws(Watcher& watcher) {
+    return watcher.sees([&] { return watcher.says("viewer", "running") && watcher.metric("viewer", "frames") > 3; });
+  }
+
+  std::string said() const {
+    std::string all;
+    for (const char* name : {"sim_server", "haptic_bridge", "viewer", "palp_record", "palp_replay"})
+      all += text_of(folder_ / (std::string(name) + ".txt"));
+    return all;
+  }
+  std::string summary(const std::string& program) const { return text_of(folder_ / (program + ".json")); }
+
+  // SIGTERM; every process that was started must have been healthy.
+  void stop_server() {
+    EXPECT_EQ(server_->stop(), 0) << server_->output();
+    EXPECT_NE(summary("sim_server").find("\"healthy\": true"), std::string::npos) << summary("sim_server");
+  }
+  void stop_bridge() {
+    EXPECT_EQ(bridge_->stop(), 0) << bridge_->output();
+    EXPECT_NE(summary("haptic_bridge").find("\"healthy\": true"), std::string::npos) << summary("haptic_bridge");
+    EXPECT_GT(number_in_json(summary("haptic_bridge"), "peak_force_n"), 0.5) << summary("haptic_bridge");
+  }
+  void stop_viewer() {
+    EXPECT_EQ(viewer_->stop(), 0) << viewer_->output();
+    EXPECT_NE(summary("viewer").find("\"healthy\": true"), std::string::npos) << summary("viewer");
+    EXPECT_GT(number_in_json(summary("viewer"), "drawn_frames"), 0) << summary("viewer");
+  }
+
+  ScratchFolder folder_;
+  const int domain_;
+  std::unique_ptr<ChildProcess> server_, bridge_, viewer_;
+
+ private:
+  void start(std::unique_ptr<ChildProcess>& child, const std::string& name, Vendor vendor,
+             const std::vector<std::string>& usual, const std::vector<std::string>& more) {
+    std::vector<std::string> command{kBin + name, "--dds", to_string(vendor), "--domain", std::to_string(domain_)};
+    command.insert(command.end(), usual.begin(), usual.end());
+    if (name != "palp_replay") command.insert(command.end(), {"--summary", folder_ / (name + ".json")});
+    command.insert(command.end(), more.begin(), more.end());
+    child.reset();  // what ran before is gone first
+    child = std::make_unique<ChildProcess>(command, folder_ / (name + ".txt"));
+  }
+
+  std::unique_ptr<Watcher> watcher_;
+};
+
+}  // namespace palp::test
