@@ -146,7 +146,7 @@ void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
     cells *= plan.cells[a];
   }
   // an airy domain needs no finer cells than about eight per particle
-  const double most = std::max(65536.0, 8.0 * static_cast<double>(scene.position.size()));
+  const double most = std::max(kCellsAtLeast, 8.0 * static_cast<double>(scene.position.size()));
   for (int a = 0; cells > most && a < 3; ++a) {
     const int least = config.periodic[a] ? 3 : 1;
     const int n = std::max(least, static_cast<int>(plan.cells[a] * std::pow(most / cells, 1.0 / (3 - a))));

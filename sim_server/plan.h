@@ -11,6 +11,9 @@
 
 namespace palp {
 
+// However few its particles, a scene may have this many cells: they cost little to clear.
+inline constexpr double kCellsAtLeast = 65536;
+
 struct Plan {
   // modules
   Method method = Method::accurate;
