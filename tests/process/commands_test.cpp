@@ -1,0 +1,116 @@
+// Commands to the real server over the bus, by a client of either vendor: replies come and the state follows.
+#include "tests/process/running_system.h"
+
+namespace palp::test {
+namespace {
+
+class Commands : public RunningSystem, public testing::WithParamInterface<Vendor> {
+ protected:
+  void SetUp() override {
+    start_server();
+    watcher_ = &watch(GetParam());
+    commands_ = watcher_->bus().writer<Command>();
+    replies_ = watcher_->bus().reader<CommandReply>();
+    ASSERT_TRUE(watcher_->sees([&] {
+      return commands_->matched_readers() > 0 && replies_->matched_writers() > 0 &&
+             watcher_->says("sim_server", "running");
+    })) << said();
+  }
+
+  // The reply to exactly this command; not ok and empty when none came.
+  CommandReply ask(CommandKind kind, const std::string& name = {}, const std::string& value = {}) {
+    Command command;
+    command.kind = kind;
+    command.name = name;
+    command.value = value;
+    EXPECT_TRUE(commands_->publish(command));
+    CommandReply answer;
+    EXPECT_TRUE(holds_within(kPatience, [&] {
+      std::vector<Received<CommandReply>> all;
+      replies_->take_all(all);
+      for (const auto& r : all) {
+        EXPECT_EQ(r.message.command_session, commands_session()) << "a reply to nobody's command";
+        if (r.message.command_sequence != command.header.sequence) continue;
+        answer = r.message;
+        return true;
+      }
+      return false;
+    })) << said();
+    return answer;
+  }
+  std::uint64_t commands_session() { return watcher_->bus().session(); }
+  bool refuses(CommandKind kind, const std::string& name, const std::string& value, const std::string& why) {
+    const CommandReply reply = ask(kind, name, value);
+    EXPECT_NE(reply.text.find(why), std::string::npos) << reply.text;
+    return !reply.ok;
+  }
+  double steps() { return watcher_->metric("sim_server", "steps"); }
+  // The newest status comes up to 0.2 s after what it tells of: waits for two more of them.
+  void wait_for_news() {
+    const std::uint64_t now = watcher_->status["sim_server"].header.sequence;
+    EXPECT_TRUE(watcher_->sees([&] { return watcher_->status["sim_server"].header.sequence >= now + 2; })) << said();
+  }
+
+  Watcher* watcher_ = nullptr;
+  std::unique_ptr<Writer<Command>> commands_;
+  std::unique_ptr<Reader<CommandReply>> replies_;
+};
+
+TEST_P(Commands, PauseStepResumeReset) {
+  EXPECT_TRUE(refuses(CommandKind::step, "", "", "pause first"));
+  EXPECT_TRUE(ask(CommandKind::pause).ok);
+  EXPECT_TRUE(watcher_->sees([&] { return watcher_->says("sim_server", "paused"); }));
+  EXPECT_TRUE(watcher_->sees([&] { return (watcher_->proxy.flags & kPaused) != 0; }));
+  wait_for_news();
+  const double paused_at = steps();
+  const double paused_time = watcher_->proxy.sim_time;
+  wait_for_news();
+  EXPECT_EQ(steps(), paused_at);
+  EXPECT_EQ(watcher_->proxy.sim_time, paused_time);
+
+  EXPECT_TRUE(ask(CommandKind::step).ok);
+  EXPECT_TRUE(ask(CommandKind::step).ok);
+  EXPECT_TRUE(watcher_->sees([&] { return steps() >= paused_at + 2; })) << said();
+  wait_for_news();
+  EXPECT_EQ(steps(), paused_at + 2);
+  EXPECT_NEAR(watcher_->proxy.sim_time, paused_time + 0.002, 1e-9);
+
+  EXPECT_TRUE(ask(CommandKind::reset).ok);
+  EXPECT_TRUE(watcher_->sees([&] { return watcher_->proxy.sim_time == 0; })) << said();
+  EXPECT_TRUE(watcher_->says("sim_server", "paused"));
+  EXPECT_TRUE(ask(CommandKind::resume).ok);
+  EXPECT_TRUE(watcher_->sees([&] {
+    return watcher_->says("sim_server", "running") && (watcher_->proxy.flags & kPaused) == 0 &&
+           watcher_->proxy.sim_time > 0.2;
+  })) << said();
+  stop_server();
+}
+
+TEST_P(Commands, ParametersAreSetOrRefusedAndQuitEndsTheServer) {
+  EXPECT_TRUE(ask(CommandKind::set_parameter, "gravity", "0 0 -5").ok);
+  EXPECT_TRUE(ask(CommandKind::set_parameter, "material.oil.viscosity", "0.1").ok);
+  EXPECT_TRUE(ask(CommandKind::set_parameter, "stream.scalar", "density").ok);
+  EXPECT_TRUE(refuses(CommandKind::set_parameter, "gravity", "down", "expected 3 finite numbers"));
+  EXPECT_TRUE(refuses(CommandKind::set_parameter, "gravity", "0 0 nan", "expected 3 finite numbers"));
+  EXPECT_TRUE(refuses(CommandKind::set_parameter, "material.oil.viscosity", "-1", "expected 0 to"));
+  EXPECT_TRUE(refuses(CommandKind::set_parameter, "material.mud.viscosity", "1", "there is no parameter"));
+  EXPECT_TRUE(refuses(CommandKind::set_parameter, "stream.particle_rate_hz", "fast", "expected 1 to 1000"));
+  EXPECT_TRUE(refuses(CommandKind::set_parameter, "", "", "there is no parameter"));
+  // the particles now carry the field that was asked for
+  const auto particles = watcher_->bus().reader<ParticleChunk>();
+  Received<ParticleChunk> chunk;
+  EXPECT_TRUE(watcher_->sees([&] {
+    return particles->take_latest(chunk) && chunk.message.field == ScalarField::density;
+  })) << said();
+  EXPECT_TRUE(watcher_->says("sim_server", "running"));
+
+  EXPECT_TRUE(ask(CommandKind::quit).ok);
+  EXPECT_EQ(server_->wait(), 0) << said();
+  EXPECT_NE(summary("sim_server").find("\"healthy\": true"), std::string::npos) << summary("sim_server");
+}
+
+INSTANTIATE_TEST_SUITE_P(Clients, Commands, testing::Values(Vendor::cyclone, Vendor::fastdds),
+                         [](const auto& of) { return std::string(to_string(of.param)); });
+
+}  // namespace
+}  // namespace palp::test
