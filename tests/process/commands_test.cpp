@@ -109,6 +109,25 @@ TEST_P(Commands, ParametersAreSetOrRefusedAndQuitEndsTheServer) {
   EXPECT_NE(summary("sim_server").find("\"healthy\": true"), std::string::npos) << summary("sim_server");
 }
 
+TEST_P(Commands, ADivergedSimulationSaysWhyAndRunsAgainAfterReset) {
+  EXPECT_TRUE(ask(CommandKind::set_parameter, "body_force", "1000 0 0").ok);
+  EXPECT_TRUE(watcher_->sees([&] {
+    return watcher_->says("sim_server", "fault") && (watcher_->proxy.flags & kHealthy) == 0 &&
+           watcher_->has_event("the simulation stopped");
+  })) << said();
+  EXPECT_EQ(watcher_->proxy.wrench, WrenchD{});
+  EXPECT_TRUE(refuses(CommandKind::resume, "", "", "reset or quit"));
+  EXPECT_TRUE(ask(CommandKind::set_parameter, "body_force", "0 0 0").ok);
+  EXPECT_TRUE(ask(CommandKind::reset).ok);
+  EXPECT_TRUE(watcher_->sees([&] {
+    return watcher_->says("sim_server", "running") && (watcher_->proxy.flags & kHealthy) != 0 &&
+           watcher_->proxy.sim_time > 0.3;
+  })) << said();
+  EXPECT_EQ(server_->stop(), 3) << "a run that had a fault is not a healthy one";
+  EXPECT_NE(summary("sim_server").find("\"healthy\": false"), std::string::npos) << summary("sim_server");
+  EXPECT_EQ(summary("sim_server").find("\"cause\": \"\""), std::string::npos) << summary("sim_server");
+}
+
 INSTANTIATE_TEST_SUITE_P(Clients, Commands, testing::Values(Vendor::cyclone, Vendor::fastdds),
                          [](const auto& of) { return std::string(to_string(of.param)); });
 
