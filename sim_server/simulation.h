@@ -33,8 +33,8 @@ struct DeviceInput {
   CouplingConfig gains;  // clipped to the proxy's limit
 };
 
-// By the index of the proxy in Scene::proxies. An input that is not finite, or whose orientation is no rotation, counts as
-// not engaged.
+// By the index of the proxy in Scene::proxies. An input that is not finite, or whose orientation is no rotation, counts
+// as not engaged.
 using StepInput = std::array<DeviceInput, kMaxProxies>;
 
 struct ProxyOutput {

@@ -60,10 +60,11 @@ class SimulationOn final : public Simulation {
       palp::step(back_end_, plan_, views_);
       if (plan_.wrench) back_end_.pull(bodies_);
       back_end_.pull(health_);
+      back_end_.pull_crowded();
     });
     ++output_.step;
     output_.time = static_cast<double>(output_.step) / scene_.config.rate_hz;
-    results_.read(bodies_.host, *health_.host, output_);
+    results_.read(bodies_.host, *health_.host, back_end_.crowded(), output_);
     return output_;
   }
 
@@ -151,7 +152,9 @@ class SimulationOn final : public Simulation {
     views_.state = allocate_particles("state");
     views_.sorted = allocate_particles("sorted");
     views_.grid = make_grid(scene_, plan_);
-    views_.grid.start = back_end_.allocate_sort(views_.particles, views_.grid.cells());
+    views_.grid.start =
+        back_end_.allocate_sort(views_.particles, views_.grid.cells(),
+                                4.0 / 3.0 * EIGEN_PI * std::pow((plan_.support + plan_.skin) / scene_.spacing, 3));
     views_.medium = make_medium(scene_, plan_);
     if (plan_.fluid) views_.acceleration = back_end_.template allocate<Packed>("acceleration", n);
     if (plan_.fluid && plan_.solids && plan_.method == Method::accurate)

@@ -33,10 +33,14 @@ struct StepViews {
 struct Interacts {
   bool all;  // method "paper": a solid's own particles count in its density
   bool contact;
-  bool operator()(Tag a, Tag b) const {
+  PALP_HD bool operator()(Tag a, Tag b) const {
     if (all || a.is_fluid() || b.is_fluid()) return true;
     return contact && a.body() != b.body() && (a.kind() == Kind::rigid || b.kind() == Kind::rigid);
   }
+};
+
+struct EveryPair {
+  PALP_HD bool operator()(Tag, Tag) const { return true; }
 };
 
 template <class B>
@@ -64,8 +68,14 @@ void paper_stages(B& back_end, const StepViews& v) {
 
 template <class B>
 void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
-  back_end.sort_into_cells(v.state, v.sorted, v.particles, v.grid, static_cast<real>(plan.support),
-                           static_cast<real>(plan.skin), Interacts{plan.method == Method::paper, plan.contact});
+  const auto sort = [&](auto interacts) {
+    back_end.sort_into_cells(v.state, v.sorted, v.particles, v.grid, static_cast<real>(plan.support),
+                             static_cast<real>(plan.skin), interacts);
+  };
+  if (plan.solids)
+    sort(Interacts{plan.method == Method::paper, plan.contact});
+  else
+    sort(EveryPair{});
   if (plan.method == Method::paper)
     paper_stages(back_end, v);
   else

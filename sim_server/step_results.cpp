@@ -78,8 +78,8 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
   }
 }
 
-void StepResults::read(const BodyState* bodies, const HealthSums& sums, StepOutput& out) {
-  judge(sums, out.health);
+void StepResults::read(const BodyState* bodies, const HealthSums& sums, std::uint32_t crowded, StepOutput& out) {
+  judge(sums, crowded, out.health);
   if (bodies == nullptr || !plan_.wrench) return;
   for (std::uint32_t b : plan_.reactive) read_body(b, bodies[b], out.bodies[b]);
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
@@ -155,7 +155,7 @@ double StepResults::Blend::update(const Eigen::Vector3d& proxy_motion, const Eig
   return value;
 }
 
-void StepResults::judge(const HealthSums& sums, Health& health) const {
+void StepResults::judge(const HealthSums& sums, std::uint32_t crowded, Health& health) const {
   health.ok = true;
   health.cause.clear();
   health.non_finite = sums.non_finite;
@@ -166,6 +166,9 @@ void StepResults::judge(const HealthSums& sums, Health& health) const {
   if (sums.non_finite > 0) {
     health.ok = false;
     health.cause = fmt::format("{} particles have a non-finite state: the simulation has diverged", sums.non_finite);
+  } else if (crowded > 0) {
+    health.ok = false;
+    health.cause = "particles have crowded to more than twice their density: the simulation has diverged";
   } else if (plan_.fluid && plan_.method == Method::accurate && sums.max_speed > plan_.sound_speed) {
     health.ok = false;
     health.cause = fmt::format(

@@ -23,12 +23,12 @@ class StepResults {
   // A device whose input is not finite, or no rotation, counts as not engaged for this step.
   void fill(const StepInput& input, double time, StepBlock& block);
   // Of the step that was filled last. bodies: null when the plan asks for no wrench.
-  void read(const BodyState* bodies, const HealthSums& sums, StepOutput& out);
+  void read(const BodyState* bodies, const HealthSums& sums, std::uint32_t crowded, StepOutput& out);
 
  private:
   void read_body(std::uint32_t index, const BodyState& b, BodyOutput& out) const;
   void read_proxy(std::size_t index, const DeviceInput& input, const BodyState& b, ProxyOutput& out);
-  void judge(const HealthSums& sums, Health& health) const;
+  void judge(const HealthSums& sums, std::uint32_t crowded, Health& health) const;
 
   // Estimates how far the proxy is held back: 1 - (its motion along the device's) / (the device's motion).
   struct Blend {

@@ -74,7 +74,7 @@ class Cpu {
  public:
   // Wide enough to keep lists for tens of sub-steps of a stirred fluid, narrow enough that few of their pairs are idle.
   static constexpr double kSkinOverSpacing = 0.3;
-  static constexpr int kCellsPerReach = 1;
+  static constexpr int kCellsPerReach = 2;
 
   template <class T>
   struct Mirror {
@@ -151,11 +151,14 @@ class Cpu {
     for (std::uint32_t i = 0; i < n; ++i) f(i, SerialTeam{});
   }
 
-  const std::uint32_t* allocate_sort(std::uint32_t particles, std::uint32_t cells) {
+  const std::uint32_t* allocate_sort(std::uint32_t particles, std::uint32_t cells, double) {
     cell_ = allocate<std::uint32_t>("sort cell", particles);
     start_ = allocate<std::uint32_t>("sort start", cells + 1);
     return start_;
   }
+
+  void pull_crowded() {}
+  static std::uint32_t crowded() { return 0; }  // lists grow as needed
 
   // Sorts and lists neighbours anew when that is due; else copies in place.
   template <class Pair>

@@ -18,11 +18,24 @@ void check(cudaError_t error, const char* what) {
 
 constexpr int kTeamThreads = 128;
 
-// L neighbouring lanes of a warp share one particle's neighbour loop. A row of cells holds few particles, so at most
-// four lanes share a row and the rows are shared among groups of them.
+// Each particle's neighbours in reach, listed once per sub-step for all passes. Of the candidates that a warp tests
+// together few are in reach; a pass that worked on them while it searched would do each one's work with most lanes
+// idle. Lane m of particle i owns the entries k * lanes * particles + i * lanes + m, so that neighbouring lanes read
+// side by side.
+struct NeighborLists {
+  std::uint32_t* entry = nullptr;
+  std::uint32_t* count = nullptr;         // per lane
+  std::uint32_t* crowded = nullptr;       // lanes that found more than they have room for
+  std::uint32_t particles = 0, room = 0;  // room: entries per lane
+};
+
+// L neighbouring lanes of a warp share one particle's neighbour loop. While they search, at most four lanes share a row
+// of cells, which holds few particles, and the rows are shared among groups of them.
 template <int L>
 struct LaneTeam {
   static constexpr int kPerRow = L < 4 ? L : (L == 8 ? 2 : 4);
+  const std::uint32_t* list;  // this lane's first entry
+  std::uint32_t count, stride;
   PALP_HD int member() const {
 #ifdef __CUDA_ARCH__
     return threadIdx.x % L;
@@ -44,6 +57,15 @@ struct LaneTeam {
   }
   PALP_HD Vec3 sum(const Vec3& v) const { return {sum(v.x()), sum(v.y()), sum(v.z())}; }
 };
+
+template <int L, class F>
+PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real, LaneTeam<L> team, F&& f) {
+  for (std::uint32_t k = 0; k < team.count; ++k) {
+    const std::uint32_t j = team.list[std::size_t(k) * team.stride];
+    const Vec3 d = separation(g, x_i, xV[j]);
+    f(j, d, d.squaredNorm());
+  }
+}
 
 // A block of threads shares one item.
 struct BlockTeam {
@@ -90,9 +112,37 @@ __global__ void run_each(std::uint32_t n, F f) {
 }
 
 template <int L, class F>
-__global__ void __launch_bounds__(kTeamThreads) run_team(std::uint32_t n, F f) {
-  const std::uint32_t i = (blockIdx.x * kTeamThreads + threadIdx.x) / L;
-  if (i < n) f(i, LaneTeam<L>{});
+__global__ void __launch_bounds__(kTeamThreads) run_team(std::uint32_t n, NeighborLists lists, F f) {
+  const std::uint32_t t = blockIdx.x * kTeamThreads + threadIdx.x;
+  if (t / L < n) f(t / L, LaneTeam<L>{lists.entry + t, lists.count[t], n * L});
+}
+
+template <int L, class Pair>
+__global__ void __launch_bounds__(kTeamThreads)
+    list_neighbors(std::uint32_t n, const Packed* xV, const Tag* tag, CellGrid grid, real support, Pair interacts,
+                   NeighborLists lists) {
+  const std::uint32_t t = blockIdx.x * kTeamThreads + threadIdx.x, i = t / L;
+  if (i >= n) return;
+  const LaneTeam<L> team{};
+  const Vec3 x_i = xV[i].xyz();
+  const Tag tag_i = tag[i];
+  const real support2 = support * support;
+  std::uint32_t count = 0;
+  for_each_run(grid, x_i, support, team, [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
+    const Vec3 x = x_i - shift;
+    for (std::uint32_t j = begin + team.lane(); j < end; j += team.size()) {
+      const Packed x_j = xV[j];
+      if (Vec3(x.x() - x_j.x, x.y() - x_j.y, x.z() - x_j.z).squaredNorm() >= support2 || !interacts(tag_i, tag[j]))
+        continue;
+      if (count < lists.room) lists.entry[std::size_t(count) * n * L + t] = j;
+      ++count;
+    }
+  });
+  if (count > lists.room) {
+    atomicAdd(lists.crowded, 1u);
+    count = lists.room;
+  }
+  lists.count[t] = count;
 }
 
 template <class F>
@@ -188,6 +238,7 @@ class Cuda {
   }
   template <class T>
   void upload(T* to, const std::vector<T>& from) {
+    if (crowded_.device != nullptr) check(cudaMemset(crowded_.device, 0, sizeof(std::uint32_t)), "clearing a count");
     if (!from.empty())
       check(cudaMemcpy(to, from.data(), from.size() * sizeof(T), cudaMemcpyHostToDevice), "copying to the GPU");
   }
@@ -255,17 +306,12 @@ class Cuda {
     run_each<<<blocks(n, 256), 256, 0, stream_>>>(n, f);
     check(cudaGetLastError(), name);
   }
-  // Where one thread a particle would leave the GPU idle, several share a particle. The bounds were measured on an H100
-  // (tools/results).
   template <class F>
   void for_each_team(const char* name, std::uint32_t n, const F& f) {
     note(name);
-    if (n <= 4000)
-      run_team<32><<<blocks(n * 32ull, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
-    else if (n <= 120000)
-      run_team<8><<<blocks(n * 8ull, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
-    else
-      run_team<1><<<blocks(n, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
+    with_lanes(n, [&]<int L>() {
+      run_team<L><<<blocks(std::uint64_t(n) * L, kTeamThreads), kTeamThreads, 0, stream_>>>(n, lists_, f);
+    });
     check(cudaGetLastError(), name);
   }
   template <class F>
@@ -275,7 +321,8 @@ class Cuda {
     check(cudaGetLastError(), name);
   }
 
-  const std::uint32_t* allocate_sort(std::uint32_t particles, std::uint32_t cells) {
+  // neighbors: how many a particle has on its lattice.
+  const std::uint32_t* allocate_sort(std::uint32_t particles, std::uint32_t cells, double neighbors) {
     cell_ = allocate<std::uint32_t>("sort cell", particles);
     slot_ = allocate<std::uint32_t>("sort slot", particles);
     member_ = allocate<std::uint32_t>("sort member", particles);
@@ -284,13 +331,25 @@ class Cuda {
     check(cub::DeviceScan::ExclusiveSum(nullptr, scan_bytes_, count_, start_, static_cast<int>(cells + 1)),
           "sizing the scan");
     scan_ = allocate<std::byte>("sort scan", scan_bytes_);
+    crowded_ = mirror<std::uint32_t>("list crowded", 1);
+    with_lanes(particles, [&]<int L>() {
+      // twice the lattice's neighbours, and again when lanes share: some rows are fuller than others
+      lists_.room = static_cast<std::uint32_t>((L > 1 ? 4 : 2) * neighbors / L) + 16;
+      lists_.particles = particles;
+      lists_.entry = allocate<std::uint32_t>("list entries", std::size_t(particles) * L * lists_.room);
+      lists_.count = allocate<std::uint32_t>("list counts", std::size_t(particles) * L);
+      lists_.crowded = crowded_.device;
+    });
     return start_;
   }
+  void pull_crowded() { pull(crowded_); }
+  // Lanes that had more neighbours than room since the last reset.
+  std::uint32_t crowded() const { return *crowded_.host; }
 
-  // Stores no neighbour lists: sorting at every sub-step is cheaper here than reading them.
+  // Sorts and lists neighbours at every sub-step.
   template <class Pair>
-  void sort_into_cells(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid, real,
-                       real, Pair) {
+  void sort_into_cells(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid,
+                       real support, real, const Pair& interacts) {
     note("sort");
     const std::uint32_t cells = grid.cells();
     check(cudaMemsetAsync(count_, 0, (cells + 1) * sizeof(std::uint32_t), stream_), "clearing the cells");
@@ -299,10 +358,25 @@ class Cuda {
           "scanning the cells");
     fill_slots<<<blocks(n, 256), 256, 0, stream_>>>(n, cell_, slot_, start_, member_);
     reorder<<<blocks(n, 256), 256, 0, stream_>>>(n, cell_, start_, member_, from, to);
+    with_lanes(n, [&]<int L>() {
+      list_neighbors<L><<<blocks(std::uint64_t(n) * L, kTeamThreads), kTeamThreads, 0, stream_>>>(
+          n, to.xV, to.tag, grid, support, interacts, lists_);
+    });
     check(cudaGetLastError(), "sorting");
   }
 
  private:
+  // Where one thread a particle would leave the GPU idle, several share a particle. The bounds were measured on an H100
+  // (tools/results).
+  template <class G>
+  static void with_lanes(std::uint32_t n, G&& g) {
+    if (n <= 4000)
+      g.template operator()<32>();
+    else if (n <= 120000)
+      g.template operator()<8>();
+    else
+      g.template operator()<1>();
+  }
   static unsigned blocks(std::uint64_t threads, unsigned size) {
     return static_cast<unsigned>((threads + size - 1) / size);
   }
@@ -319,6 +393,8 @@ class Cuda {
   std::vector<std::string> launches_;
   bool record_ = false;
   std::uint32_t *cell_ = nullptr, *slot_ = nullptr, *member_ = nullptr, *count_ = nullptr, *start_ = nullptr;
+  NeighborLists lists_;
+  Mirror<std::uint32_t> crowded_;
   std::byte* scan_ = nullptr;
   std::size_t scan_bytes_ = 0;
 };

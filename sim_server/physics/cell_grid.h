@@ -77,11 +77,17 @@ template <class Team, class G>
 PALP_HD inline void for_each_run(const CellGrid& g, const Vec3& x_i, real reach, Team team, G&& run) {
   reach *= real(1.0001);  // rounding must not lose a particle at the very edge
   const real y = x_i.y(), z = x_i.z();
-  const int y0 = open_cell(g, 1, y - reach), z0 = open_cell(g, 2, z - reach);
-  const int rows_y = open_cell(g, 1, y + reach) - y0 + 1, rows_z = open_cell(g, 2, z + reach) - z0 + 1;
   const int cy = open_cell(g, 1, y), cz = open_cell(g, 2, z);
-  for (int row = team.group(); row < rows_y * rows_z; row += team.groups()) {
-    const int ry = y0 + row % rows_y, rz = z0 + row / rows_y;
+  const int y0 = open_cell(g, 1, y - reach), y1 = open_cell(g, 1, y + reach);
+  const int z0 = open_cell(g, 2, z - reach), z1 = open_cell(g, 2, z + reach);
+  const int rows_y = y1 - y0 + 1;
+  int rz = z0 + team.group() / rows_y, ry = y0 + team.group() % rows_y;
+  for (; rz <= z1; ry += team.groups()) {
+    while (ry > y1) {
+      ry -= rows_y;
+      ++rz;
+    }
+    if (rz > z1) break;
     const real gap_y = gap_to(g, 1, y, cy, ry), gap_z = gap_to(g, 2, z, cz, rz);
     const real half2 = reach * reach - gap_y * gap_y - gap_z * gap_z;
     if (!(half2 > real(0))) continue;

@@ -44,7 +44,7 @@ struct AdvanceDensity {
     real divergence = 0, laplacian = 0;
     for_neighbors(grid, from.xV, x_i, kernel.support, team, [&](std::uint32_t j, const Vec3& x_ij, real r2) {
       const Packed vp_j = from.vp[j];
-      const Tag tag_j = from.tag[j];
+      const Tag tag_j = medium.uniform ? tag_i : from.tag[j];
       const real VF = from.xV[j].w * kernel.F(Eigen::numext::sqrt(r2));
       // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
       const Vec3 v_j = tag_j.kind() == Kind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
@@ -121,7 +121,7 @@ struct FluidForce {
     const Material material_i = medium.material[tag_i.material()];
     Vec3 force(0, 0, 0);
     for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team, [&](std::uint32_t j, const Vec3& x_ij, real r2) {
-      const Tag tag_j = state.tag[j];
+      const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
       if (tag_j.is_fluid())
         force += fluid_pair_force(medium, kernel, material_i, tag_i, xV_i, vp_i, tag_j, state.xV[j].w, state.vp[j],
                                   x_ij, r2);

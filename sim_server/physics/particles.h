@@ -59,6 +59,7 @@ struct Medium {
   real sound_speed;  // c [m/s]
   real diffusion;    // delta of the density diffusion [-]
   real artificial;   // alpha of the artificial viscosity [-]
+  bool uniform;      // one fluid and nothing else: every particle has the same tag but for its body
   bool tension;      // whether fluid pressure may be negative
   real dt;           // sub-step [s]
 };
