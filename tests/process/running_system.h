@@ -73,6 +73,11 @@ class Watcher {
   bool sees(const std::function<bool()>& condition, std::chrono::milliseconds limit = kPatience) {
     return holds_within(limit, [&] { return (look(), condition()); });
   }
+  // Waits for two more statuses: the second was made after the call.
+  bool hears_news_of(const std::string& process) {
+    const std::uint64_t now = status[process].header.sequence;
+    return sees([&] { return status[process].header.sequence >= now + 2; });
+  }
   bool says(const std::string& process, const std::string& state) { return status[process].state == state; }
   // Of the newest status; 0 where there is none.
   double metric(const std::string& process, const std::string& name) {
