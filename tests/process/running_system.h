@@ -22,7 +22,7 @@ inline const std::string kBin = PALP_BIN_DIR "/";
 inline const std::string kHere = PALP_SOURCE_DIR "/tests/process/";
 
 // Long enough for a machine with two slow cores and another build on it; nothing waits for it when all is well.
-inline constexpr auto kPatience = std::chrono::milliseconds(20'000);
+inline constexpr auto kPatience = std::chrono::milliseconds(30'000);
 
 inline bool holds_within(std::chrono::milliseconds limit, const std::function<bool()>& condition) {
   const auto end = std::chrono::steady_clock::now() + limit;
