@@ -1,5 +1,7 @@
 #include "sim_server/links.h"
 
+#include <spdlog/spdlog.h>
+
 #include "config/error.h"
 #include "idl/clock.h"
 #include "idl/topics.h"
@@ -36,11 +38,17 @@ HapticLink::~HapticLink() {
   sem_destroy(&ready_);
 }
 
-std::string HapticLink::foreign_peer() const {
+std::string HapticLink::foreign_peer() {
   DropCounts drops;
+  drops.wrong_version = wrong_version_;
   drops.other_version = other_version_;
-  drops.wrong_version = drops.other_version != 0 ? 1 : 0;
-  return wrong_version_sentence(topic_of<DeviceSample>().name, drops);
+  const std::string sentence = wrong_version_sentence(topic_of<DeviceSample>().name, drops);
+  if (drops.wrong_version != wrong_version_told_) {
+    if (wrong_version_told_ == 0) spdlog::warn("{}", sentence);
+    wrong_version_told_ = drops.wrong_version;
+    tell_until_ns_ = now_ns() + 5'000'000'000;
+  }
+  return now_ns() < tell_until_ns_ ? sentence : "";
 }
 
 void HapticLink::receive() {
@@ -55,6 +63,7 @@ void HapticLink::receive() {
     const DropCounts drops = reader_->drops();
     dropped_ = refused(drops);
     other_version_ = drops.other_version;
+    wrong_version_ = drops.wrong_version;
   }
 }
 

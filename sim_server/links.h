@@ -32,8 +32,9 @@ class HapticLink {
   void put(std::size_t proxy, const ProxySample& sample) { proxies_[proxy].put(sample); }
   void flush() { sem_post(&ready_); }  // after the last put of a step
   std::uint64_t dropped() const { return dropped_; }
-  // Empty, or one sentence about a peer that speaks another version of the protocol.
-  std::string foreign_peer() const;
+  // One sentence about a peer that speaks another version of the protocol, while samples of it come; else empty. For
+  // one thread of the server's, a few times a second.
+  std::string foreign_peer();
 
  private:
   void receive();
@@ -46,7 +47,10 @@ class HapticLink {
   sem_t ready_;
   std::atomic<bool> stop_{false};
   std::atomic<std::uint64_t> dropped_{0};
+  std::atomic<std::uint64_t> wrong_version_{0};
   std::atomic<std::uint32_t> other_version_{0};
+  std::uint64_t wrong_version_told_ = 0;
+  std::int64_t tell_until_ns_ = 0;
   std::thread receiver_, sender_;
 };
 

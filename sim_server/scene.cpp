@@ -19,13 +19,17 @@ namespace {
 // A particle's share of the arrays in Scene.
 constexpr double kBytesPerParticle = 2 * sizeof(Eigen::Vector3d) + 2 * sizeof(double) + sizeof(std::uint32_t);
 
-// `how_many`: "about" or "more than".
-std::string too_many(const SceneConfig& config, const char* how_many, double needed, std::size_t max_particles) {
+// A body that does not fit into what the bodies before it left.
+struct BodyTooLarge {
+  double needed;  // particles, about
+};
+
+std::string too_many(const SceneConfig& config, double needed, std::size_t max_particles) {
   const double spacing = *config.numerics.spacing;
   return fmt::format(
-      "{}: the scene needs {} {:.3g} particles at spacing {:g} m ({:.3g} GB for the host's copy alone), "
+      "{}: the scene needs about {:.3g} particles at spacing {:g} m ({:.3g} GB for the host's copy alone), "
       "and memory here allows {}; a spacing of {:.2g} m would fit",
-      config.path, how_many, needed, spacing, needed * kBytesPerParticle / 1e9, max_particles,
+      config.path, needed, spacing, needed * kBytesPerParticle / 1e9, max_particles,
       1.05 * spacing * std::cbrt(needed / static_cast<double>(max_particles)));
 }
 
@@ -79,11 +83,9 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     moments = solid_moments(*solid);
     const double expected = moments.volume / (spacing * spacing * spacing);
     const double most = static_cast<double>(room);
-    if (expected > 1.5 * most + 1000) throw ConfigError(too_many(config, "about", expected, room));
+    if (expected > 1.5 * most + 1000) throw BodyTooLarge{expected};
     particles = fill_solid(*solid, spacing, room);
-    if (particles.position.size() > room) {
-      throw ConfigError(too_many(config, expected > most ? "about" : "more than", std::max(expected, most), room));
-    }
+    if (particles.position.size() > room) throw BodyTooLarge{std::max(expected, most)};
     if (particles.position.empty()) {
       throw ConfigError(
           fmt::format("{}: body '{}' holds no particle at spacing {:g} m; make it larger or the spacing finer",
@@ -174,6 +176,7 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles) {
   scene.bounds_max = config.domain_max;
   std::vector<std::string> faults;
   std::vector<std::optional<Solid>> solids;
+  double left_out = 0;  // particles of bodies that do not fit
   for (const BodyConfig& from : config.bodies) {
     Body body = start_body(config, from);
     std::optional<Solid> solid;
@@ -182,10 +185,14 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles) {
       check_temperature(from, particles, scene, faults);
       append(scene, from, std::move(body), particles);
       solids.push_back(std::move(solid));
+    } catch (const BodyTooLarge& body_too_large) {
+      left_out += body_too_large.needed;
     } catch (const ConfigError& error) {
       faults.insert(faults.end(), error.faults().begin(), error.faults().end());
     }
   }
+  if (left_out > 0)
+    faults.push_back(too_many(config, left_out + static_cast<double>(scene.position.size()), max_particles));
   if (!faults.empty()) throw ConfigError(faults);
   add_proxies(scene);
   check_inside_domain(scene, faults);

@@ -129,13 +129,18 @@ class Server {
     gauges_.handover.add((t1 - t0) + (now_ns() - t2));
   }
 
-  void judge() {
+  void show() {
     const Health& h = output_->health;
     gauges_.sim_time = output_->time;
     gauges_.max_speed = h.max_speed;
     gauges_.max_compression = h.max_compression;
     gauges_.kinetic_energy = h.kinetic_energy;
     gauges_.outside = h.outside;
+  }
+
+  void judge() {
+    show();
+    const Health& h = output_->health;
     if (h.ok) return;
     gauges_.state = State::fault;
     single_steps_ = 0;
@@ -203,6 +208,7 @@ class Server {
       case CommandKind::reset:
         simulation_.reset();
         hands_ = {};
+        show();
         if (gauges_.state == State::fault) gauges_.state = State::running;
         return "reset";
       case CommandKind::quit:

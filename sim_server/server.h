@@ -20,7 +20,7 @@ struct ServerOptions {
 // What a run was like, for the summary and for the exit status.
 struct ServerSummary {
   std::uint64_t steps = 0;
-  double sim_time = 0, wall_time = 0;  // [s], wall time while not paused
+  double sim_time = 0, wall_time = 0;  // [s] stepped, across resets; and of the clock, while not paused
   double step_p50_us = 0, step_p99_us = 0, step_max_us = 0;
   double handover_p50_us = 0, handover_p99_us = 0;  // what talking to the bus costs the simulation's thread, per step
   std::uint64_t slow_steps = 0;                     // that took longer than the haptic period
