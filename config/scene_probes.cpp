@@ -32,7 +32,7 @@ std::vector<Eigen::Vector3d> read_points(TomlTable& table) {
 
 // What a probe needs and what it must not have, by its quantity.
 void check_keys(TomlTable& table, const ProbeConfig& probe) {
-  const std::string quantity = kQuantities[static_cast<std::size_t>(probe.quantity)];
+  const std::string& quantity = kQuantities[static_cast<std::size_t>(probe.quantity)];
   const bool field = is_field(probe.quantity), front = probe.quantity == Quantity::front;
   if (field && !table.has("point") && !table.has("line")) {
     table.fault("", fmt::format("point is missing, expected a point or a line where to measure the {}", quantity));

@@ -32,7 +32,7 @@ double number_in(const std::string& name, const std::string& value, double low, 
 
 Eigen::Vector3d acceleration(const std::string& name, const std::string& value) {
   const std::vector<double> x = numbers(name, value, 3);
-  const Eigen::Vector3d a(x[0], x[1], x[2]);
+  Eigen::Vector3d a(x[0], x[1], x[2]);
   if (a.norm() > 1000) throw ConfigError(fmt::format("parameter {} is {}; expected at most 1000 m/s^2", name, value));
   return a;
 }

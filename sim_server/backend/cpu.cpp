@@ -35,20 +35,29 @@ class NeighborLists {
   void build(const ParticleView& sorted, std::uint32_t n, const CellGrid& grid, real support, real skin,
              const Pair& interacts, int threads) {
     allowed2_ = real(0.25) * skin * skin;
+    const real reach = support + skin;
     listed_at_.resize(n);
     end_.resize(n);
     run_ = std::max<std::uint32_t>(1, (n + kRuns - 1) / kRuns);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
     for (std::uint32_t r = 0; r < kRuns; ++r) {
       std::vector<std::uint32_t>& list = list_[r];
-      list.clear();
+      std::size_t size = 0;
       for (std::uint32_t i = r * run_; i < std::min(n, (r + 1) * run_); ++i) {
         const Tag tag_i = sorted.tag[i];
-        for_neighbors(grid, sorted.xV, sorted.xV[i].xyz(), support + skin, SerialTeam{},
-                      [&](std::uint32_t j, const Vec3&, real) {
-                        if (interacts(tag_i, sorted.tag[j])) list.push_back(j);
-                      });
-        end_[i] = static_cast<std::uint32_t>(list.size());
+        for_each_run(
+            grid, sorted.xV[i].xyz(), reach, SerialTeam{},
+            [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
+              // without branches: which candidates are in reach cannot be predicted
+              if (list.size() < size + (end - begin)) list.resize(2 * (size + (end - begin)));
+              const Vec3 x = sorted.xV[i].xyz() - shift;
+              for (std::uint32_t j = begin; j < end; ++j) {
+                list[size] = j;
+                size +=
+                    ((x - sorted.xV[j].xyz()).squaredNorm() < reach * reach) & interacts(tag_i, sorted.tag[j]) ? 1 : 0;
+              }
+            });
+        end_[i] = static_cast<std::uint32_t>(size);
         listed_at_[i] = sorted.xV[i].xyz();
       }
     }
@@ -74,7 +83,7 @@ class Cpu {
  public:
   // Wide enough to keep lists for tens of sub-steps of a stirred fluid, narrow enough that few of their pairs are idle.
   static constexpr double kSkinOverSpacing = 0.3;
-  static constexpr int kCellsPerReach = 2;
+  static constexpr int kCellsPerReach = 1;
 
   template <class T>
   struct Mirror {
