@@ -153,14 +153,14 @@ ColumnMesh::ColumnMesh(SurfaceMesh mesh) : mesh_(std::move(mesh)) {
   for (const Eigen::Vector3d& v : mesh_.vertices) bounds_.extend(v);
   bins_ = std::clamp(static_cast<int>(std::sqrt(static_cast<double>(mesh_.triangles.size()))), 1, 512);
   // count, sum up, fill
-  std::vector<std::vector<std::uint32_t>> bins(static_cast<std::size_t>(bins_ * bins_));
+  std::vector<std::vector<std::uint32_t>> bins(bin_index(0, bins_));
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
     Eigen::AlignedBox3d box;
     for (const std::uint32_t v : mesh_.triangles[t]) box.extend(mesh_.vertices[v]);
     // one bin further on each side, so that a shifted line finds its triangles
     for (int j = std::max(0, bin(box.min().y(), 1) - 1); j <= std::min(bins_ - 1, bin(box.max().y(), 1) + 1); ++j) {
       for (int i = std::max(0, bin(box.min().x(), 0) - 1); i <= std::min(bins_ - 1, bin(box.max().x(), 0) + 1); ++i) {
-        bins[static_cast<std::size_t>(j * bins_ + i)].push_back(static_cast<std::uint32_t>(t));
+        bins[bin_index(i, j)].push_back(static_cast<std::uint32_t>(t));
       }
     }
   }
@@ -200,7 +200,7 @@ double side(const std::vector<Eigen::Vector3d>& vertices, std::uint32_t from, st
 bool ColumnMesh::crossings(double x, double y, std::vector<Crossing>& out) const {
   out.clear();
   if (x < bounds_.min().x() || x > bounds_.max().x() || y < bounds_.min().y() || y > bounds_.max().y()) return true;
-  const auto cell = static_cast<std::size_t>(bin(y, 1) * bins_ + bin(x, 0));
+  const std::size_t cell = bin_index(bin(x, 0), bin(y, 1));
   int sum = 0;
   for (std::uint32_t n = bin_first_[cell]; n < bin_first_[cell + 1]; ++n) {
     const auto& t = mesh_.triangles[bin_triangle_[n]];

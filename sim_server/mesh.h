@@ -43,6 +43,9 @@ class ColumnMesh {
   };
   bool crossings(double x, double y, std::vector<Crossing>& out) const;
   int bin(double value, int axis) const;
+  std::size_t bin_index(int i, int j) const {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(bins_) + static_cast<std::size_t>(i);
+  }
 
   SurfaceMesh mesh_;
   Eigen::AlignedBox3d bounds_;
