@@ -45,18 +45,18 @@ class NeighborLists {
       std::size_t size = 0;
       for (std::uint32_t i = r * run_; i < std::min(n, (r + 1) * run_); ++i) {
         const Tag tag_i = sorted.tag[i];
-        for_each_run(
-            grid, sorted.xV[i].xyz(), reach, SerialTeam{},
-            [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
-              // without branches: which candidates are in reach cannot be predicted
-              if (list.size() < size + (end - begin)) list.resize(2 * (size + (end - begin)));
-              const Vec3 x = sorted.xV[i].xyz() - shift;
-              for (std::uint32_t j = begin; j < end; ++j) {
-                list[size] = j;
-                size +=
-                    ((x - sorted.xV[j].xyz()).squaredNorm() < reach * reach) & interacts(tag_i, sorted.tag[j]) ? 1 : 0;
-              }
-            });
+        for_each_run(grid, sorted.xV[i].xyz(), reach, SerialTeam{},
+                     [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
+                       // without branches: which candidates are in reach cannot be predicted
+                       if (list.size() < size + (end - begin)) list.resize(2 * (size + (end - begin)));
+                       const Vec3 x = sorted.xV[i].xyz() - shift;
+                       for (std::uint32_t j = begin; j < end; ++j) {
+                         list[size] = j;
+                         const bool near = (x - sorted.xV[j].xyz()).squaredNorm() < reach * reach;
+                         size +=
+                             static_cast<std::size_t>(near) & static_cast<std::size_t>(interacts(tag_i, sorted.tag[j]));
+                       }
+                     });
         end_[i] = static_cast<std::uint32_t>(size);
         listed_at_[i] = sorted.xV[i].xyz();
       }
