@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -68,7 +69,7 @@ TEST(Trajectory, RestsBeforeItsBeginAndAfterItsEnd) {
 
 TEST(Trajectory, RefusesWhatIsNoPath) {
   const auto refused = [](std::vector<Keyframe> k, bool loop) {
-    EXPECT_THROW(Trajectory(k, Interpolation::catmull_rom, loop), std::invalid_argument);
+    EXPECT_THROW(Trajectory(std::move(k), Interpolation::catmull_rom, loop), std::invalid_argument);
   };
   refused({}, false);
   refused({{0, {0, 0, 0}}, {0, {1, 0, 0}}}, false);

@@ -385,7 +385,8 @@ TEST(SceneReader, FuzzedFilesAreReadOrRefused) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  const std::string bytes = "[]{}=.,\"'#\n\\-+e0159truefalsenaninf \t\xff\x00\xc3";
+  using namespace std::string_literals;
+  const std::string bytes = "[]{}=.,\"'#\n\\-+e0159truefalsenaninf \t\xff\x00\xc3"s;
   int refused = 0;
   for (int round = 0; round < 1500; ++round) {
     std::string text = kScene;

@@ -8,11 +8,11 @@
 namespace palp::testing {
 namespace {
 
-constexpr double dx = 0.02, kFloor = 3 * dx;
+constexpr double kSpacing = 0.02, kFloor = 3 * kSpacing;
 
 // A pool, periodic along x and y, over a floor.
 Scene pool(double side, double depth, double headroom, const std::function<bool(const Eigen::Vector3d&)>& is_water) {
-  Scene scene = empty_scene(dx, {0, 0, -kFloor}, {side, side, depth + headroom});
+  Scene scene = empty_scene(kSpacing, {0, 0, -kFloor}, {side, side, depth + headroom});
   scene.config.periodic = {true, true, false};
   const auto water = add_material(scene, 1000, 1e-3);
   add_body(scene, "water", BodyType::fluid, water, {0, 0, 0}, {side, side, depth}, is_water);
@@ -23,8 +23,8 @@ Scene pool(double side, double depth, double headroom, const std::function<bool(
 // The sphere's volume is that of its particles: a fluid meets a solid half a spacing outside its outer particles. They
 // lie on the fluid's lattice, so that the pool is at rest from the start.
 TEST(Archimedes, SubmergedSphereIsPushedUpByTheFluidsWeight) {
-  constexpr double radius = 5 * dx, side = 15 * dx, depth = 16 * dx;
-  const Eigen::Vector3d center(side / 2, side / 2, 8 * dx);
+  constexpr double radius = 5 * kSpacing, side = 15 * kSpacing, depth = 16 * kSpacing;
+  const Eigen::Vector3d center(side / 2, side / 2, 8 * kSpacing);
   const auto in_sphere = [&](const Eigen::Vector3d& x) { return (x - center).norm() < radius; };
   Scene scene = pool(side, depth, 0.2, [&](const Eigen::Vector3d& x) { return !in_sphere(x); });
   const auto sphere = add_body(scene, "sphere", BodyType::fixed, 0, {0, 0, 0}, {side, side, depth}, in_sphere);
@@ -50,8 +50,8 @@ TEST(Archimedes, SubmergedSphereIsPushedUpByTheFluidsWeight) {
 
 // Released one layer too high, a flat box of half the water's density comes to float with half its height under water.
 TEST(Archimedes, FlatBoxFloatsAtItsDraft) {
-  constexpr double side = 14 * dx, depth = 8 * dx, across = 8 * dx, high = 4 * dx, share = 0.5;
-  constexpr double sunk = 1 * dx;  // at the start; share * high is two layers
+  constexpr double side = 14 * kSpacing, depth = 8 * kSpacing, across = 8 * kSpacing, high = 4 * kSpacing, share = 0.5;
+  constexpr double sunk = 1 * kSpacing;  // at the start; share * high is two layers
   const Eigen::Vector3d low((side - across) / 2, (side - across) / 2, depth - sunk);
   const Eigen::Vector3d top = low + Eigen::Vector3d(across, across, high);
   const auto in_box = [&](const Eigen::Vector3d& x) {
@@ -75,7 +75,7 @@ TEST(Archimedes, FlatBoxFloatsAtItsDraft) {
   const double bottom = height - high / 2, ratio = across * across / (side * side);
   const double draft = (depth - bottom - ratio * sunk) / (1 - ratio);
   RecordProperty("draft_over_height", std::to_string(draft / high));
-  EXPECT_TRUE(within((draft - share * high) / dx, tol::kDraft));
+  EXPECT_TRUE(within((draft - share * high) / kSpacing, tol::kDraft));
   EXPECT_LT(tilt, 0.1);
 }
 

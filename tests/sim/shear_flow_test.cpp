@@ -11,11 +11,11 @@
 namespace palp::testing {
 namespace {
 
-constexpr double dx = 0.1;
+constexpr double kSpacing = 0.1;
 
 Scene channel() {
-  constexpr double deep = 9 * dx, wall = 3 * dx;
-  Scene scene = empty_scene(dx, {0, 0, -wall}, {deep, deep, 1 + wall});
+  constexpr double deep = 9 * kSpacing, wall = 3 * kSpacing;
+  Scene scene = empty_scene(kSpacing, {0, 0, -wall}, {deep, deep, 1 + wall});
   SceneConfig& config = scene.config;
   config.periodic = {true, true, false};
   config.gravity.setZero();
