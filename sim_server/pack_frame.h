@@ -26,17 +26,13 @@ struct PackFrame {
       case FrameScalar::density:
         return static_cast<float>(density_of(medium, state.tag[i], vp.w));
       case FrameScalar::pressure:
-        return static_cast<float>(acting_pressure_of(i));
+        return static_cast<float>(acting_pressure(medium, vp.w));
       case FrameScalar::temperature:
         return state.temperature != nullptr ? static_cast<float>(state.temperature[i]) : 0.0f;
       case FrameScalar::none:
         break;
     }
     return 0.0f;
-  }
-  PALP_HD real acting_pressure_of(std::uint32_t i) const {
-    const real p = state.vp[i].w;
-    return medium.tension || p > real(0) ? p : real(0);
   }
   PALP_HD void operator()(std::uint32_t i) const {
     const std::uint32_t to = state.id[i];

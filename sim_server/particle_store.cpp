@@ -146,7 +146,7 @@ void ParticleStore::scatter(const Medium& medium, Snapshot& out) const {
       out.velocity[3 * to + a] = static_cast<float>(vp[i].xyz()[a]);
     }
     out.density[to] = static_cast<float>(density_of(medium, tag[i], vp[i].w));
-    out.pressure[to] = static_cast<float>(medium.tension || vp[i].w > 0 ? vp[i].w : 0);
+    out.pressure[to] = static_cast<float>(acting_pressure(medium, vp[i].w));
     if (!temperature.empty()) out.temperature[to] = static_cast<float>(temperature[i]);
   }
 }

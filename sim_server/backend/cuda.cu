@@ -24,9 +24,9 @@ constexpr int kTeamThreads = 128;
 // side by side.
 struct NeighborLists {
   std::uint32_t* entry = nullptr;
-  std::uint32_t* count = nullptr;         // per lane
-  std::uint32_t* crowded = nullptr;       // lanes that found more than they have room for
-  std::uint32_t particles = 0, room = 0;  // room: entries per lane
+  std::uint32_t* count = nullptr;    // per lane
+  std::uint32_t* crowded = nullptr;  // lanes that found more than they have room for
+  std::uint32_t room = 0;            // entries per lane
 };
 
 // L neighbouring lanes of a warp share one particle's neighbour loop. While they search, at most four lanes share a row
@@ -335,7 +335,6 @@ class Cuda {
     with_lanes(particles, [&]<int L>() {
       // twice the lattice's neighbours, and again when lanes share: some rows are fuller than others
       lists_.room = static_cast<std::uint32_t>((L > 1 ? 4 : 2) * neighbors / L) + 16;
-      lists_.particles = particles;
       lists_.entry = allocate<std::uint32_t>("list entries", std::size_t(particles) * L * lists_.room);
       lists_.count = allocate<std::uint32_t>("list counts", std::size_t(particles) * L);
       lists_.crowded = crowded_.device;

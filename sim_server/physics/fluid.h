@@ -16,11 +16,6 @@
 
 namespace palp {
 
-// Pressure as the forces see it.
-PALP_HD inline real acting_pressure(const Medium& medium, real p) {
-  return medium.tension || p > real(0) ? p : real(0);
-}
-
 // Advances the density of fluid particles by one sub-step and moves every particle from the sorted copy to the state.
 struct AdvanceDensity {
   ParticleView from, to;

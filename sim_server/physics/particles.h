@@ -64,6 +64,11 @@ struct Medium {
   real dt;           // sub-step [s]
 };
 
+// Pressure as the forces see it.
+PALP_HD inline real acting_pressure(const Medium& medium, real p) {
+  return medium.tension || p > real(0) ? p : real(0);
+}
+
 // What changes from one haptic step to the next, read through a pointer so that a captured graph sees it.
 struct Forcing {
   Vec3 gravity;        // [m/s^2], balanced by pressure
