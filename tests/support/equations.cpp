@@ -218,6 +218,8 @@ void advance_coupled(RestatedBody& b, const Body& body, const DeviceInput& in, c
   const Vector6d coupling = K * (e - dt * J * next) + B * (u_d - J * next), moved = J * next;
   b.work[0] -= dt * coupling.head<3>().dot(moved.head<3>());
   b.work[1] -= dt * coupling.tail<3>().dot(moved.tail<3>());
+  b.work_size[0] += dt * ((K * e).head<3>().norm() + (B * u_d).head<3>().norm()) * moved.head<3>().norm();
+  b.work_size[1] += dt * ((K * e).tail<3>().norm() + (B * u_d).tail<3>().norm()) * moved.tail<3>().norm();
   b.v = next.head<3>();
   b.w = next.tail<3>();
   b.x += dt * b.v;
@@ -232,9 +234,14 @@ void advance_bodies(Restated& w, const StepInput& input, double elapsed) {
     RestatedBody& b = w.body[k];
     b.force.setZero();
     b.torque.setZero();
+    b.force_size = b.torque_size = 0;
     for (std::uint32_t i = 0; i < body.count; ++i) {
-      b.force += w.force[body.first + i];
-      b.torque += (b.q * b.local[i]).cross(w.force[body.first + i]);
+      const Vector3d& f = w.force[body.first + i];
+      const Vector3d moment = (b.q * b.local[i]).cross(f);
+      b.force += f;
+      b.torque += moment;
+      b.force_size += f.norm();
+      b.torque_size += moment.norm();
     }
     if (body.type != BodyType::rigid) continue;
     if (b.proxy < 0)
