@@ -19,6 +19,9 @@ struct MaterialConfig {
   std::string name;
   double density = 1000;    // rest density [kg/m^3]
   double viscosity = 1e-3;  // dynamic viscosity [Pa s]; fluids, and as the viscosity a wall shows to a fluid
+  std::optional<double> young_modulus;  // [Pa], elastic bodies need one
+  double poisson_ratio = 0.3;           // -0.9..0.495
+  double damping = 0;                   // viscosity of the elastic solid (Kelvin-Voigt) [Pa s]
   std::array<float, 3> color{0.3f, 0.5f, 0.9f};  // sRGB
   std::string where;                             // file:line, for messages
 };
@@ -39,7 +42,7 @@ struct ShapeConfig {
   std::string where;
 };
 
-enum class BodyType { fluid, rigid, fixed };
+enum class BodyType { fluid, rigid, fixed, elastic };
 
 struct BodyConfig {
   std::string name;
@@ -52,6 +55,7 @@ struct BodyConfig {
       Eigen::Vector3d::Zero();  // initial [m/s]; fixed: of the wall's surface, which does not move
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // initial [rad/s], rigid only
   std::optional<double> temperature;                           // initial [K]
+  std::vector<std::string> bonded_to;                          // elastic only: rigid and static bodies it holds on to
   std::optional<std::array<float, 3>> color;                   // overrides the material's
   std::string where;
 };

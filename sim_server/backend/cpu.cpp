@@ -155,6 +155,12 @@ class Cpu {
     for (std::uint32_t i = 0; i < n; ++i) f(i, lists_.of(i));
   }
   template <class F>
+  void for_each_group(const char* name, std::uint32_t n, const F& f) {
+    note(name);
+#pragma omp parallel for schedule(static) num_threads(threads_)
+    for (std::uint32_t i = 0; i < n; ++i) f(i, SerialTeam{});
+  }
+  template <class F>
   void for_each_block(const char* name, std::uint32_t n, const F& f) {
     note(name);
     for (std::uint32_t i = 0; i < n; ++i) f(i, SerialTeam{});

@@ -67,6 +67,21 @@ PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec
   }
 }
 
+// L neighbouring lanes of a warp share one item.
+template <int L>
+struct GroupTeam {
+  PALP_HD std::uint32_t lane() const {
+#ifdef __CUDA_ARCH__
+    return threadIdx.x % L;
+#else
+    return 0;
+#endif
+  }
+  PALP_HD std::uint32_t size() const { return L; }
+  PALP_HD bool leader() const { return lane() == 0; }
+  PALP_HD Vec3 sum(const Vec3& v) const { return LaneTeam<L>{}.sum(v); }
+};
+
 // A block of threads shares one item.
 struct BlockTeam {
   static constexpr int kThreads = 256;
@@ -115,6 +130,12 @@ template <int L, class F>
 __global__ void __launch_bounds__(kTeamThreads) run_team(std::uint32_t n, NeighborLists lists, F f) {
   const std::uint32_t t = blockIdx.x * kTeamThreads + threadIdx.x;
   if (t / L < n) f(t / L, LaneTeam<L>{lists.entry + t, lists.count[t], n * L});
+}
+
+template <int L, class F>
+__global__ void __launch_bounds__(kTeamThreads) run_group(std::uint32_t n, F f) {
+  const std::uint32_t t = blockIdx.x * kTeamThreads + threadIdx.x;
+  if (t / L < n) f(t / L, GroupTeam<L>{});
 }
 
 template <int L, class Pair>
@@ -311,6 +332,14 @@ class Cuda {
     note(name);
     with_lanes(n, [&]<int L>() {
       run_team<L><<<blocks(std::uint64_t(n) * L, kTeamThreads), kTeamThreads, 0, stream_>>>(n, lists_, f);
+    });
+    check(cudaGetLastError(), name);
+  }
+  template <class F>
+  void for_each_group(const char* name, std::uint32_t n, const F& f) {
+    note(name);
+    with_lanes(n, [&]<int L>() {
+      run_group<L><<<blocks(std::uint64_t(n) * L, kTeamThreads), kTeamThreads, 0, stream_>>>(n, f);
     });
     check(cudaGetLastError(), name);
   }
