@@ -3,6 +3,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <memory>
 #include <new>
@@ -83,7 +84,7 @@ class Cpu {
  public:
   // Wide enough to keep lists for tens of sub-steps of a stirred fluid, narrow enough that few of their pairs are idle.
   static constexpr double kSkinOverSpacing = 0.3;
-  static constexpr int kCellsPerReach = 1;
+  static constexpr std::array<int, 3> kCellsPerReach{1, 1, 1};
 
   template <class T>
   struct Mirror {
@@ -181,6 +182,11 @@ class Cpu {
     }
     sort(from, to, n, grid);
     lists_.build(to, n, grid, support, skin, interacts, threads_);
+  }
+
+  template <class F>
+  void move(const char* name, std::uint32_t n, const F& f, const ParticleView&) {
+    for_each(name, n, f);
   }
 
  private:
