@@ -84,7 +84,7 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
   if (plan.moving)
     back_end.for_each("bodies", v.rigid_count,
                       AdvanceBodies{v.body.body, v.rigid, v.proxy, v.forcing, v.medium.dt, elapsed});
-  back_end.move("move", v.particles, MoveParticles{v.state, v.acceleration, v.body, v.grid, v.medium.dt}, v.state);
+  back_end.move("move", v.particles, MoveParticles{v.state, v.acceleration, v.body, v.grid, v.medium.dt});
 }
 
 template <class B>

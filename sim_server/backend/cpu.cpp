@@ -185,7 +185,7 @@ class Cpu {
   }
 
   template <class F>
-  void move(const char* name, std::uint32_t n, const F& f, const ParticleView&) {
+  void move(const char* name, std::uint32_t n, const F& f) {
     for_each(name, n, f);
   }
 

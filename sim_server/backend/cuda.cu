@@ -1,9 +1,6 @@
 // The CUDA back end: the whole haptic step, sub-steps included, is one graph, and the host waits once for its results.
-#include <cub/device/device_scan.cuh>
-
 #include <algorithm>
 #include <atomic>
-#include <functional>
 #include <stdexcept>
 
 #include "sim_server/backend/cuda_lists.cuh"
@@ -18,17 +15,9 @@ void check(cudaError_t error, const char* what) {
     throw std::runtime_error(std::string("CUDA: ") + what + " failed: " + cudaGetErrorString(error));
 }
 
-// Whether this toolkit lets the device decide, within a graph, to make new neighbour lists. Otherwise they are made at
-// each sub-step.
-#if CUDART_VERSION >= 13000
-constexpr bool kDeviceDecides = true;
-#else
-constexpr bool kDeviceDecides = false;
-#endif
-
 class Cuda {
  public:
-  static constexpr double kSkinOverSpacing = kDeviceDecides ? 0.3 : 0;
+  static constexpr double kSkinOverSpacing = 0.3;
   static constexpr std::array<int, 3> kCellsPerReach{2, 2, 2};
 
   template <class T>
@@ -43,10 +32,10 @@ class Cuda {
     check(cudaGetDevice(&device), "choosing the device");
     cudaDeviceProp properties{};
     check(cudaGetDeviceProperties(&properties, device), "reading the device's properties");
+    processors_ = properties.multiProcessorCount;
     name_ = std::string("cuda, ") + properties.name + ", float";
     check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "creating a stream");
     check(cudaStreamCreateWithFlags(&copy_stream_, cudaStreamNonBlocking), "creating a stream");
-    check(cudaStreamCreateWithFlags(&branch_, cudaStreamNonBlocking), "creating a stream");
     check(cudaEventCreateWithFlags(&packed_, cudaEventDisableTiming), "creating an event");
     check(cudaEventCreateWithFlags(&copied_, cudaEventDisableTiming), "creating an event");
   }
@@ -62,7 +51,6 @@ class Cuda {
     cudaEventDestroy(copied_);
     cudaStreamDestroy(stream_);
     cudaStreamDestroy(copy_stream_);
-    cudaStreamDestroy(branch_);
   }
 
   std::string name() const { return name_; }
@@ -78,7 +66,7 @@ class Cuda {
                                "': use fewer particles or another GPU");
     device_blocks_.push_back(p);
     arrays_.emplace_back(name, bytes);
-    check(cudaMemset(p, 0, bytes), "clearing an array");
+    check(cudaMemsetAsync(p, 0, bytes, stream_), "clearing an array");
     return static_cast<T*>(p);
   }
   template <class T>
@@ -90,16 +78,20 @@ class Cuda {
   }
   template <class T>
   void upload(T* to, const std::vector<T>& from) {
-    lists_hold_ = false;
-    if (crowded_.device != nullptr) check(cudaMemset(crowded_.device, 0, sizeof(std::uint32_t)), "clearing a count");
+    ask_for_lists();
+    if (crowded_.device != nullptr)
+      check(cudaMemsetAsync(crowded_.device, 0, sizeof(std::uint32_t), stream_), "clearing a count");
     if (!from.empty())
-      check(cudaMemcpy(to, from.data(), from.size() * sizeof(T), cudaMemcpyHostToDevice), "copying to the GPU");
+      check(cudaMemcpyAsync(to, from.data(), from.size() * sizeof(T), cudaMemcpyHostToDevice, stream_),
+            "copying to the GPU");
+    check(cudaStreamSynchronize(stream_), "copying to the GPU");
   }
   template <class T>
   void download(std::vector<T>& to, const T* from) {
-    check(cudaStreamSynchronize(stream_), "waiting for the GPU");
     if (!to.empty())
-      check(cudaMemcpy(to.data(), from, to.size() * sizeof(T), cudaMemcpyDeviceToHost), "copying from the GPU");
+      check(cudaMemcpyAsync(to.data(), from, to.size() * sizeof(T), cudaMemcpyDeviceToHost, stream_),
+            "copying from the GPU");
+    check(cudaStreamSynchronize(stream_), "waiting for the GPU");
   }
   template <class T>
   void push(const Mirror<T>& m) {
@@ -142,8 +134,6 @@ class Cuda {
       check(cudaGraphInstantiate(&graph_, graph, 0), "building the step's graph");
       cudaGraphDestroy(graph);
     }
-    if (kDeviceDecides && !lists_hold_) list_anew_(stream_);
-    lists_hold_ = true;
     check(cudaGraphLaunch(graph_, stream_), "launching the step");
     check(cudaStreamSynchronize(stream_), "running the step");
   }
@@ -152,7 +142,7 @@ class Cuda {
   void forget() {
     if (graph_ != nullptr) check(cudaGraphExecDestroy(graph_), "dropping the step's graph");
     graph_ = nullptr;
-    lists_hold_ = false;
+    ask_for_lists();
     launches_.clear();
   }
 
@@ -164,7 +154,8 @@ class Cuda {
   template <class F>
   void for_each_team(const char* name, std::uint32_t n, const F& f) {
     note(name);
-    with_lanes(n, [&]<int L>() { launch(name, run_team<L, F>, std::uint64_t(n) * L, kTeamThreads, n, lists_, f); });
+    with_lanes(n,
+               [&]<int L>() { launch(name, run_team<L, F>, std::uint64_t(n) * L, kTeamThreads, n, work_.lists, f); });
   }
   template <class F>
   void for_each_block(const char* name, std::uint32_t n, const F& f) {
@@ -174,84 +165,55 @@ class Cuda {
 
   // neighbors: how many a particle has on its lattice.
   const std::uint32_t* allocate_sort(std::uint32_t particles, std::uint32_t cells, double neighbors) {
-    cell_ = allocate<std::uint32_t>("sort cell", particles);
-    slot_ = allocate<std::uint32_t>("sort slot", particles);
-    member_ = allocate<std::uint32_t>("sort member", particles);
-    count_ = allocate<std::uint32_t>("sort count", cells + 1);
-    start_ = allocate<std::uint32_t>("sort start", cells + 1);
-    check(cub::DeviceScan::ExclusiveSum(nullptr, scan_bytes_, count_, start_, static_cast<int>(cells + 1)),
-          "sizing the scan");
-    scan_ = allocate<std::byte>("sort scan", scan_bytes_);
+    work_.n = particles;
+    work_.cell = allocate<std::uint32_t>("sort cell", particles);
+    work_.slot = allocate<std::uint32_t>("sort slot", particles);
+    work_.member = allocate<std::uint32_t>("sort member", particles);
+    work_.count = allocate<std::uint32_t>("sort count", cells + 1);
+    work_.start = allocate<std::uint32_t>("sort start", cells + 1);
+    work_.part = allocate<std::uint32_t>("sort part", kMostListBlocks);
+    work_.listed_at = allocate<Packed>("listed at", particles);
+    work_.due = allocate<std::uint32_t>("lists due", 1);
     crowded_ = mirror<std::uint32_t>("list crowded", 1);
-    with_lanes(particles, [&]<int L>() { lists_.lanes = L; });
+    NeighborLists& lists = work_.lists;
+    with_lanes(particles, [&]<int L>() { lists.lanes = L; });
     // three times the lattice's neighbours, and whole rows of entries
-    lists_.room = (static_cast<std::uint32_t>(3 * neighbors) / 32 + 1) * 32;
-    lists_.entry = allocate<std::uint32_t>("list entries", std::size_t(particles) * lists_.room);
-    lists_.count = allocate<std::uint32_t>("list counts", particles);
-    lists_.crowded = crowded_.device;
-    listed_at_ = allocate<Packed>("listed at", particles);
-    return start_;
+    lists.room = (static_cast<std::uint32_t>(3 * neighbors) / 32 + 1) * 32;
+    lists.entry = allocate<std::uint32_t>("list entries", std::size_t(particles) * lists.room);
+    lists.count = allocate<std::uint32_t>("list counts", particles);
+    lists.crowded = crowded_.device;
+    return work_.start;
   }
   void pull_crowded() { pull(crowded_); }
   // How often a particle had more neighbours than room since the last reset.
   std::uint32_t crowded() const { return *crowded_.host; }
 
-  // The device decides when to sort and list anew, at the end of a sub-step (move). Before a graph's first launch, and
-  // after states were uploaded, the host asks for it (execute).
+  // Sorts and lists neighbours anew when that is due, which the device knows; else leaves the copies that move() made.
   template <class Pair>
   void sort_into_cells(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid,
                        real support, real skin, const Pair& interacts) {
     note("sort");
-    list_anew_ = [=, this](cudaStream_t stream) {
-      const unsigned size = blocks(n, 256);
-      const std::uint32_t cells = grid.cells();
-      check(cudaMemsetAsync(count_, 0, (cells + 1) * sizeof(std::uint32_t), stream), "clearing the cells");
-      count_cells<<<size, 256, 0, stream>>>(n, from.xV, grid, cell_, slot_, count_);
-      check(cub::DeviceScan::ExclusiveSum(scan_, scan_bytes_, count_, start_, static_cast<int>(cells + 1), stream),
-            "scanning the cells");
-      fill_slots<<<size, 256, 0, stream>>>(n, cell_, slot_, start_, member_);
-      reorder<<<size, 256, 0, stream>>>(n, cell_, start_, member_, from, to);
-      constexpr int kLanes = 8;
-      list_neighbors<kLanes><<<blocks(std::uint64_t(n) * kLanes, kTeamThreads), kTeamThreads, 0, stream>>>(
-          n, to.xV, to.tag, grid, support + skin, interacts, lists_, listed_at_);
-      check(cudaGetLastError(), "sorting");
-    };
-    if (!kDeviceDecides) list_anew_(stream_);
-    sorted_ = to;
-    grid_ = grid;
+    work_.from = from;
+    work_.to = to;
+    work_.grid = grid;
+    work_.reach = support + skin;
     skin_ = skin;
+    if (n <= kManyParticles)
+      launch_lists<8>(interacts);
+    else
+      launch_lists<1>(interacts);
   }
 
   // f moves the particles of the state.
   template <class F>
-  void move(const char* name, std::uint32_t n, const F& f, const ParticleView& state) {
-#if CUDART_VERSION >= 13000
+  void move(const char* name, std::uint32_t n, const F& f) {
     note(name);
-    cudaGraphConditionalHandle due{};
-    check(cudaGraphConditionalHandleCreate(&due, captured().graph, 0, cudaGraphCondAssignDefault), "making a branch");
-    launch(name, run_move<F>, n, 256, n, f, state, sorted_, grid_, skin_, listed_at_, due);
-    cudaGraphNodeParams branch{};
-    branch.type = cudaGraphNodeTypeConditional;
-    branch.conditional.handle = due;
-    branch.conditional.type = cudaGraphCondTypeIf;
-    branch.conditional.size = 1;
-    const Captured front = captured();
-    cudaGraphNode_t node = nullptr;
-    check(cudaGraphAddNode(&node, front.graph, front.nodes, front.edges, front.count, &branch), "adding a branch");
-    check(cudaStreamBeginCaptureToGraph(branch_, branch.conditional.phGraph_out[0], nullptr, nullptr, 0,
-                                        cudaStreamCaptureModeThreadLocal),
-          "capturing a branch");
-    list_anew_(branch_);
-    check(cudaStreamEndCapture(branch_, nullptr), "capturing a branch");
-    check(cudaStreamUpdateCaptureDependencies(stream_, &node, nullptr, 1, cudaStreamSetCaptureDependencies),
-          "adding a branch");
-#else
-    (void)state;
-    for_each(name, n, f);
-#endif
+    launch(name, run_move<F>, n, 256, f, work_, skin_);
   }
 
  private:
+  static constexpr unsigned kMostListBlocks = 4096;
+  static constexpr std::uint32_t kManyParticles = 120000;
   // Where one thread a particle would leave the GPU idle, several share a particle. The bounds were measured on an H100
   // (tools/results).
   template <class G>
@@ -263,22 +225,26 @@ class Cuda {
     else
       g.template operator()<1>();
   }
-#if CUDART_VERSION >= 13000
-  // The graph that the stream's work goes to, and what the next node will wait for.
-  struct Captured {
-    cudaGraph_t graph = nullptr;
-    const cudaGraphNode_t* nodes = nullptr;
-    const cudaGraphEdgeData* edges = nullptr;
-    std::size_t count = 0;
-  };
-  Captured captured() const {
-    Captured c;
-    cudaStreamCaptureStatus status{};
-    check(cudaStreamGetCaptureInfo(stream_, &status, nullptr, &c.graph, &c.nodes, &c.edges, &c.count),
-          "looking at the capture");
-    return c;
+  void ask_for_lists() {
+    if (work_.due != nullptr) check(cudaMemsetAsync(work_.due, 1, sizeof(std::uint32_t), stream_), "asking for lists");
   }
-#endif
+  // All blocks must fit on the device at once.
+  template <int L, class Pair>
+  void launch_lists(const Pair& interacts) {
+    int fit = 0;
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&fit, list_anew<L, Pair>, kListThreads, 0), "sizing the lists");
+    cudaLaunchAttribute together{};
+    together.id = cudaLaunchAttributeCooperative;
+    together.val.cooperative = 1;
+    cudaLaunchConfig_t config{};
+    config.gridDim = std::min(
+        {blocks(std::uint64_t(work_.n) * L, kListThreads), static_cast<unsigned>(fit * processors_), kMostListBlocks});
+    config.blockDim = kListThreads;
+    config.stream = stream_;
+    config.attrs = &together;
+    config.numAttrs = 1;
+    check(cudaLaunchKernelEx(&config, list_anew<L, Pair>, work_, interacts), "sorting");
+  }
   // The kernel may be started before the work in front of it has ended: it waits by itself (wait_for_work_in_front).
   template <class... P, class... A>
   void launch(const char* name, void (*kernel)(P...), std::uint64_t threads, unsigned size, const A&... arguments) {
@@ -301,24 +267,17 @@ class Cuda {
   }
 
   std::string name_;
-  cudaStream_t stream_ = nullptr, copy_stream_ = nullptr, branch_ = nullptr;
+  cudaStream_t stream_ = nullptr, copy_stream_ = nullptr;
   cudaEvent_t packed_ = nullptr, copied_ = nullptr;
   cudaGraphExec_t graph_ = nullptr;
   std::vector<void*> device_blocks_, host_blocks_;
   std::vector<std::pair<std::string, std::size_t>> arrays_;
   std::vector<std::string> launches_;
   bool record_ = false;
-  std::uint32_t *cell_ = nullptr, *slot_ = nullptr, *member_ = nullptr, *count_ = nullptr, *start_ = nullptr;
-  NeighborLists lists_;
-  Packed* listed_at_ = nullptr;  // positions that the lists were made for
-  bool lists_hold_ = false;      // at a step's begin
-  std::function<void(cudaStream_t)> list_anew_;
-  ParticleView sorted_;
-  CellGrid grid_;
+  int processors_ = 1;
+  ListWork work_;
   real skin_ = 0;
   Mirror<std::uint32_t> crowded_;
-  std::byte* scan_ = nullptr;
-  std::size_t scan_bytes_ = 0;
 };
 
 }  // namespace

@@ -1,93 +1,162 @@
 // Sorting by cell, neighbour lists, and the check whether they still hold.
 #pragma once
 
+#include <cooperative_groups.h>
+
+#include <cub/block/block_reduce.cuh>
+#include <cub/block/block_scan.cuh>
+
 #include "sim_server/backend/cuda_teams.cuh"
 #include "sim_server/physics/particles.h"
 
 namespace palp {
 
-// Stable counting sort by cell in four kernels. Atomics hand out the slots of a cell in any order; each particle then
-// finds its place among the slots of its cell by comparing indices, so that the result does not depend on that order.
-static __global__ void count_cells(std::uint32_t n, const Packed* xV, CellGrid grid, std::uint32_t* cell,
-                                   std::uint32_t* slot, std::uint32_t* count) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i >= n) return;
-  cell[i] = grid.index_of(xV[i].xyz());
-  slot[i] = atomicAdd(&count[cell[i]], 1u);
+// Where particles are sorted and listed. `due` is not zero when that has to be done.
+struct ListWork {
+  std::uint32_t n = 0;
+  ParticleView from, to;
+  CellGrid grid;
+  real reach = 0;                                                     // of the lists: support radius and skin [m]
+  std::uint32_t *cell = nullptr, *slot = nullptr, *member = nullptr;  // per particle
+  std::uint32_t *count = nullptr, *start = nullptr, *part = nullptr;  // per cell; per block
+  Packed* listed_at = nullptr;                                        // positions that the lists are for
+  std::uint32_t* due = nullptr;
+  NeighborLists lists;
+};
+
+inline constexpr int kListThreads = 256;
+
+// A thread's share of count items: call f(item) for each.
+template <class F>
+__device__ inline void for_share(std::uint32_t count, F&& f) {
+  for (std::uint32_t i = blockIdx.x * kListThreads + threadIdx.x; i < count; i += gridDim.x * kListThreads) f(i);
 }
 
-static __global__ void fill_slots(std::uint32_t n, const std::uint32_t* cell, const std::uint32_t* slot,
-                                  const std::uint32_t* start, std::uint32_t* member) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < n) member[start[cell[i]] + slot[i]] = i;
+// Where each cell starts: each block adds up a part of the cells, then numbers them, having seen the sums before it.
+__device__ inline void number_cells(const ListWork& w, const cooperative_groups::grid_group& all) {
+  using Reduce = cub::BlockReduce<std::uint32_t, kListThreads>;
+  using Scan = cub::BlockScan<std::uint32_t, kListThreads>;
+  __shared__ union {
+    typename Reduce::TempStorage reduce;
+    typename Scan::TempStorage scan;
+  } memory;
+  const std::uint32_t cells = w.grid.n[0] * w.grid.n[1] * w.grid.n[2] + 1;
+  const std::uint32_t share = (cells + gridDim.x - 1) / gridDim.x, begin = min(cells, blockIdx.x * share),
+                      end = min(cells, begin + share);
+  std::uint32_t sum = 0;
+  for (std::uint32_t c = begin + threadIdx.x; c < end; c += kListThreads) sum += w.count[c];
+  sum = Reduce(memory.reduce).Sum(sum);
+  if (threadIdx.x == 0) w.part[blockIdx.x] = sum;
+  all.sync();
+  __shared__ std::uint32_t before;
+  sum = 0;
+  for (std::uint32_t b = threadIdx.x; b < blockIdx.x; b += kListThreads) sum += w.part[b];
+  sum = Reduce(memory.reduce).Sum(sum);
+  if (threadIdx.x == 0) before = sum;
+  __syncthreads();
+  std::uint32_t next = before;
+  for (std::uint32_t c = begin; c < end; c += kListThreads) {
+    std::uint32_t value = c + threadIdx.x < end ? w.count[c + threadIdx.x] : 0, total = 0;
+    Scan(memory.scan).ExclusiveSum(value, value, total);
+    if (c + threadIdx.x < end) w.start[c + threadIdx.x] = next + value;
+    next += total;
+    __syncthreads();
+  }
 }
 
-static __global__ void reorder(std::uint32_t n, const std::uint32_t* cell, const std::uint32_t* start,
-                               const std::uint32_t* member, ParticleView from, ParticleView to) {
-  const std::uint32_t s = blockIdx.x * blockDim.x + threadIdx.x;
-  if (s >= n) return;
-  const std::uint32_t i = member[s], c = cell[i];
-  std::uint32_t place = start[c];
-  for (std::uint32_t t = start[c]; t < start[c + 1]; ++t) place += member[t] < i ? 1u : 0u;
-  copy_particle(from, i, to, place);
+// Stable counting sort by cell. Atomics hand out the slots of a cell in any order; each particle then finds its place
+// among the slots of its cell by comparing indices, so that the result does not depend on that order.
+__device__ inline void sort_particles(const ListWork& w, const cooperative_groups::grid_group& all) {
+  for_share(w.grid.n[0] * w.grid.n[1] * w.grid.n[2] + 1, [&](std::uint32_t c) { w.count[c] = 0; });
+  all.sync();
+  for_share(w.n, [&](std::uint32_t i) {
+    w.cell[i] = w.grid.index_of(w.from.xV[i].xyz());
+    w.slot[i] = atomicAdd(&w.count[w.cell[i]], 1u);
+  });
+  all.sync();
+  number_cells(w, all);
+  all.sync();
+  for_share(w.n, [&](std::uint32_t i) { w.member[w.start[w.cell[i]] + w.slot[i]] = i; });
+  all.sync();
+  for_share(w.n, [&](std::uint32_t s) {
+    const std::uint32_t i = w.member[s], c = w.cell[i], begin = w.start[c], end = w.start[c + 1];
+    std::uint32_t place = begin;
+    for (std::uint32_t t = begin; t < end; ++t) place += w.member[t] < i ? 1u : 0u;
+    copy_particle(w.from, i, w.to, place);
+    w.listed_at[place] = w.from.xV[i];
+  });
 }
 
 // L lanes go through the cells around a particle side by side.
-template <int L>
 struct SearchTeam {
   PALP_HD int group() const { return 0; }
   PALP_HD int groups() const { return 1; }
 };
 
-// Lists the particles within reach, in the order of the cells, and remembers where the particles are.
+// Lists the particles within reach of particle i, in the order of the cells.
 template <int L, class Pair>
-__global__ void __launch_bounds__(kTeamThreads)
-    list_neighbors(std::uint32_t n, const Packed* xV, const Tag* tag, CellGrid grid, real reach, Pair interacts,
-                   NeighborLists lists, Packed* listed_at) {
-  const std::uint32_t t = blockIdx.x * kTeamThreads + threadIdx.x, i = t / L, lane = t % L;
-  if (i >= n) return;
+__device__ inline void list_neighbors(const ListWork& w, std::uint32_t i, std::uint32_t lane, const Pair& interacts) {
   const unsigned first = threadIdx.x % 32 / L * L;
-  const unsigned team = L == 32 ? 0xffffffffu : ((1u << L) - 1u) << first, before = ((1u << lane) - 1u) << first;
-  const Packed xV_i = xV[i];
-  const Tag tag_i = tag[i];
+  const unsigned team = ((1u << L) - 1u) << first, before = ((1u << lane) - 1u) << first;
+  const Vec3 x_i = w.to.xV[i].xyz();
+  const Tag tag_i = w.to.tag[i];
   std::uint32_t count = 0;
-  for_each_run(
-      grid, xV_i.xyz(), reach, SearchTeam<L>{}, [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
-        const Vec3 x = xV_i.xyz() - shift;
-        for (; begin < end; begin += L) {
-          const std::uint32_t j = begin + lane;
-          const bool listed = j < end && (x - xV[j].xyz()).squaredNorm() < reach * reach && interacts(tag_i, tag[j]);
-          const unsigned hits = __ballot_sync(team, listed);
-          const std::uint32_t k = count + __popc(hits & before);
-          if (listed && k < lists.room) lists.entry[lists.index(n, i, k)] = j;
-          count += __popc(hits & team);
-        }
-      });
+  for_each_run(w.grid, x_i, w.reach, SearchTeam{}, [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
+    const Vec3 x = x_i - shift;
+    for (; begin < end; begin += L) {
+      const std::uint32_t j = begin + lane;
+      const bool listed =
+          j < end && (x - w.to.xV[j].xyz()).squaredNorm() < w.reach * w.reach && interacts(tag_i, w.to.tag[j]);
+      std::uint32_t k = count;
+      if constexpr (L == 1) {
+        count += listed ? 1u : 0u;
+      } else {
+        const unsigned hits = __ballot_sync(team, listed);
+        k += __popc(hits & before);
+        count += __popc(hits & team);
+      }
+      if (listed && k < w.lists.room) w.lists.entry[w.lists.index(w.n, i, k)] = j;
+    }
+  });
   if (lane > 0) return;
-  if (count > lists.room) {
-    atomicAdd(lists.crowded, 1u);
-    count = lists.room;
+  if (count > w.lists.room) {
+    atomicAdd(w.lists.crowded, 1u);
+    count = w.lists.room;
   }
-  lists.count[i] = count;
-  listed_at[i] = xV_i;
+  w.lists.count[i] = count;
+}
+
+// Sorts the particles and lists their neighbours if that is due. One kernel, whose blocks all run at once and wait for
+// each other, because one that has nothing to do costs a third of a conditional branch of a graph. L lanes list for a
+// particle.
+template <int L, class Pair>
+__global__ void __launch_bounds__(kListThreads) list_anew(ListWork w, Pair interacts) {
+  wait_for_work_in_front();
+  if (*w.due == 0) return;
+  const cooperative_groups::grid_group all = cooperative_groups::this_grid();
+  sort_particles(w, all);
+  all.sync();
+  if (blockIdx.x == 0 && threadIdx.x == 0) *w.due = 0;
+  const std::uint32_t lane = threadIdx.x % L;
+  for (std::uint32_t i = (blockIdx.x * kListThreads + threadIdx.x) / L; i < w.n; i += gridDim.x * kListThreads / L)
+    list_neighbors<L>(w, i, lane, interacts);
 }
 
 // Moves the particles, copies what has changed to where the next sub-step looks for it, and asks for new lists when one
 // has moved by half of the skin since they were made, or to nowhere.
 template <class F>
-__global__ void run_move(std::uint32_t n, F f, ParticleView state, ParticleView sorted, CellGrid grid, real skin,
-                         const Packed* listed_at, cudaGraphConditionalHandle new_lists) {
+__global__ void run_move(F f, ListWork w, real skin) {
   wait_for_work_in_front();
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   bool due = false;
-  if (i < n) {
+  if (i < w.n) {
     f(i);
-    const Packed xV = state.xV[i];
-    sorted.xV[i] = xV;
-    sorted.vp[i] = state.vp[i];
-    due = !(real(4) * separation(grid, xV.xyz(), listed_at[i]).squaredNorm() < skin * skin);
+    const Packed xV = w.from.xV[i];
+    w.to.xV[i] = xV;
+    w.to.vp[i] = w.from.vp[i];
+    due = !(real(4) * separation(w.grid, xV.xyz(), w.listed_at[i]).squaredNorm() < skin * skin);
   }
-  if (__syncthreads_or(due) && threadIdx.x == 0) cudaGraphSetConditional(new_lists, 1);
+  if (__syncthreads_or(due) && threadIdx.x == 0) *w.due = 1;
 }
 
 }  // namespace palp

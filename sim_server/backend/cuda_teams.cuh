@@ -57,12 +57,18 @@ template <int L, class F>
 PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, LaneTeam<L> team,
                                   F&& f) {
   const real support2 = support * support;
+  // Adding and taking away this number rounds to a whole one: the nearest image without branches.
+  constexpr real kRound = real(12582912);
+  Vec3 inv_period;
+  for (int a = 0; a < 3; ++a) inv_period[a] = g.periodic(a) ? real(1) / g.period[a] : real(0);
   const std::uint32_t* entry = team.list;
   for (std::uint32_t k = team.member(); k < team.count; k += L, entry += team.stride) {
     const std::uint32_t j = *entry;
-    const Vec3 d = separation(g, x_i, xV[j]);
+    const Packed xV_j = fetch(xV + j);
+    Vec3 d = x_i - xV_j.xyz();
+    for (int a = 0; a < 3; ++a) d[a] -= g.period[a] * ((d[a] * inv_period[a] + kRound) - kRound);
     const real r2 = d.squaredNorm();
-    if (r2 < support2) f(j, d, r2);
+    if (r2 < support2) f(j, xV_j, d, r2);
   }
 }
 
