@@ -60,7 +60,6 @@ class SimulationOn final : public Simulation {
       palp::step(back_end_, plan_, views_);
       if (plan_.wrench) back_end_.pull(bodies_);
       back_end_.pull(health_);
-      back_end_.pull_crowded();
     });
     ++output_.step;
     output_.time = static_cast<double>(output_.step) / scene_.config.rate_hz;

@@ -167,7 +167,6 @@ class Cpu {
     return start_;
   }
 
-  void pull_crowded() {}
   static std::uint32_t crowded() { return 0; }  // lists grow as needed
 
   // Sorts and lists neighbours anew when that is due; else copies in place.

@@ -17,7 +17,7 @@ void check(cudaError_t error, const char* what) {
 
 class Cuda {
  public:
-  static constexpr double kSkinOverSpacing = 0.3;
+  static constexpr double kSkinOverSpacing = 0.2;
   static constexpr std::array<int, 3> kCellsPerReach{2, 2, 2};
 
   template <class T>
@@ -33,6 +33,7 @@ class Cuda {
     cudaDeviceProp properties{};
     check(cudaGetDeviceProperties(&properties, device), "reading the device's properties");
     processors_ = properties.multiProcessorCount;
+    early_launch_ = properties.major >= 9;
     name_ = std::string("cuda, ") + properties.name + ", float";
     check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "creating a stream");
     check(cudaStreamCreateWithFlags(&copy_stream_, cudaStreamNonBlocking), "creating a stream");
@@ -79,8 +80,7 @@ class Cuda {
   template <class T>
   void upload(T* to, const std::vector<T>& from) {
     ask_for_lists();
-    if (crowded_.device != nullptr)
-      check(cudaMemsetAsync(crowded_.device, 0, sizeof(std::uint32_t), stream_), "clearing a count");
+    if (work_.lists.crowded != nullptr) *work_.lists.crowded = 0;
     if (!from.empty())
       check(cudaMemcpyAsync(to, from.data(), from.size() * sizeof(T), cudaMemcpyHostToDevice, stream_),
             "copying to the GPU");
@@ -174,19 +174,20 @@ class Cuda {
     work_.part = allocate<std::uint32_t>("sort part", kMostListBlocks);
     work_.listed_at = allocate<Packed>("listed at", particles);
     work_.due = allocate<std::uint32_t>("lists due", 1);
-    crowded_ = mirror<std::uint32_t>("list crowded", 1);
     NeighborLists& lists = work_.lists;
     with_lanes(particles, [&]<int L>() { lists.lanes = L; });
     // three times the lattice's neighbours, and whole rows of entries
     lists.room = (static_cast<std::uint32_t>(3 * neighbors) / 32 + 1) * 32;
     lists.entry = allocate<std::uint32_t>("list entries", std::size_t(particles) * lists.room);
     lists.count = allocate<std::uint32_t>("list counts", particles);
-    lists.crowded = crowded_.device;
+    // the device counts in the host's memory: that is rare, and copying the count was not
+    check(cudaMallocHost(reinterpret_cast<void**>(&lists.crowded), sizeof(std::uint32_t)), "allocating pinned memory");
+    host_blocks_.push_back(lists.crowded);
+    *lists.crowded = 0;
     return work_.start;
   }
-  void pull_crowded() { pull(crowded_); }
   // How often a particle had more neighbours than room since the last reset.
-  std::uint32_t crowded() const { return *crowded_.host; }
+  std::uint32_t crowded() const { return *work_.lists.crowded; }
 
   // Sorts and lists neighbours anew when that is due, which the device knows; else leaves the copies that move() made.
   template <class Pair>
@@ -198,10 +199,10 @@ class Cuda {
     work_.grid = grid;
     work_.reach = support + skin;
     skin_ = skin;
-    if (n <= kManyParticles)
-      launch_lists<8>(interacts);
+    if (work_.lists.lanes == 4)
+      launch_lists<true>(interacts);
     else
-      launch_lists<1>(interacts);
+      launch_lists<false>(interacts);
   }
 
   // f moves the particles of the state.
@@ -213,37 +214,39 @@ class Cuda {
 
  private:
   static constexpr unsigned kMostListBlocks = 4096;
-  static constexpr std::uint32_t kManyParticles = 120000;
   // Where one thread a particle would leave the GPU idle, several share a particle. The bounds were measured on an H100
   // (tools/results).
   template <class G>
   static void with_lanes(std::uint32_t n, G&& g) {
-    if (n <= 4000)
+    if (n <= 5000)
       g.template operator()<32>();
-    else if (n <= 120000)
+    else if (n <= 20000)
+      g.template operator()<16>();
+    else if (n <= 50000)
       g.template operator()<8>();
     else
-      g.template operator()<1>();
+      g.template operator()<4>();
   }
   void ask_for_lists() {
     if (work_.due != nullptr) check(cudaMemsetAsync(work_.due, 1, sizeof(std::uint32_t), stream_), "asking for lists");
   }
   // All blocks must fit on the device at once.
-  template <int L, class Pair>
+  template <bool kAlone, class Pair>
   void launch_lists(const Pair& interacts) {
     int fit = 0;
-    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&fit, list_anew<L, Pair>, kListThreads, 0), "sizing the lists");
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&fit, list_anew<kAlone, Pair>, kListThreads, 0),
+          "sizing the lists");
     cudaLaunchAttribute together{};
     together.id = cudaLaunchAttributeCooperative;
     together.val.cooperative = 1;
     cudaLaunchConfig_t config{};
-    config.gridDim = std::min(
-        {blocks(std::uint64_t(work_.n) * L, kListThreads), static_cast<unsigned>(fit * processors_), kMostListBlocks});
+    config.gridDim = std::min({blocks(std::uint64_t(work_.n) * (kAlone ? 1 : kSearchLanes), kListThreads),
+                               static_cast<unsigned>(fit * processors_), kMostListBlocks});
     config.blockDim = kListThreads;
     config.stream = stream_;
     config.attrs = &together;
     config.numAttrs = 1;
-    check(cudaLaunchKernelEx(&config, list_anew<L, Pair>, work_, interacts), "sorting");
+    check(cudaLaunchKernelEx(&config, list_anew<kAlone, Pair>, work_, interacts), "sorting");
   }
   // The kernel may be started before the work in front of it has ended: it waits by itself (wait_for_work_in_front).
   template <class... P, class... A>
@@ -256,7 +259,7 @@ class Cuda {
     config.blockDim = size;
     config.stream = stream_;
     config.attrs = &early;
-    config.numAttrs = 1;
+    config.numAttrs = early_launch_ ? 1 : 0;
     check(cudaLaunchKernelEx(&config, kernel, arguments...), name);
   }
   static unsigned blocks(std::uint64_t threads, unsigned size) {
@@ -275,9 +278,9 @@ class Cuda {
   std::vector<std::string> launches_;
   bool record_ = false;
   int processors_ = 1;
+  bool early_launch_ = false;
   ListWork work_;
   real skin_ = 0;
-  Mirror<std::uint32_t> crowded_;
 };
 
 }  // namespace

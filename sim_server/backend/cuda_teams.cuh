@@ -20,7 +20,7 @@ PALP_HD inline void wait_for_work_in_front() {
 struct NeighborLists {
   std::uint32_t* entry = nullptr;
   std::uint32_t* count = nullptr;    // per particle
-  std::uint32_t* crowded = nullptr;  // particles that had more neighbours than there is room for
+  std::uint32_t* crowded = nullptr;  // how often a particle had more neighbours than room; the host's
   std::uint32_t room = 0;            // entries per particle
   std::uint32_t lanes = 1;           // per particle, a power of two
 
@@ -61,9 +61,13 @@ PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec
   constexpr real kRound = real(12582912);
   Vec3 inv_period;
   for (int a = 0; a < 3; ++a) inv_period[a] = g.periodic(a) ? real(1) / g.period[a] : real(0);
+  // An entry is read a round ahead of its use: a round then waits for one gather less.
   const std::uint32_t* entry = team.list;
-  for (std::uint32_t k = team.member(); k < team.count; k += L, entry += team.stride) {
-    const std::uint32_t j = *entry;
+  std::uint32_t next = team.member() < team.count ? *entry : 0;
+  for (std::uint32_t k = team.member(); k < team.count; k += L) {
+    const std::uint32_t j = next;
+    entry += team.stride;
+    if (k + L < team.count) next = *entry;
     const Packed xV_j = fetch(xV + j);
     Vec3 d = x_i - xV_j.xyz();
     for (int a = 0; a < 3; ++a) d[a] -= g.period[a] * ((d[a] * inv_period[a] + kRound) - kRound);
@@ -84,19 +88,18 @@ struct BlockTeam {
   }
   PALP_HD std::uint32_t size() const { return kThreads; }
   PALP_HD bool leader() const { return lane() == 0; }
-  // A tree of fixed shape, so the same input gives the same bits.
+  // In a fixed order, so the same input gives the same bits.
   template <class T, class Op>
   PALP_HD T reduce(T value, Op op) const {
 #ifdef __CUDA_ARCH__
-    __shared__ T part[kThreads];
+    constexpr int kWarps = kThreads / 32;
+    __shared__ T part[kWarps];
+    for (int step = 16; step > 0; step /= 2) value = op(value, __shfl_xor_sync(0xffffffffu, value, step));
     __syncthreads();
-    part[threadIdx.x] = value;
+    if (threadIdx.x % 32 == 0) part[threadIdx.x / 32] = value;
     __syncthreads();
-    for (int half = kThreads / 2; half > 0; half /= 2) {
-      if (int(threadIdx.x) < half) part[threadIdx.x] = op(part[threadIdx.x], part[threadIdx.x + half]);
-      __syncthreads();
-    }
-    value = part[0];
+    value = part[threadIdx.x % kWarps];
+    for (int step = kWarps / 2; step > 0; step /= 2) value = op(value, __shfl_xor_sync(0xffffffffu, value, step));
 #endif
     return value;
   }

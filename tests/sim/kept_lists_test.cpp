@@ -106,6 +106,22 @@ TEST_P(KeptLists, GiveTheSameBitsEachTime) {
   }
 }
 
+// At eight times its density a fluid has more neighbours than the GPU's lists have room for; the CPU's grow.
+TEST(Lists, WithoutRoomAreReported) {
+  Scene scene = empty_scene(0.1, {0, 0, 0}, {1, 1, 1});
+  scene.config.gravity.setZero();
+  add_material(scene, 1000, 1e-3);
+  scene.spacing = 0.05;
+  add_body(scene, "water", BodyType::fluid, 0, {0.3, 0.3, 0.3}, {0.7, 0.7, 0.7});
+  scene.spacing = 0.1;
+  const auto simulation = simulate(scene);
+  for (int k = 0; k < 2; ++k) {
+    const Health& health = simulation->step({}).health;
+    EXPECT_EQ(health.ok, kBackend == Backend::cpu) << health.cause;
+    EXPECT_EQ(health.cause.find("crowded") != std::string::npos, kBackend == Backend::cuda) << health.cause;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Flows, KeptLists,
                          ::testing::Values(Case{"still", Method::accurate, {false, false, false}, 0},
                                            Case{"fast", Method::accurate, {true, true, false}, 0.08},
