@@ -125,7 +125,7 @@ void plan_bodies(const Scene& scene, Plan& plan) {
   plan.contact = plan.moving && solids > 1;
 }
 
-void plan_cells(const Scene& scene, const std::array<int, 3>& cells_per_reach, Plan& plan) {
+void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
   const SceneConfig& config = scene.config;
   for (int a = 0; a < 3; ++a) {
     if (!config.periodic[a]) continue;
@@ -142,8 +142,7 @@ void plan_cells(const Scene& scene, const std::array<int, 3>& cells_per_reach, P
     const double length = scene.bounds_max[a] - scene.bounds_min[a];
     // a periodic axis of just three cells must not lose one to rounding
     plan.cells[a] = std::max(
-        1, static_cast<int>(std::min(
-               cells_per_reach[static_cast<std::size_t>(a)] * length / (plan.support + plan.skin) * (1 + 1e-9), 1e6)));
+        1, static_cast<int>(std::min(cells_per_reach * length / (plan.support + plan.skin) * (1 + 1e-9), 1e6)));
     cells *= plan.cells[a];
   }
   // an airy domain needs no finer cells than about eight per particle
@@ -206,7 +205,7 @@ double viscous_limit(double support_over_spacing) {
   return interpolate({{{2.0, 0.323}, {2.6, 0.533}, {3.0, 0.697}, {4.0, 1.41}}}, support_over_spacing);
 }
 
-Plan make_plan(const Scene& scene, double skin_over_spacing, const std::array<int, 3>& cells_per_reach) {
+Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach) {
   const SceneConfig& config = scene.config;
   const NumericsConfig& n = config.numerics;
   const Level level = level_of(config.accuracy);

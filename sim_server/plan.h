@@ -2,7 +2,6 @@
 // not name is allocated or launched.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -48,8 +47,8 @@ struct Plan {
 // Throws ConfigError when the scene cannot be run as asked: sub_steps unstable, a periodic axis too short, too many
 // cells.
 // skin_over_spacing: what the back end would like (backend/cpu.cpp); a short periodic axis may leave less.
-// cells_per_reach: along each axis; small cells leave fewer candidates to test, large ones are fewer to visit.
-Plan make_plan(const Scene& scene, double skin_over_spacing = 0, const std::array<int, 3>& cells_per_reach = {1, 1, 1});
+// cells_per_reach: small cells leave fewer candidates to test, large ones are fewer to visit.
+Plan make_plan(const Scene& scene, double skin_over_spacing = 0, int cells_per_reach = 1);
 
 // "method accurate, dx 20 mm, H 2.5 dx, c 17.7 m/s, ..." one line.
 std::string describe(const Plan& plan, const Scene& scene);

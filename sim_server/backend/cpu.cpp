@@ -3,7 +3,6 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <memory>
 #include <new>
@@ -84,7 +83,7 @@ class Cpu {
  public:
   // Wide enough to keep lists for tens of sub-steps of a stirred fluid, narrow enough that few of their pairs are idle.
   static constexpr double kSkinOverSpacing = 0.3;
-  static constexpr std::array<int, 3> kCellsPerReach{1, 1, 1};
+  static constexpr int kCellsPerReach = 1;
 
   template <class T>
   struct Mirror {

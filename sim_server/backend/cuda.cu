@@ -1,6 +1,5 @@
 // The CUDA back end: the whole haptic step, sub-steps included, is one graph, and the host waits once for its results.
 #include <algorithm>
-#include <atomic>
 #include <stdexcept>
 
 #include "sim_server/backend/cuda_lists.cuh"
@@ -17,8 +16,10 @@ void check(cudaError_t error, const char* what) {
 
 class Cuda {
  public:
+  // Wide enough to keep lists for five sub-steps of a stirred fluid, narrow enough that a third of their pairs at most
+  // are idle (tools/results).
   static constexpr double kSkinOverSpacing = 0.2;
-  static constexpr std::array<int, 3> kCellsPerReach{2, 2, 2};
+  static constexpr int kCellsPerReach = 2;
 
   template <class T>
   struct Mirror {
