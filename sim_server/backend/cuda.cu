@@ -16,8 +16,8 @@ void check(cudaError_t error, const char* what) {
 
 class Cuda {
  public:
-  // Wide enough to keep lists for five sub-steps of a stirred fluid, narrow enough that a third of their pairs at most
-  // are idle (tools/results).
+  // Wide enough to keep lists for five sub-steps of a stirred fluid, narrow enough that a quarter of their pairs at
+  // most are idle (tools/results).
   static constexpr double kSkinOverSpacing = 0.2;
   static constexpr int kCellsPerReach = 2;
 
