@@ -21,7 +21,7 @@ struct PeriodicBox {
     Eigen::Vector3d d = a - b;
     for (int axis = 0; axis < 3; ++axis) {
       const double length = max[axis] - min[axis];
-      if (is_periodic(axis)) d[axis] -= length * std::round(d[axis] / length);
+      if (is_periodic(axis) && 2 * std::abs(d[axis]) > length) d[axis] -= length * std::round(d[axis] / length);
     }
     return d;
   }

@@ -8,6 +8,9 @@ namespace palp {
 namespace {
 
 constexpr double kThinnest = 0.6;  // of a spacing: a stretch between faces that is thinner spoils the lattice of boxes
+constexpr double kMisfit = 0.005;  // of a curved solid's volume, that its particles may lack or exceed
+constexpr int kMostPercent = 4;    // that its lattice is made finer or coarser for it
+constexpr std::size_t kManyParticles = 200000;  // have the solid's volume well enough
 
 // Cells of one stretch after another along an axis: centre, width, and the stretch they belong to.
 struct Axis {
@@ -58,24 +61,34 @@ bool too_thin(const BoxCells& cells, double spacing) {
   return false;
 }
 
-Particles fill_lattice(const Solid& solid, double spacing, std::size_t max_particles) {
-  const Eigen::AlignedBox3d anchor = solid.parts.front().bounds;
-  Eigen::Vector3d step, low, high;  // low and high: range of cell indices
+// Cells of equal size, one of them with its low corner at `corner`.
+struct Lattice {
+  Eigen::Vector3d corner, step;
+  double center(int axis, double i) const { return corner[axis] + (i + 0.5) * step[axis]; }
+};
+
+Lattice fitted_lattice(const Eigen::AlignedBox3d& anchor, double spacing) {
+  Lattice lattice{anchor.min(), anchor.sizes()};
+  for (int a = 0; a < 3; ++a) lattice.step[a] /= cells_in(anchor.sizes()[a], spacing);
+  return lattice;
+}
+
+Particles fill_lattice(const Solid& solid, const Lattice& lattice, std::size_t max_particles) {
+  Eigen::Vector3d low, high;  // range of cell indices
   for (int a = 0; a < 3; ++a) {
-    step[a] = anchor.sizes()[a] / cells_in(anchor.sizes()[a], spacing);
-    low[a] = std::floor((solid.bounds.min()[a] - anchor.min()[a]) / step[a] + 1e-9);
-    high[a] = std::ceil((solid.bounds.max()[a] - anchor.min()[a]) / step[a] - 1e-9);
+    low[a] = std::floor((solid.bounds.min()[a] - lattice.corner[a]) / lattice.step[a] + 1e-9);
+    high[a] = std::ceil((solid.bounds.max()[a] - lattice.corner[a]) / lattice.step[a] - 1e-9);
   }
-  const auto center = [&](int a, double i) { return anchor.min()[a] + (i + 0.5) * step[a]; };
   Particles out;
   std::vector<Interval> inside;
   for (double j = low.y(); j < high.y(); ++j) {
     for (double i = low.x(); i < high.x(); ++i) {
-      solid.column(center(0, i), center(1, j), inside);
+      solid.column(lattice.center(0, i), lattice.center(1, j), inside);
       for (const Interval& z : inside) {
-        for (double k = std::ceil((z.low - anchor.min().z()) / step.z() - 0.5); center(2, k) < z.high; ++k) {
-          out.position.emplace_back(center(0, i), center(1, j), center(2, k));
-          out.volume.push_back(step.prod());
+        double k = std::ceil((z.low - lattice.corner.z()) / lattice.step.z() - 0.5);
+        for (; lattice.center(2, k) < z.high; ++k) {
+          out.position.emplace_back(lattice.center(0, i), lattice.center(1, j), lattice.center(2, k));
+          out.volume.push_back(lattice.step.prod());
           if (out.position.size() > max_particles) return out;
         }
       }
@@ -84,14 +97,45 @@ Particles fill_lattice(const Solid& solid, double spacing, std::size_t max_parti
   return out;
 }
 
+double misfit(const Particles& particles, double volume) {
+  const double filled = static_cast<double>(particles.volume.size()) * particles.volume.front();
+  return std::abs(filled / volume - 1);
+}
+
+// The cells whose centres lie inside a curved solid have not quite its volume. Tries lattices a little finer and
+// coarser, with a cell or a corner in the middle, until they have.
+Particles fill_curved(const Solid& solid, double volume, double spacing, std::size_t max_particles) {
+  const Part& first = solid.parts.front();
+  const Lattice fitted = fitted_lattice(first.bounds, spacing);
+  Particles best = fill_lattice(solid, fitted, max_particles);
+  if (first.type == ShapeType::box || best.position.empty() || best.position.size() > kManyParticles) return best;
+  const std::size_t empty = empty_parts(solid, best).size();
+  const int axes = first.type == ShapeType::cylinder ? 2 : 3;  // the caps of a cylinder stay where they are
+  for (int percent = 0; percent <= kMostPercent && misfit(best, volume) > kMisfit; ++percent) {
+    for (const double scale : {1 + 0.01 * percent, 1 - 0.01 * percent}) {
+      for (const double corner : {0.0, 0.5}) {
+        Lattice lattice = fitted;
+        for (int a = 0; a < axes; ++a) {
+          lattice.step[a] = scale * spacing;
+          lattice.corner[a] = first.bounds.center()[a] + corner * lattice.step[a];
+        }
+        Particles tried = fill_lattice(solid, lattice, max_particles);
+        if (tried.position.empty() || misfit(tried, volume) >= misfit(best, volume)) continue;
+        if (empty_parts(solid, tried).size() <= empty) best = std::move(tried);
+      }
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
-Particles fill_solid(const Solid& solid, double spacing, std::size_t max_particles) {
+Particles fill_solid(const Solid& solid, double volume, double spacing, std::size_t max_particles) {
   if (solid.aligned_boxes()) {
     const BoxCells cells = box_cells(solid);
     if (!too_thin(cells, spacing)) return fill_boxes(cells, spacing, max_particles);
   }
-  return fill_lattice(solid, spacing, max_particles);
+  return fill_curved(solid, volume, spacing, max_particles);
 }
 
 std::vector<std::size_t> empty_parts(const Solid& solid, const Particles& filled) {

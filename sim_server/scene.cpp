@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "config/error.h"
+#include "sim_server/packing.h"
 #include "sim_server/particle_csv.h"
 #include "sim_server/sampling.h"
 #include "sim_server/scene_checks.h"
@@ -84,7 +85,7 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     const double expected = moments.volume / (spacing * spacing * spacing);
     const double most = static_cast<double>(room);
     if (expected > 1.5 * most + 1000) throw BodyTooLarge{expected};
-    particles = fill_solid(*solid, spacing, room);
+    particles = fill_solid(*solid, moments.volume, spacing, room);
     if (particles.position.size() > room) throw BodyTooLarge{std::max(expected, most)};
     if (particles.position.empty()) {
       throw ConfigError(
@@ -197,7 +198,10 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles) {
   add_proxies(scene);
   check_inside_domain(scene, faults);
   if (!faults.empty()) throw ConfigError(faults);
-  check_overlaps(scene, solids, faults);
+  check_apart(scene, solids, faults);
+  if (!faults.empty()) throw ConfigError(faults);
+  pack_fluids(scene, solids);
+  check_distances(scene, faults);
   if (!faults.empty()) throw ConfigError(faults);
   return scene;
 }

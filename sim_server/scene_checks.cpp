@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kNearest = 0.5;      // of a spacing, between bodies
 constexpr double kCoincident = 1e-3;  // of a spacing, within a body
+constexpr double kSurface = 1e-6;     // of a spacing, the rounding of a place on a surface
 
 std::string place(const Eigen::Vector3d& p) { return fmt::format("({:.4g}, {:.4g}, {:.4g}) m", p.x(), p.y(), p.z()); }
 
@@ -42,32 +43,14 @@ class Pairs {
   std::set<std::pair<std::uint32_t, std::uint32_t>> seen_;
 };
 
-void check_distances(const Scene& scene, Pairs& pairs) {
-  const PeriodicBox box = box_of(scene);
-  const CellGrid grid(scene.position, box, kNearest * scene.spacing);
-  for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
-    grid.near(scene.position[i], [&](std::uint32_t j) {
-      if (j <= i) return;
-      const double limit = (scene.body[i] == scene.body[j] ? kCoincident : kNearest) * scene.spacing * (1 - 1e-6);
-      if (box.between(scene.position[i], scene.position[j]).norm() < limit) {
-        pairs.overlap(scene.body[i], scene.body[j], scene.position[i]);
-      }
-    });
+// Farther inside than rounding: a particle on the very surface belongs to the one side as well as to the other.
+bool well_inside(const Solid& solid, const Eigen::Vector3d& p, double margin) {
+  if (!solid.bounds.contains(p) || !solid.contains(p)) return false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d step = margin * Eigen::Vector3d::Unit(axis);
+    if (!solid.contains(p + step) || !solid.contains(p - step)) return false;
   }
-}
-
-void check_inside(const Scene& scene, const std::vector<std::optional<Solid>>& solids, Pairs& pairs) {
-  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
-    if (!solids[b] || scene.bodies[b].type == BodyType::fluid) continue;
-    const Body& body = scene.bodies[b];
-    const Eigen::Isometry3d to_world = Eigen::Translation3d(body.position) * body.orientation * solids[b]->frame;
-    const Eigen::Isometry3d to_solid = to_world.inverse();
-    for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
-      if (scene.body[i] == b) continue;
-      const Eigen::Vector3d p = to_solid * scene.position[i];
-      if (solids[b]->bounds.contains(p) && solids[b]->contains(p)) pairs.overlap(scene.body[i], b, scene.position[i]);
-    }
-  }
+  return true;
 }
 
 }  // namespace
@@ -93,11 +76,34 @@ void check_inside_domain(Scene& scene, std::vector<std::string>& faults) {
   }
 }
 
-void check_overlaps(const Scene& scene, const std::vector<std::optional<Solid>>& solids,
-                    std::vector<std::string>& faults) {
+void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& solids,
+                 std::vector<std::string>& faults) {
   Pairs pairs(scene, faults);
-  check_inside(scene, solids, pairs);
-  check_distances(scene, pairs);
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    if (!solids[b]) continue;
+    const Body& body = scene.bodies[b];
+    const Eigen::Isometry3d to_world = Eigen::Translation3d(body.position) * body.orientation * solids[b]->frame;
+    const Eigen::Isometry3d to_solid = to_world.inverse();
+    for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
+      if (scene.body[i] != b && well_inside(*solids[b], to_solid * scene.position[i], kSurface * scene.spacing))
+        pairs.overlap(scene.body[i], b, scene.position[i]);
+    }
+  }
+}
+
+void check_distances(const Scene& scene, std::vector<std::string>& faults) {
+  Pairs pairs(scene, faults);
+  const PeriodicBox box = box_of(scene);
+  const CellGrid grid(scene.position, box, kNearest * scene.spacing);
+  for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
+    grid.near(scene.position[i], [&](std::uint32_t j) {
+      if (j <= i) return;
+      const double limit = (scene.body[i] == scene.body[j] ? kCoincident : kNearest) * scene.spacing * (1 - 1e-6);
+      if (box.between(scene.position[i], scene.position[j]).norm() < limit) {
+        pairs.overlap(scene.body[i], scene.body[j], scene.position[i]);
+      }
+    });
+  }
 }
 
 }  // namespace palp

@@ -13,9 +13,12 @@ namespace palp {
 // Wraps fluid particles into the domain on periodic axes, then reports particles that are outside.
 void check_inside_domain(Scene& scene, std::vector<std::string>& faults);
 
-// Particles of two bodies nearer than half a spacing, particles inside the solid of another body, and particles of one
-// body on top of each other. One fault for each pair of bodies. `solids`: by body, empty for bodies of loose particles.
-void check_overlaps(const Scene& scene, const std::vector<std::optional<Solid>>& solids,
-                    std::vector<std::string>& faults);
+// Particles inside the solid of another body; one fault for each pair of bodies. `solids`: by body, empty for bodies of
+// loose particles.
+void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& solids, std::vector<std::string>& faults);
+
+// Particles of two bodies nearer than half a spacing, and particles of one body on top of each other. One fault for
+// each pair of bodies.
+void check_distances(const Scene& scene, std::vector<std::string>& faults);
 
 }  // namespace palp

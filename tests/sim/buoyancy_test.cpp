@@ -48,6 +48,31 @@ TEST(Archimedes, SubmergedSphereIsPushedUpByTheFluidsWeight) {
   EXPECT_TRUE(within(force.head<2>().norm() / weight, tol::kBuoyancy));
 }
 
+// As a user's scene has it: a sphere anywhere in the water, off its lattice, and its volume that of its shape.
+TEST(Archimedes, SubmergedSphereAnywhereIsPushedUpByItsVolume) {
+  constexpr double radius = 5 * kSpacing, weight = 1000 * 9.81 * 4 / 3 * M_PI * radius * radius * radius;
+  SceneConfig config = load_scene(PALP_SOURCE_DIR "/config/scenes/submerged_sphere.toml");
+  config.numerics.spacing = kSpacing;
+  const Eigen::Vector3d aside(0.005, 0.003, 0.007);
+  for (BodyConfig& body : config.bodies)
+    for (ShapeConfig& shape : body.shapes)
+      if (shape.type == ShapeType::sphere) shape.position += aside;
+  const Scene scene = sample_scene(config, 100000);
+  const auto simulation = simulate(scene);
+  const auto step_until = [&](double end, Eigen::Vector3d& mean) {
+    int count = 0;
+    for (mean.setZero(); simulation->output().time < end; ++count) mean += simulation->step({}).bodies[2].force;
+    mean /= count;
+    ASSERT_TRUE(simulation->output().health.ok) << simulation->output().health.cause;
+  };
+  Eigen::Vector3d force;
+  step_until(config.gravity_ramp, force);
+  step_until(config.gravity_ramp + 0.2, force);
+  RecordProperty("lift_over_weight", std::to_string(force.z() / weight));
+  EXPECT_TRUE(within(force.z() / weight - 1, tol::kBuoyancy));
+  EXPECT_TRUE(within(force.head<2>().norm() / weight, tol::kBuoyancy));
+}
+
 // Released one layer too high, a flat box of half the water's density comes to float with half its height under water.
 TEST(Archimedes, FlatBoxFloatsAtItsDraft) {
   constexpr double side = 14 * kSpacing, depth = 8 * kSpacing, across = 8 * kSpacing, high = 4 * kSpacing, share = 0.5;

@@ -11,11 +11,11 @@ set(physics_sources
 palp_test(NAME physics_unit_test SOURCES ${physics_unit_sources} ${physics_host_sources} ${physics_support}
   LIBS palp_simulation palp_config LABELS unit)
 palp_test(NAME physics_test SOURCES ${physics_sources} ${physics_support}
-  LIBS palp_simulation palp_config LABELS physics TIMEOUT 300)
+  LIBS palp_simulation palp_scene palp_config LABELS physics TIMEOUT 300)
 
 if(PALP_HAVE_CUDA)
   palp_test(NAME physics_gpu_test SOURCES ${physics_unit_sources} ${physics_sources} ${physics_support}
-    LIBS palp_simulation palp_config LABELS gpu TIMEOUT 300)
+    LIBS palp_simulation palp_scene palp_config LABELS gpu TIMEOUT 300)
   target_compile_definitions(physics_gpu_test PRIVATE PALP_TEST_CUDA)
   palp_test(NAME cpu_vs_cuda_test SOURCES cpu_vs_cuda_test.cpp ${physics_support}
     LIBS palp_simulation palp_config LABELS gpu TIMEOUT 300)

@@ -26,7 +26,7 @@ inline BodyConfig body(const std::string& name, BodyType type, const ShapeConfig
   BodyConfig body;
   body.name = name;
   body.type = type;
-  body.material = "m";
+  body.material = std::string("m");
   body.shapes = {shape};
   body.where = "s.toml:1";
   return body;
@@ -35,13 +35,13 @@ inline BodyConfig body(const std::string& name, BodyType type, const ShapeConfig
 // A cube from -1 to 1 with one material of density 500 and no bodies.
 inline SceneConfig scene(double spacing) {
   SceneConfig scene;
-  scene.path = "s.toml";
-  scene.name = "s";
+  scene.path = std::string("s.toml");
+  scene.name = std::string("s");
   scene.domain_min.setConstant(-1);
   scene.domain_max.setConstant(1);
   scene.numerics.spacing = spacing;
   scene.materials.emplace_back();
-  scene.materials[0].name = "m";
+  scene.materials[0].name = std::string("m");
   scene.materials[0].density = 500;
   return scene;
 }

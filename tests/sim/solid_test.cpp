@@ -168,7 +168,7 @@ TEST_F(SolidTest, BoxesAreFilledExactly) {
     hole.position = outer.position + outer.orientation * Eigen::Vector3d(0, 0, 0.4 * outer.size.z());
     const double dx = between(0.02, 0.05);
     for (const Solid& solid : {make_solid({outer}), make_solid({outer, hole})}) {
-      const Particles filled = fill_solid(solid, dx, 10000000);
+      const Particles filled = fill_solid(solid, solid_moments(solid).volume, dx, 10000000);
       double sum = 0;
       for (const double v : filled.volume) {
         sum += v;
@@ -179,7 +179,7 @@ TEST_F(SolidTest, BoxesAreFilledExactly) {
       EXPECT_NEAR(sum, solid_moments(solid).volume, 1e-9);
       for (const Eigen::Vector3d& p : filled.position) EXPECT_TRUE(solid.contains(p));
     }
-    const Particles plain = fill_solid(make_solid({outer}), dx, 10000000);
+    const Particles plain = fill_solid(make_solid({outer}), outer.size.prod(), dx, 10000000);
     double expected = 1;
     for (int a = 0; a < 3; ++a) expected *= std::max(1.0, std::round(outer.size[a] / dx));
     EXPECT_EQ(static_cast<double>(plain.position.size()), expected);
@@ -193,14 +193,14 @@ TEST_F(SolidTest, LatticeHoldsEveryCellCentreInsideAndNoOther) {
     cut.subtract = true;
     const Solid solid = make_solid({first, second, cut});
     const double dx = between(0.06, 0.1);
-    const Particles filled = fill_solid(solid, dx, 10000000);
-    const double step = 2 * first.radius / std::max(1.0, std::round(2 * first.radius / dx));
+    const Particles filled = fill_solid(solid, solid_moments(solid).volume, dx, 10000000);
+    const double step = std::cbrt(filled.volume.front());
+    EXPECT_NEAR(step / dx, 1, 0.1);
     std::size_t inside = 0;
-    for (int k = -40; k < 40; ++k) {
-      for (int j = -40; j < 40; ++j) {
-        for (int i = -40; i < 40; ++i) {
-          const Eigen::Vector3d p =
-              Eigen::Vector3d(i + 0.5, j + 0.5, k + 0.5) * step - Eigen::Vector3d::Constant(first.radius);
+    for (int k = -60; k < 60; ++k) {
+      for (int j = -60; j < 60; ++j) {
+        for (int i = -60; i < 60; ++i) {
+          const Eigen::Vector3d p = filled.position.front() + Eigen::Vector3d(i, j, k) * step;
           inside += solid.contains(p) ? 1 : 0;
         }
       }
@@ -213,9 +213,23 @@ TEST_F(SolidTest, LatticeHoldsEveryCellCentreInsideAndNoOther) {
   }
 }
 
+TEST_F(SolidTest, CurvedSolidsAreFilledToTheirVolume) {
+  for (int round = 0; round < 20; ++round) {
+    for (const ShapeConfig& shape : {sphere(), cylinder()}) {
+      const Solid solid = make_solid({shape});
+      const double dx = shape.radius / between(3.5, 9), volume = solid_moments(solid).volume;
+      const Particles filled = fill_solid(solid, volume, dx, 10000000);
+      double sum = 0;
+      for (const double v : filled.volume) sum += v;
+      // the best of 20 lattices whose volumes differ by some percent
+      EXPECT_NEAR(sum / volume, 1, 0.02) << shape.radius / dx;
+    }
+  }
+}
+
 TEST_F(SolidTest, FillStopsPastTheLimit) {
-  EXPECT_EQ(fill_solid(make_solid({box()}), 0.001, 100).position.size(), 101u);
-  EXPECT_EQ(fill_solid(make_solid({sphere()}), 0.001, 100).position.size(), 101u);
+  EXPECT_EQ(fill_solid(make_solid({box()}), 1, 0.001, 100).position.size(), 101u);
+  EXPECT_EQ(fill_solid(make_solid({sphere()}), 1, 0.001, 100).position.size(), 101u);
 }
 
 TEST_F(SolidTest, SurfacesAreClosedAndEncloseTheSolid) {
