@@ -61,7 +61,6 @@ class SimulationOn final : public Simulation {
       palp::step(back_end_, plan_, views_);
       if (plan_.wrench) back_end_.pull(bodies_);
       back_end_.pull(health_);
-      back_end_.pull_crowded();
     });
     ++output_.step;
     output_.time = static_cast<double>(output_.step) / scene_.config.rate_hz;
@@ -186,11 +185,13 @@ class SimulationOn final : public Simulation {
     const std::size_t n = scene_.position.size();
     views_.particles = static_cast<std::uint32_t>(n);
     views_.state = allocate_particles("state");
-    views_.sorted = allocate_particles("sorted");
     views_.grid = make_grid(scene_, plan_);
-    views_.grid.start =
-        back_end_.allocate_sort(views_.particles, views_.grid.cells(),
-                                4.0 / 3.0 * EIGEN_PI * std::pow((plan_.support + plan_.skin) / scene_.spacing, 3));
+    if (plan_.meets) {
+      const double reach = (plan_.support + plan_.skin) / scene_.spacing;
+      views_.sorted = allocate_particles("sorted");
+      views_.grid.start = back_end_.allocate_sort(views_.particles, views_.grid.cells(),
+                                                  4.0 / 3.0 * EIGEN_PI * reach * reach * reach);
+    }
     views_.medium = make_medium(scene_, plan_);
     if (plan_.fluid) views_.acceleration = back_end_.template allocate<Packed>("acceleration", n);
     if (plan_.fluid && plan_.solids && plan_.method == Method::accurate)

@@ -109,8 +109,11 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
                       AdvanceBodies{v.body.body, v.rigid, v.proxy, v.forcing, v.medium.dt, elapsed});
   if (plan.elastic)
     back_end.for_each("move elastic", v.elastic.count, MoveElastic{v.elastic, v.body, v.medium, v.forcing});
-  back_end.for_each("move", v.particles,
-                    MoveParticles{v.state, v.acceleration, v.body, v.elastic, v.grid, v.medium.dt});
+  const MoveParticles move{v.state, v.acceleration, v.body, v.elastic, v.grid, v.medium.dt};
+  if (plan.meets)
+    back_end.move("move", v.particles, move);
+  else
+    back_end.for_each("move", v.particles, move);
 }
 
 template <class B>

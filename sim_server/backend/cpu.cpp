@@ -172,7 +172,6 @@ class Cpu {
     return start_;
   }
 
-  void pull_crowded() {}
   static std::uint32_t crowded() { return 0; }  // lists grow as needed
 
   // Sorts and lists neighbours anew when that is due; else copies in place.
@@ -187,6 +186,11 @@ class Cpu {
     }
     sort(from, to, n, grid);
     lists_.build(to, n, grid, support, skin, interacts, threads_);
+  }
+
+  template <class F>
+  void move(const char* name, std::uint32_t n, const F& f) {
+    for_each(name, n, f);
   }
 
  private:
