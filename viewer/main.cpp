@@ -9,7 +9,7 @@
 #include <ctime>
 #include <exception>
 #include <filesystem>
-#include <fstream>
+#include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -20,6 +20,7 @@
 #include <spdlog/spdlog.h>
 #include <osgViewer/ViewerEventHandlers>
 
+#include "config/json_file.h"
 #include "idl/clock.h"
 #include "viewer/capture.h"
 #include "viewer/feed.h"
@@ -103,14 +104,18 @@ void report(Feed& feed, const Session& session, const FeedView& view) {
 // False if the file cannot be written.
 bool write_summary(const std::string& file, const Session& session, const FeedView& view, bool healthy) {
   if (file.empty()) return true;
-  std::ofstream out(file);
-  out << fmt::format(
-      "{{\n  \"frames\": {},\n  \"complete_frames\": {},\n  \"lost_frames\": {},\n  \"refused_samples\": {},\n"
-      "  \"drawn_frames\": {},\n  \"healthy\": {}\n}}\n",
-      view.frames + view.lost_frames, view.frames, view.lost_frames, view.refused, session.frames_drawn(), healthy);
-  out.close();
-  if (!out) spdlog::error("{}: the summary cannot be written", file);
-  return static_cast<bool>(out);
+  try {
+    write_json(file, {{"frames", view.frames + view.lost_frames},
+                      {"complete_frames", view.frames},
+                      {"lost_frames", view.lost_frames},
+                      {"refused_samples", view.refused},
+                      {"drawn_frames", session.frames_drawn()},
+                      {"healthy", healthy}});
+    return true;
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    return false;
+  }
 }
 
 int run(const ViewerOptions& options) {
