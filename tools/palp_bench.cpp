@@ -16,8 +16,6 @@
 
 namespace {
 
-using palp::BodyType;
-
 struct Arguments {
   std::vector<std::size_t> particles{1000, 10000, 30000, 100000, 1000000};
   std::vector<double> supports{2.0, 2.6, 3.0};
