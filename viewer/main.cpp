@@ -72,10 +72,13 @@ class Recorder {
   void take(Picture&& picture, double seconds) {
     capture_.write_video(picture, seconds);
     for (const std::string& file : pngs_) capture_.write_png(file, picture);
+    pngs_.clear();
   }
 
   bool finish() {
     const bool whole = capture_.finish();
+    for (const std::string& file : pngs_)
+      spdlog::warn("{} was not written: the window was closed first; --png-at says when to write it", file);
     if (capture_.dropped_video_pictures() > 0) {
       spdlog::warn("{} pictures were not put into the video, because ffmpeg was behind or the size had changed",
                    capture_.dropped_video_pictures());
