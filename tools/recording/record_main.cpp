@@ -96,6 +96,7 @@ int record(const Options& o) {
     }
     recorder.poll(std::chrono::milliseconds(50));
   }
+  if (!recorder.failed()) recorder.poll(std::chrono::milliseconds(0));  // what came before the stop
   if (terminal) fmt::print(stderr, "\n");
   const RecordingCounts counts = recorder.counts();
   std::string failure;
