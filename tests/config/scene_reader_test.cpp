@@ -298,7 +298,7 @@ const BadRow kBad[] = {
      "79: probe 'spot': point is missing, expected a point or a line where to measure the velocity"},
     {"point = [0.5, 0, 0]", "point = [0.5, 0, 0]\nbody = \"pool\"",
      "83: probe 'spot': body does not apply to a probe of velocity"},
-    {"body = \"pool\"", "body = \"stick\"", "76: probe 'front': body 'stick' is not a fluid, expected a fluid body"},
+    {"body = \"pool\"", "body = \"stick\"", "76: probe 'front': body 'stick' does not deform, expected a fluid or elastic body"},
     {"quantity = \"front\"", "quantity = \"body\"\n#",
      "77: probe 'front': body 'pool' is a fluid, expected a rigid or static body"},
     {"axis = \"y\"", "axis = \"w\"", "77: probe 'front': axis is \"w\", expected one of: x, y, z"},
