@@ -93,6 +93,8 @@ ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
     grid.near(place[i], [&](std::uint32_t j) {
       const Eigen::Vector3d X = box.between(place[j], place[i]);
       const double r = X.norm();
+      // on what does not move and is not asked for, forces need not be complete
+      if (!strained[i] && body.type == BodyType::fixed && !plan.probed[b]) return;
       if (j == i || !joined(i, j) || !(strained[i] || strained[j]) || !(r < reach) || !(r > 0)) return;
       near.push_back(j);
       moment += scene.volume[particle[j]] * slope(r, H) * X * X.transpose();

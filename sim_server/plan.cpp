@@ -133,6 +133,7 @@ void plan_bodies(const Scene& scene, Plan& plan) {
   for (const ProbeConfig& probe : scene.config.probes)
     for (std::size_t b = 0; b < scene.bodies.size(); ++b)
       if (probe.quantity == Quantity::body && probe.body == scene.bodies[b].name) probed[b] = true;
+  plan.probed = probed;
   std::size_t solids = 0;
   plan.force_first.assign(scene.bodies.size(), kNone);
   plan_elastic(scene, plan);

@@ -44,6 +44,7 @@ struct Plan {
   std::vector<std::uint32_t> reactive;  // bodies whose wrench is reduced
   std::vector<std::uint32_t> rigid;     // bodies that move
   std::vector<std::uint32_t> elastic_bodies;
+  std::vector<bool> probed;                // per body: somebody asks for its wrench
   std::vector<std::uint32_t> group;        // per body: those bonded to one another share a number
   std::uint32_t elastic_count = 0;         // particles of elastic bodies and those bonded to them: first in force order
   std::uint32_t force_count = 0;           // particles of the reactive bodies

@@ -81,7 +81,11 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
 void StepResults::read(const BodyState* bodies, const HealthSums& sums, std::uint32_t crowded, StepOutput& out) {
   judge(sums, crowded, out.health);
   if (bodies == nullptr || !plan_.wrench) return;
-  for (std::uint32_t b : plan_.reactive) read_body(b, bodies[b], out.bodies[b]);
+  for (std::uint32_t b : plan_.reactive) {
+    // of what elastic bodies hold on to nothing is complete unless asked for
+    if (scene_.bodies[b].type == BodyType::fixed && !plan_.probed[b]) continue;
+    read_body(b, bodies[b], out.bodies[b]);
+  }
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
     read_proxy(p, input_[p], bodies[scene_.proxies[p].body], out.proxies[p]);
   for (std::uint32_t b : plan_.rigid) {

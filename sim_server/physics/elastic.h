@@ -152,20 +152,20 @@ struct ElasticForce {
     const Packed X_i = elastic.rest[i];
     const Vec3 u_i = elastic.u[i].xyz(), v_i = elastic.v[i].xyz();
     const Mat3 stress_i = elastic.stress[i], F_i = elastic.gradient[i];
+    const real young = m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
     Vec3 force(0, 0, 0);
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
       const std::uint32_t j = elastic.neighbor[k];
       const Packed X_j = elastic.rest[j];
       const Vec3 X_ji = rest_separation(grid, X_i, X_j), x_ji = X_ji + elastic.u[j].xyz() - u_i;
       const real r = X_ji.norm(), VV = X_i.w * X_j.w, VVF = VV * kernel.F(r);
-      force += VVF * ((stress_i + elastic.stress[j]) * X_ji);
+      force += VVF * times(stress_i + elastic.stress[j], X_ji);
       const real now = x_ji.norm();
       if (!(now > real(0))) continue;
       const Vec3 along = x_ji / now;
       real push = 0;
       if (hourglass) {
-        const real young = m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
-        const real error = (F_i * X_ji + elastic.gradient[j] * X_ji).dot(along) - real(2) * now;
+        const real error = times(F_i + elastic.gradient[j], X_ji).dot(along) - real(2) * now;
         push = kHourglass * young * VV * kernel.W(r) / (r * r) * error;
       }
       if (m.damping > real(0)) push -= real(10) * m.damping * VVF * (elastic.v[j].xyz() - v_i).dot(along);
