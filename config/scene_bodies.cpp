@@ -108,6 +108,7 @@ BodyConfig read_body(TomlTable& table, const SceneConfig& scene) {
   body.temperature = table.number("temperature", {"K", 0, 1e5});
   body.color = table.color("color");
   read_shapes(table, scene, body);
+  body.hold_temperature = read_hold_temperature(table, body);
   return body;
 }
 
@@ -121,7 +122,8 @@ CouplingConfig read_coupling_limit(TomlTable table) {
   return limit;
 }
 
-// The body that a table names, or null. A name of no body is a fault.
+}  // namespace
+
 const BodyConfig* read_body_name(TomlTable& table, const SceneConfig& scene, Need need) {
   const auto name = table.text("body", need);
   if (!name) return nullptr;
@@ -133,8 +135,6 @@ const BodyConfig* read_body_name(TomlTable& table, const SceneConfig& scene, Nee
                                   near.empty() ? "" : "; did you mean '" + near + "'?"));
   return nullptr;
 }
-
-}  // namespace
 
 Eigen::Vector3d read_vector(TomlTable& table, std::string_view key, const char* unit, const Eigen::Vector3d& fallback,
                             Need need) {
@@ -192,6 +192,7 @@ void read_materials(TomlTable& root, SceneConfig& scene) {
     material.name = read_name(table, "material", names_of(scene.materials), false);
     material.density = table.number("density", {"kg/m^3", 0, 1e6, true}, Need::required).value_or(material.density);
     material.viscosity = table.number("viscosity", {"Pa s", 0, 1e9}).value_or(material.viscosity);
+    read_heat_keys(table, material);
     material.color = table.color("color").value_or(material.color);
     scene.materials.push_back(material);
   }

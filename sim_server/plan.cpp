@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "config/error.h"
+#include "sim_server/heat_plan.h"
 #include "sim_server/physics/rigid.h"
 
 namespace palp {
@@ -230,6 +231,7 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan.skin = skin_over_spacing * scene.spacing;
   plan_cells(scene, cells_per_reach, plan);
   plan_time(scene, plan);
+  plan_heat(scene, plan);
   return plan;
 }
 
@@ -243,7 +245,7 @@ std::string describe(const Plan& plan, const Scene& scene) {
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
   if (plan.fluid)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
-  return text;
+  return text + describe_heat(plan, scene);
 }
 
 }  // namespace palp

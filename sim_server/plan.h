@@ -22,7 +22,8 @@ struct Plan {
   bool wrench = false;       // a body whose wrench is asked for: rigid ones, and fixed ones with a probe
   bool moving = false;       // rigid bodies
   bool contact = false;      // a rigid body and another solid
-  bool temperature = false;  // carried, not yet conducted
+  bool temperature = false;  // carried
+  bool heat = false;         // conducted, lost and supplied
   // numerics
   double support = 0;      // H [m]
   double sound_speed = 0;  // c [m/s]
@@ -35,6 +36,11 @@ struct Plan {
   double dt_limit = 0;     // the largest stable sub-step by linear theory [s]
   std::string limited_by;  // "sound" or "viscosity"
   double skin = 0;         // how far stored neighbour lists reach past the support radius; 0: none are stored [m]
+  // heat runs at the end of every heat_interval-th haptic step, in heat_steps steps of heat_dt
+  int heat_interval = 1;
+  int heat_steps = 1;
+  double heat_dt = 0;     // [s]
+  double heat_limit = 0;  // the largest stable step by linear theory [s]
   // cells
   int cells[3] = {1, 1, 1};
   // bodies

@@ -49,6 +49,7 @@ Body start_body(const SceneConfig& config, const BodyConfig& from) {
   body.orientation = from.orientation.normalized();
   body.velocity = from.velocity;
   body.angular_velocity = from.angular_velocity;
+  body.holds_temperature = from.hold_temperature;
   body.color = from.color.value_or(material->color);
   return body;
 }
