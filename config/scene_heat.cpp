@@ -29,13 +29,12 @@ HeatZoneConfig read_zone(TomlTable& table, const SceneConfig& scene) {
   zone.orientation = read_orientation(table);
   if (const auto size = table.numbers("size", 3, positive("m"), Need::required))
     zone.size = {(*size)[0], (*size)[1], (*size)[2]};
-  const auto power = table.number("power", {"W", 0, 1e9});
-  zone.power = power.value_or(0);
+  zone.power = table.number("power", {"W", 0, 1e9}).value_or(0);
   zone.temperature = table.number("temperature", kTemperature);
-  if (table.has("power") == table.has("temperature")) {
-    table.fault(table.has("power") ? "power" : "",
-                fmt::format("{} power and temperature {} given, expected one of them",
-                            table.has("power") ? "both" : "neither", table.has("power") ? "are" : "is"));
+  if (table.has("power") && table.has("temperature")) {
+    table.fault("power", "both power and temperature are given, expected one of them");
+  } else if (!table.has("power") && !table.has("temperature")) {
+    table.fault("", "neither power nor temperature is given, expected one of them");
   }
   zone.start = table.number("start", not_negative("s")).value_or(zone.start);
   if (const auto end = table.number("end", positive("s"))) {

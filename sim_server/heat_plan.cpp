@@ -51,20 +51,28 @@ void check(const Scene& scene) {
   if (!faults.empty()) throw ConfigError(faults);
 }
 
-// Rows of a cubic lattice below a plane surface, as the kernel sees them: sum V W at depth (k + 1/2) dx, in units of
-// dx.
-double lattice_cover(double H, int rows_above) {
+// sum V W over a cubic lattice that ends `rows_above` rows above the particle, and sum V F x^2 over a whole one; H is
+// in spacings.
+struct LatticeSums {
+  double cover = 0, moment = 0;
+};
+
+LatticeSums lattice_sums(double H, int rows_above) {
   const double scale = 21 / (2 * EIGEN_PI * H * H * H);
   const int reach = static_cast<int>(H) + 1;
-  double sum = 0;
+  LatticeSums sum;
   for (int x = -reach; x <= reach; ++x)
     for (int y = -reach; y <= reach; ++y)
       for (int z = -reach; z <= std::min(reach, rows_above); ++z) {
         const double q = std::sqrt(double(x * x + y * y + z * z)) / H;
-        if (q < 1) sum += scale * std::pow(1 - q, 4) * (4 * q + 1);
+        if (q >= 1) continue;
+        sum.cover += scale * std::pow(1 - q, 4) * (4 * q + 1);
+        sum.moment += 20 * scale / (H * H) * std::pow(1 - q, 3) * x * x;
       }
   return sum;
 }
+
+constexpr int kNoSurface = 1000;
 
 // The fastest that one particle's temperature relaxes [1/s], over all materials.
 double relaxation_rate(const Scene& scene, const Plan& plan) {
@@ -84,7 +92,8 @@ double relaxation_rate(const Scene& scene, const Plan& plan) {
   }
   // against a far better conductor a pair conducts up to twice as well as among its like
   const double contrast = held ? 2 : 2 * fastest / std::max(fastest + slowest, 1e-300);
-  return contrast * conduction / (dx * dx) / viscous_limit(plan.support / dx) + loss;
+  const double H = plan.support / dx;
+  return contrast * conduction / (dx * dx) / (viscous_limit(H) * lattice_sums(H, kNoSurface).moment) + loss;
 }
 
 }  // namespace
@@ -134,11 +143,13 @@ HeatMedium make_heat_medium(const Scene& scene, const Plan& plan) {
   m.dt = static_cast<real>(plan.heat_dt);
   m.loss = static_cast<real>(scene.config.heat.loss_to_air);
   m.air_temperature = static_cast<real>(scene.config.heat.air_temperature);
-  const double H = plan.support / scene.spacing, within = lattice_cover(H, 1000);
+  const double H = plan.support / scene.spacing;
+  const LatticeSums within = lattice_sums(H, kNoSurface);
   double depth = 0;
   for (int row = 0; row < 5; ++row)
-    depth += std::max(0.0, 1 - lattice_cover(H, row) / within - static_cast<double>(kCoverNoise));
-  m.cover = static_cast<real>(within);
+    depth += std::max(0.0, 1 - lattice_sums(H, row).cover / within.cover - static_cast<double>(kCoverNoise));
+  m.moment = static_cast<real>(within.moment);
+  m.cover = static_cast<real>(within.cover);
   m.depth = static_cast<real>(depth * scene.spacing);
   return m;
 }

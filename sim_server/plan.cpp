@@ -203,7 +203,7 @@ double acoustic_limit(double support_over_spacing) {
 }
 
 double viscous_limit(double support_over_spacing) {
-  return interpolate({{{2.0, 0.323}, {2.6, 0.533}, {3.0, 0.697}, {4.0, 1.41}}}, support_over_spacing);
+  return interpolate({{{2.0, 0.311}, {2.6, 0.504}, {3.0, 0.654}, {4.0, 1.15}}}, support_over_spacing);
 }
 
 Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach) {

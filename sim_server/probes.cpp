@@ -30,6 +30,10 @@ void add(ProbeRow& row, const Eigen::Vector3d& v) {
   for (int a = 0; a < 3; ++a) row.push_back(finite(v[a]));
 }
 
+// Two bodies in contact are at the mean of their temperatures with these weights, so a mean across a contact takes
+// them, too. Where nothing conducts they are all alike.
+double effusivity(const MaterialConfig& m) { return std::sqrt(m.conductivity * m.density * m.heat_capacity) + 1e-9; }
+
 bool is_line(const ProbeConfig& probe) { return probe.points.size() > 1; }
 
 }  // namespace
@@ -148,10 +152,12 @@ ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d&
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   fields.grid->near(point, [&](std::uint32_t n) {
     const std::uint32_t i = fields.index[n];
-    const double rest = scene_.config.materials[scene_.bodies[scene_.body[i]].material].density;
+    const MaterialConfig& material = scene_.config.materials[scene_.bodies[scene_.body[i]].material];
+    const double rest = material.density;
     const double density = snapshot_->density[i];
     const double volume = density > 0 ? scene_.volume[i] * rest / density : scene_.volume[i];
-    const double w = volume * wendland(box.between(point, fields.position[n]).norm() / reach);
+    double w = volume * wendland(box.between(point, fields.position[n]).norm() / reach);
+    if (probe.quantity == Quantity::temperature) w *= effusivity(material);
     if (!(w > 0)) return;
     weights += w;
     switch (probe.quantity) {

@@ -74,7 +74,7 @@ TEST(HeatFlow, ASemiInfiniteBodyWarmsFromItsEnd) {
 
 // Two half-spaces that touch at x = 0: there it soon is (e1 T1 + e2 T2) / (e1 + e2), e = sqrt(k rho c).
 void expect_half_spaces(double k, BodyType right, double between) {
-  const double until = 0.05, left_end = -4 * std::sqrt(until), right_end = 4 * std::sqrt(k * until);
+  const double until = 0.02, left_end = -4 * std::sqrt(until), right_end = 4 * std::sqrt(k * until);
   Scene scene = bar(left_end, right_end);
   add_piece(scene, "left", add_conductor(scene, 1), left_end, 0, 0);
   add_piece(scene, "right", add_conductor(scene, k), 0, right_end, 1, right);
@@ -168,12 +168,12 @@ TEST(HeatFlow, ASolidMeltsFromAWall) {
 // Two phases: a liquid above its melting temperature freezes from a wall. lambda solves
 // e^-l^2 / erf l - (T0 - Tm)/(Tm - Tw) e^-l^2 / erfc l = l sqrt(pi) L / (c (Tm - Tw)): 0.5000 here.
 TEST(HeatFlow, ALiquidFreezesFromAWall) {
-  Scene scene = bar(-3 * kSpacing, 3);
+  Scene scene = bar(-3 * kSpacing, 2.3);
   const auto stuff = add_conductor(scene, 1);
   scene.config.materials[stuff].melting_temperature = 1;
   scene.config.materials[stuff].latent_heat = 1;
   add_piece(scene, "wall", stuff, -3 * kSpacing, 0, 0.1906).holds_temperature = true;
-  add_piece(scene, "liquid", stuff, 0, 3, 1.2);
+  add_piece(scene, "liquid", stuff, 0, 2.3, 1.2);
   const double l = 0.5, e = std::exp(-l * l);
   ASSERT_NEAR(e / std::erf(l) - 0.2 / 0.8094 * e / std::erfc(l), l * std::sqrt(M_PI) / 0.8094, 1e-3);
   expect_front(scene, l, 0.5, true);
