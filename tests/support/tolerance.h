@@ -67,9 +67,9 @@ inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature differen
 inline constexpr Tolerance kHeatDecay{0.02, 0.02, "of the decay rate of a sine of 20 particles"};
 inline constexpr Tolerance kMeltFront{1.0, 1.0, "of a spacing: the front is smeared over the particles that melt"};
 inline constexpr Tolerance kMeltSlope{0.03, 0.03, "of the front's slope over sqrt(t)"};
-inline constexpr Tolerance kHeatKept{2e-6, 2e-7,
+inline constexpr Tolerance kHeatKept{1e-7, 1e-7,
                                      "pair fluxes are equal and opposite up to round-off; read through float"};
-inline constexpr Tolerance kHeatGiven{1e-4, 2e-6, "as above over hundreds of steps; of the heat given"};
+inline constexpr Tolerance kHeatGiven{5e-6, 5e-7, "as above over hundreds of steps; of the heat given"};
 inline constexpr Tolerance kPlaneLoss{0.01, 0.01, "of the rate: the surface of a lattice is calibrated"};
 inline constexpr Tolerance kCubeLoss{0.06, 0.06, "of the rate: edges and corners of a cube"};
 inline constexpr Tolerance kFreeFall{2e-6, 1e-12, "symplectic Euler of a constant acceleration, 1000 steps"};
