@@ -10,7 +10,7 @@ namespace palp {
 
 namespace {
 
-const std::vector<std::string> kBodyTypes{"fluid", "rigid", "static"};
+const std::vector<std::string> kBodyTypes{"fluid", "rigid", "static", "elastic"};
 const std::vector<std::string> kShapeTypes{"box", "sphere", "cylinder", "mesh", "particles"};
 constexpr double kPi = 3.14159265358979323846;
 
@@ -85,6 +85,31 @@ void read_shapes(TomlTable& table, const SceneConfig& scene, BodyConfig& body) {
   if (shapes.empty()) table.fault("", "shape is missing, expected at least one shape under [[body.shape]]");
 }
 
+// What only elastic bodies have: a stiffness, and bodies that they hold on to, which are declared before them.
+void read_elastic(TomlTable& table, const SceneConfig& scene, const std::optional<std::size_t>& type,
+                  BodyConfig& body) {
+  body.bonded_to = table.texts("bonded_to");
+  if (!type) return;
+  if (body.type != BodyType::elastic) {
+    if (!body.bonded_to.empty()) table.fault("bonded_to", "bonded_to is given, but only an elastic body has it");
+    return;
+  }
+  for (const MaterialConfig& material : scene.materials) {
+    if (material.name == body.material && !material.young_modulus) {
+      table.fault("material",
+                  fmt::format("material '{}' has no young_modulus, expected one for an elastic body", material.name));
+    }
+  }
+  for (const std::string& name : body.bonded_to) {
+    const auto other = std::find_if(scene.bodies.begin(), scene.bodies.end(),
+                                    [&](const BodyConfig& item) { return item.name == name; });
+    if (other == scene.bodies.end() || (other->type != BodyType::rigid && other->type != BodyType::fixed)) {
+      table.fault("bonded_to",
+                  fmt::format("'{}' in bonded_to is no rigid or static body declared before this one", name));
+    }
+  }
+}
+
 BodyConfig read_body(TomlTable& table, const SceneConfig& scene) {
   BodyConfig body;
   body.where = table.where();
@@ -106,6 +131,7 @@ BodyConfig read_body(TomlTable& table, const SceneConfig& scene) {
     table.fault("angular_velocity", "angular_velocity is given, but only a rigid body has one");
   }
   body.temperature = table.number("temperature", {"K", 0, 1e5});
+  read_elastic(table, scene, type, body);
   body.color = table.color("color");
   read_shapes(table, scene, body);
   body.hold_temperature = read_hold_temperature(table, body);
@@ -192,6 +218,9 @@ void read_materials(TomlTable& root, SceneConfig& scene) {
     material.name = read_name(table, "material", names_of(scene.materials), false);
     material.density = table.number("density", {"kg/m^3", 0, 1e6, true}, Need::required).value_or(material.density);
     material.viscosity = table.number("viscosity", {"Pa s", 0, 1e9}).value_or(material.viscosity);
+    material.young_modulus = table.number("young_modulus", {"Pa", 0, 1e12, true});
+    material.poisson_ratio = table.number("poisson_ratio", {"", -0.9, 0.495}).value_or(material.poisson_ratio);
+    material.damping = table.number("damping", {"Pa s", 0, 1e9}).value_or(material.damping);
     read_heat_keys(table, material);
     material.color = table.color("color").value_or(material.color);
     scene.materials.push_back(material);

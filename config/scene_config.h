@@ -17,10 +17,13 @@ enum class Accuracy { fast, balanced, accurate };
 
 struct MaterialConfig {
   std::string name;
-  double density = 1000;     // rest density [kg/m^3]
-  double viscosity = 1e-3;   // dynamic viscosity [Pa s]; fluids, and as the viscosity a wall shows to a fluid
-  double conductivity = 0;   // [W/(m K)]; 0: an insulator
-  double heat_capacity = 0;  // [J/(kg K)]; 0: not given
+  double density = 1000;    // rest density [kg/m^3]
+  double viscosity = 1e-3;  // dynamic viscosity [Pa s]; fluids, and as the viscosity a wall shows to a fluid
+  std::optional<double> young_modulus;           // [Pa], elastic bodies need one
+  double poisson_ratio = 0.3;                    // -0.9..0.495
+  double damping = 0;                            // viscosity of the elastic solid (Kelvin-Voigt) [Pa s]
+  double conductivity = 0;                       // [W/(m K)]; 0: an insulator
+  double heat_capacity = 0;                      // [J/(kg K)]; 0: not given
   std::optional<double> melting_temperature;     // [K]; unset: does not melt
   double latent_heat = 0;                        // [J/kg], above 0 when it melts
   std::array<float, 3> color{0.3f, 0.5f, 0.9f};  // sRGB
@@ -43,7 +46,7 @@ struct ShapeConfig {
   std::string where;
 };
 
-enum class BodyType { fluid, rigid, fixed };
+enum class BodyType { fluid, rigid, fixed, elastic };
 
 struct BodyConfig {
   std::string name;
@@ -57,6 +60,7 @@ struct BodyConfig {
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // initial [rad/s], rigid only
   std::optional<double> temperature;                           // initial [K]
   bool hold_temperature = false;                               // it stays as at the start
+  std::vector<std::string> bonded_to;                          // elastic only: rigid and static bodies it holds on to
   std::optional<std::array<float, 3>> color;                   // overrides the material's
   std::string where;
 };

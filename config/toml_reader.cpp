@@ -241,6 +241,20 @@ std::optional<std::vector<double>> TomlTable::numbers(std::string_view key, std:
   return {};
 }
 
+std::vector<std::string> TomlTable::texts(std::string_view key) {
+  if (!has(key)) return {};
+  const toml::node& node = *as_table(node_).get(key);
+  std::vector<std::string> values;
+  if (const auto* one = node.as_string()) {
+    values.push_back(one->get());
+  } else if (const auto* array = node.as_array(); array && array->is_homogeneous<std::string>()) {
+    for (const toml::node& item : *array) values.push_back(item.as_string()->get());
+  } else {
+    wrong(key, "a text or an array of texts", Need::optional);
+  }
+  return values;
+}
+
 std::optional<std::array<bool, 3>> TomlTable::booleans3(std::string_view key) {
   if (has(key)) {
     const auto* array = as_table(node_).get(key)->as_array();

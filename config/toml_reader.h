@@ -50,6 +50,7 @@ class TomlTable {
   std::optional<long long> integer(std::string_view key, long long min, long long max, Need need = Need::optional);
   std::optional<bool> boolean(std::string_view key, Need need = Need::optional);
   std::optional<std::string> text(std::string_view key, Need need = Need::optional);  // not empty
+  std::vector<std::string> texts(std::string_view key);  // one text or an array of them; empty when there is none
   // Index of the text among the choices.
   std::optional<std::size_t> choice(std::string_view key, const std::vector<std::string>& choices,
                                     Need need = Need::optional);

@@ -1,9 +1,9 @@
 #include "haptic_bridge/herald.h"
 
-#include <fstream>
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
 
 #include "idl/clock.h"
 #include "idl/validate.h"
@@ -103,10 +103,11 @@ Summary Herald::summary(const LoopReport& report, const LoopPorts& ports, const 
 void Herald::finish(const Summary& summary, const std::string& path) {
   fmt::print("{}", to_text(summary));
   std::fflush(stdout);
-  std::ofstream file(path);
-  file << to_json(summary);
-  file.close();
-  if (!file) spdlog::error("{}: the summary {} cannot be written", process_, path);
+  try {
+    write_json(path, json_of(summary));
+  } catch (const std::exception& error) {
+    spdlog::error("{}: {}", process_, error.what());
+  }
   if (summary.trouble.empty()) {
     publish("stopped", "", summary.metrics);
   } else {

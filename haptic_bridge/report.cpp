@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "idl/validate.h"
 
 namespace palp {
@@ -14,21 +16,6 @@ std::uint64_t dropped(const LoopReport& report, const DropCounts& drops) {
   const auto of = [&](Verdict v) { return report.verdicts[static_cast<std::size_t>(v)]; };
   return drops.wrong_version + drops.not_finite + drops.malformed + of(Verdict::not_finite) + of(Verdict::bad_range) +
          of(Verdict::bad_gains) + of(Verdict::out_of_order);
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
-    } else {
-      out += c;
-    }
-  }
-  return out;
 }
 
 double find(const std::vector<Metric>& metrics, const char* name) {
@@ -120,26 +107,11 @@ std::string to_text(const Summary& s) {
   return text;
 }
 
-std::string to_json(const Summary& s) {
-  std::string text = "{\n";
-  const auto put = [&](const char* key, const std::string& value) {
-    text += fmt::format("  \"{}\": \"{}\",\n", key, escaped(value));
-  };
-  put("process", s.process);
-  put("device", s.device);
-  put("scheduling", s.scheduling);
-  put("bus", s.bus);
-  put("log", s.log);
-  put("state", s.state);
-  put("trouble", s.trouble);
-  text += fmt::format("  \"healthy\": {},\n", s.trouble.empty());
-  text += "  \"metrics\": {";
-  const char* separator = "\n";
-  for (const Metric& m : s.metrics) {
-    text += fmt::format("{}    \"{}\": {:.9g}", separator, escaped(m.name), m.value);
-    separator = ",\n";
-  }
-  return text + "\n  }\n}\n";
+Json json_of(const Summary& s) {
+  Json json{{"process", s.process}, {"device", s.device}, {"scheduling", s.scheduling}, {"bus", s.bus},
+            {"log", s.log},         {"state", s.state},   {"trouble", s.trouble},       {"healthy", s.trouble.empty()}};
+  for (const Metric& m : s.metrics) json["metrics"][m.name] = m.value;
+  return json;
 }
 
 }  // namespace palp

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "config/json_file.h"
 #include "haptic_bridge/bus_link.h"
 #include "haptic_bridge/run.h"
 #include "idl/messages.h"
@@ -31,6 +32,6 @@ struct Summary {
   std::vector<Metric> metrics;
 };
 std::string to_text(const Summary& summary);
-std::string to_json(const Summary& summary);
+Json json_of(const Summary& summary);
 
 }  // namespace palp

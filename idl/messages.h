@@ -112,7 +112,7 @@ struct ParticleChunk {
   std::vector<float> scalars;    // one per particle, or empty
 };
 
-enum class BodyKind : std::uint32_t { fluid = 0, rigid = 1, fixed = 2 };
+enum class BodyKind : std::uint32_t { fluid = 0, rigid = 1, fixed = 2, elastic = 3 };
 
 struct BodyDescription {
   std::string name;

@@ -57,7 +57,7 @@ class Check {
 };
 
 void check_body(const BodyDescription& body, std::uint32_t particle_count, Check& check) {
-  check.text(body.name).sound(body.kind <= BodyKind::fixed);
+  check.text(body.name).sound(body.kind <= BodyKind::elastic);
   check.sound(std::uint64_t{body.first} + body.count <= particle_count);
   check.at_least(body.density, 0).all_finite(body.color);
   check.sound(std::all_of(body.color.begin(), body.color.end(), [](float c) { return c >= 0 && c <= 1; }));

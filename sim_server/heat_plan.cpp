@@ -101,6 +101,7 @@ double relaxation_rate(const Scene& scene, const Plan& plan) {
 void plan_heat(const Scene& scene, Plan& plan) {
   plan.heat = has_heat(scene);
   if (!plan.heat) return;
+  plan.meets = true;  // what conducts needs its neighbours
   check(scene);
   const SceneConfig& config = scene.config;
   const double step = 1 / config.rate_hz, rate = relaxation_rate(scene, plan);

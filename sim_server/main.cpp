@@ -1,17 +1,16 @@
 // sim_server: simulates a scene and serves it over DDS.
 // Exit status: 0 done, 1 the run failed, 2 bad input, 3 the simulation turned unhealthy.
-#include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <csignal>
-#include <fstream>
-#include <map>
+#include <nlohmann/json.hpp>
 
 #include "config/error.h"
+#include "config/json_file.h"
 #include "idl/bus_options.h"
-#include "sim_server/scene_files.h"
+#include "sim_server/scene_options.h"
 #include "sim_server/server.h"
 
 namespace {
@@ -20,53 +19,30 @@ std::atomic<int> g_stop{0};
 void on_signal(int signal) { g_stop = signal; }
 
 struct Arguments {
-  std::string scene, summary;
-  palp::SceneOverrides overrides;
-  palp::Backend backend = palp::Backend::automatic;
+  palp::SceneOptions scene;
   palp::BusOptions bus;
   palp::ServerOptions server;
+  std::string summary;
 };
 
 void declare(CLI::App& app, Arguments& a) {
-  static const std::map<std::string, palp::Backend> backends{
-      {"auto", palp::Backend::automatic}, {"cpu", palp::Backend::cpu}, {"cuda", palp::Backend::cuda}};
-  static const std::map<std::string, palp::Method> methods{{"paper", palp::Method::paper},
-                                                           {"accurate", palp::Method::accurate}};
-  static const std::map<std::string, palp::Accuracy> accuracies{
-      {"fast", palp::Accuracy::fast}, {"balanced", palp::Accuracy::balanced}, {"accurate", palp::Accuracy::accurate}};
-  app.add_option("scene", a.scene, "Scene file, or the name of one in config/scenes")->required();
-  app.add_option("--backend", a.backend, "auto, cpu or cuda (default: auto)")
-      ->transform(CLI::CheckedTransformer(backends));
-  app.add_option("--method", a.overrides.method, "paper or accurate (default: the scene's)")
-      ->transform(CLI::CheckedTransformer(methods));
-  app.add_option("--accuracy", a.overrides.accuracy, "fast, balanced or accurate (default: the scene's)")
-      ->transform(CLI::CheckedTransformer(accuracies));
-  app.add_option("--spacing", a.overrides.spacing, "Particle spacing in metres (default: the scene's)");
-  app.add_option("--seconds", a.server.seconds, "Stop after this wall time (default: never)")
-      ->check(CLI::Range(0.0, 1e9));
-  app.add_flag("--paused", a.server.start_paused, "Wait for a resume command");
-  app.add_option("--summary", a.summary, "Write a JSON summary to this file at the end");
+  palp::add_scene_options(app, a.scene);
+  app.add_option("--seconds", a.server.seconds, "stop after this wall time; 0: never")->check(CLI::Range(0.0, 1e9));
+  app.add_flag("--paused", a.server.start_paused, "wait for a resume command");
+  app.add_option("--summary", a.summary, "write a summary (JSON) to this file at the end");
   palp::add_bus_options(app, a.bus);
 }
 
 int run(const Arguments& a) {
-  const palp::SceneConfig config = palp::load_scene(palp::find_scene_file(a.scene), a.overrides);
-  const palp::Scene scene = palp::sample_scene(config, palp::particles_in_memory());
-  const auto simulation = palp::make_simulation(scene, a.backend);
+  const auto simulation = palp::open_simulation(a.scene);
   spdlog::info("{}: {}", simulation->backend_name(), simulation->numerics());
   const auto bus = palp::open_bus(a.bus);
-  spdlog::info("serving '{}' over {} in domain {}", config.name, palp::to_string(a.bus.vendor), a.bus.domain);
+  spdlog::info("serving '{}' over {} in domain {}", simulation->scene().config.name, palp::to_string(a.bus.vendor),
+               a.bus.domain);
   const palp::ServerSummary summary = palp::serve(*simulation, *bus, a.server, g_stop);
   spdlog::info("{} steps, real-time factor {:.3f}, step p50 {:.0f} us, p99 {:.0f} us", summary.steps,
                summary.real_time_factor(), summary.step_p50_us, summary.step_p99_us);
-  if (!a.summary.empty()) {
-    std::ofstream out(a.summary);
-    out << palp::to_json(summary, *simulation);
-    out.close();
-    if (!out)
-      throw std::runtime_error(
-          fmt::format("{}: the summary could not be written; expected a writable file", a.summary));
-  }
+  if (!a.summary.empty()) palp::write_json(a.summary, palp::json_of(summary, *simulation));
   return summary.healthy ? 0 : 3;
 }
 

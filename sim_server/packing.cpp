@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim_server/cell_grid.h"
+#include "sim_server/point_grid.h"
 
 namespace palp {
 
@@ -53,7 +53,7 @@ bool on_lattice(const Vector3d& steps) { return ((steps.array() - steps.array().
 // Particles to move: those near a place where a fluid meets another body off its lattice.
 std::vector<std::uint32_t> misfits(const Packing& p) {
   const std::vector<Vector3d>& x = p.scene.position;
-  const CellGrid grid(x, p.box, kTouching * p.dx);
+  const PointGrid grid(x, p.box, kTouching * p.dx);
   std::vector<Vector3d> places;
   for (std::uint32_t i = 0; i < x.size(); ++i) {
     if (!p.movable(i)) continue;
@@ -68,7 +68,7 @@ std::vector<std::uint32_t> misfits(const Packing& p) {
   }
   std::vector<std::uint32_t> active;
   if (places.empty()) return active;
-  const CellGrid near(places, p.box, kDepth * p.dx);
+  const PointGrid near(places, p.box, kDepth * p.dx);
   for (std::uint32_t i = 0; i < x.size(); ++i) {
     if (!p.movable(i)) continue;
     bool found = false;
@@ -92,7 +92,7 @@ bool inside_a_body(const Packing& p, const Vector3d& place) {
 // The lattice of the active particles goes on into open space, so that they do not spread into it.
 std::vector<Vector3d> open_sites(const Packing& p, const std::vector<std::uint32_t>& active) {
   const std::vector<Vector3d>& x = p.scene.position;
-  const CellGrid grid(x, p.box, kFilled * p.dx);
+  const PointGrid grid(x, p.box, kFilled * p.dx);
   std::vector<Vector3d> candidates, sites;
   for (const std::uint32_t i : active) {
     const Eigen::Matrix3d axes = p.axes(i) * p.dx;
@@ -105,7 +105,7 @@ std::vector<Vector3d> open_sites(const Packing& p, const std::vector<std::uint32
       if (!filled) candidates.push_back(site);
     }
   }
-  const CellGrid among(candidates, p.box, kFilled * p.dx);
+  const PointGrid among(candidates, p.box, kFilled * p.dx);
   for (std::uint32_t k = 0; k < candidates.size(); ++k) {
     bool first = true;
     among.near(candidates[k], [&](std::uint32_t j) {
@@ -124,7 +124,7 @@ struct Neighbors {
 
 Neighbors list_neighbors(const Packing& p, const std::vector<std::uint32_t>& active, const std::vector<Vector3d>& all) {
   const double reach = (kSupport + 2 * kMargin) * p.dx;
-  const CellGrid grid(all, p.box, reach);
+  const PointGrid grid(all, p.box, reach);
   Neighbors lists;
   lists.first.push_back(0);
   for (const std::uint32_t i : active) {

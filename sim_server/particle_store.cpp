@@ -90,7 +90,14 @@ BodyState initial_body(const Scene& scene, const Plan& plan, std::uint32_t index
       b.proxy = static_cast<std::int32_t>(p);
       b.handle = (scene.proxies[p].handle - body.center).cast<real>();
     }
-  b.contact_mass = b.kind == Kind::rigid ? static_cast<real>(body.mass / contacts_at_once(scene, body)) : real(1e30);
+  b.contact_mass = real(1e30);
+  if (b.kind == Kind::rigid) b.contact_mass = static_cast<real>(body.mass / contacts_at_once(scene, body));
+  b.group = plan.group[index];
+  if (b.kind == Kind::elastic) {
+    // each particle moves on its own, and the body's rotation is counted from its start
+    b.contact_mass = static_cast<real>(body.mass / body.count);
+    b.q.setIdentity();
+  }
   return b;
 }
 
@@ -181,11 +188,21 @@ CellGrid make_grid(const Scene& scene, const Plan& plan) {
   return g;
 }
 
+Material to_material(const MaterialConfig& from) {
+  Material m{};
+  m.density = static_cast<real>(from.density);
+  m.viscosity = static_cast<real>(from.viscosity);
+  if (!from.young_modulus) return m;
+  m.shear = static_cast<real>(shear_modulus(from));
+  m.lame = static_cast<real>(lame_lambda(from));
+  m.damping = static_cast<real>(from.damping);
+  return m;
+}
+
 Medium make_medium(const Scene& scene, const Plan& plan) {
   Medium m{};
   for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i)
-    m.material[i] = {static_cast<real>(scene.config.materials[i].density),
-                     static_cast<real>(scene.config.materials[i].viscosity)};
+    m.material[i] = to_material(scene.config.materials[i]);
   m.support = static_cast<real>(plan.support);
   m.spacing = static_cast<real>(scene.spacing);
   m.sound_speed = static_cast<real>(plan.sound_speed);

@@ -31,6 +31,10 @@ Level level_of(Accuracy accuracy) {
   return {3.0, 10.0, 0.05};
 }
 
+double pressure_wave_speed(const MaterialConfig& m) {
+  return std::sqrt((lame_lambda(m) + 2 * shear_modulus(m)) / m.density);
+}
+
 // Between and past the tabulated H / dx the limit is taken linear.
 double interpolate(const std::array<std::array<double, 2>, 4>& table, double x) {
   std::size_t k = 1;
@@ -99,6 +103,32 @@ double expected_speed(const Scene& scene) {
   return speed;
 }
 
+// Bodies bonded to one another share a group; elastic bodies and what they hold on to come first in the order of
+// forces.
+void plan_elastic(const Scene& scene, Plan& plan) {
+  const std::size_t count = scene.bodies.size();
+  plan.group.resize(count);
+  for (std::uint32_t b = 0; b < count; ++b) plan.group[b] = b;
+  std::vector<bool> held(count, false);
+  for (std::uint32_t b = 0; b < count; ++b) {
+    if (scene.bodies[b].type != BodyType::elastic) continue;
+    plan.elastic_bodies.push_back(b);
+    held[b] = true;
+    for (const std::uint32_t other : scene.bodies[b].bonded_to) {
+      held[other] = true;
+      const std::uint32_t from = plan.group[other], to = plan.group[b];
+      std::replace(plan.group.begin(), plan.group.end(), from, to);
+    }
+  }
+  for (std::uint32_t b = 0; b < count; ++b) {
+    if (!held[b]) continue;
+    plan.force_first[b] = plan.force_count;
+    plan.force_count += scene.bodies[b].count;
+  }
+  plan.elastic = !plan.elastic_bodies.empty();
+  plan.elastic_count = plan.force_count;
+}
+
 void plan_bodies(const Scene& scene, Plan& plan) {
   std::vector<bool> probed(scene.bodies.size(), false);
   for (const ProbeConfig& probe : scene.config.probes)
@@ -106,6 +136,7 @@ void plan_bodies(const Scene& scene, Plan& plan) {
       if (probe.quantity == Quantity::body && probe.body == scene.bodies[b].name) probed[b] = true;
   std::size_t solids = 0;
   plan.force_first.assign(scene.bodies.size(), kNone);
+  plan_elastic(scene, plan);
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
     if (body.type == BodyType::fluid) {
@@ -114,16 +145,18 @@ void plan_bodies(const Scene& scene, Plan& plan) {
     }
     ++solids;
     if (body.type == BodyType::rigid) plan.rigid.push_back(b);
-    if (body.type == BodyType::rigid || probed[b]) {
-      plan.reactive.push_back(b);
-      plan.force_first[b] = plan.force_count;
-      plan.force_count += body.count;
-    }
+    const bool held = plan.force_first[b] != kNone;
+    if (body.type != BodyType::rigid && !probed[b] && !held) continue;
+    plan.reactive.push_back(b);
+    if (held) continue;
+    plan.force_first[b] = plan.force_count;
+    plan.force_count += body.count;
   }
   plan.solids = solids > 0;
   plan.wrench = !plan.reactive.empty();
   plan.moving = !plan.rigid.empty();
-  plan.contact = plan.moving && solids > 1;
+  plan.contact = (plan.moving || plan.elastic) && solids > 1;
+  plan.meets = plan.fluid || plan.contact;
 }
 
 void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
@@ -156,6 +189,21 @@ void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
   }
 }
 
+void limit_by_elasticity(const Scene& scene, Plan& plan) {
+  const double dx = scene.spacing, ratio = plan.support / dx;
+  for (const std::uint32_t b : plan.elastic_bodies) {
+    const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
+    const double waves = elastic_limit(ratio) * dx / pressure_wave_speed(m);
+    // the damping is central, as Monaghan's viscosity, whose limit is less than half that of Morris's
+    const double damped = m.damping > 0 ? 0.4 * viscous_limit(ratio) * dx * dx * m.density / m.damping : 1e30;
+    for (const auto& [limit, name] : {std::pair(waves, "elasticity"), std::pair(damped, "damping")}) {
+      if (limit >= plan.dt_limit) continue;
+      plan.dt_limit = limit;
+      plan.limited_by = name;
+    }
+  }
+}
+
 void plan_time(const Scene& scene, Plan& plan) {
   const SceneConfig& config = scene.config;
   const double dx = scene.spacing, ratio = plan.support / dx;
@@ -177,6 +225,7 @@ void plan_time(const Scene& scene, Plan& plan) {
   const double viscous = nu > 0 ? viscous_limit(ratio) * dx * dx / nu : 1e30;
   plan.dt_limit = plan.fluid ? std::min(sound, viscous) : 1e30;
   plan.limited_by = sound < viscous ? "sound" : "viscosity";
+  limit_by_elasticity(scene, plan);
   const double step = 1.0 / config.rate_hz;
   const double needed = std::ceil(step / (config.numerics.safety * plan.dt_limit) - 1e-9);
   if (needed > 10000)
@@ -204,6 +253,16 @@ double acoustic_limit(double support_over_spacing) {
 
 double viscous_limit(double support_over_spacing) {
   return interpolate({{{2.0, 0.311}, {2.6, 0.504}, {3.0, 0.654}, {4.0, 1.15}}}, support_over_spacing);
+}
+
+double shear_modulus(const MaterialConfig& m) { return *m.young_modulus / (2 * (1 + m.poisson_ratio)); }
+
+double lame_lambda(const MaterialConfig& m) {
+  return *m.young_modulus * m.poisson_ratio / ((1 + m.poisson_ratio) * (1 - 2 * m.poisson_ratio));
+}
+
+double elastic_limit(double support_over_spacing) {
+  return interpolate({{{2.0, 1.76}, {2.6, 2.23}, {3.0, 2.60}, {4.0, 3.67}}}, support_over_spacing);
 }
 
 Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach) {
@@ -243,7 +302,7 @@ std::string describe(const Plan& plan, const Scene& scene) {
     text += fmt::format("c {:.3g} m/s for speeds to {:.3g} m/s, alpha {:.3g}, delta {:.3g}, ", plan.sound_speed,
                         plan.max_speed, plan.artificial, plan.diffusion);
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
-  if (plan.fluid)
+  if (plan.fluid || plan.elastic)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
   return text + describe_heat(plan, scene);
 }

@@ -22,6 +22,8 @@ struct Plan {
   bool wrench = false;       // a body whose wrench is asked for: rigid ones, and fixed ones with a probe
   bool moving = false;       // rigid bodies
   bool contact = false;      // a rigid body and another solid
+  bool elastic = false;      // elastic bodies
+  bool meets = false;        // anything whose neighbours change: a fluid, or bodies that can touch
   bool temperature = false;  // carried
   bool heat = false;         // conducted, lost and supplied
   // numerics
@@ -34,7 +36,7 @@ struct Plan {
   int sub_steps = 1;       // per haptic step
   double dt = 0;           // sub-step [s]
   double dt_limit = 0;     // the largest stable sub-step by linear theory [s]
-  std::string limited_by;  // "sound" or "viscosity"
+  std::string limited_by;  // "sound", "viscosity", "elasticity" or "damping"
   double skin = 0;         // how far stored neighbour lists reach past the support radius; 0: none are stored [m]
   // heat runs at the end of every heat_interval-th haptic step, in heat_steps steps of heat_dt
   int heat_interval = 1;
@@ -44,8 +46,11 @@ struct Plan {
   // cells
   int cells[3] = {1, 1, 1};
   // bodies
-  std::vector<std::uint32_t> reactive;     // bodies whose wrench is reduced
-  std::vector<std::uint32_t> rigid;        // bodies that move
+  std::vector<std::uint32_t> reactive;  // bodies whose wrench is reduced
+  std::vector<std::uint32_t> rigid;     // bodies that move
+  std::vector<std::uint32_t> elastic_bodies;
+  std::vector<std::uint32_t> group;        // per body: those bonded to one another share a number
+  std::uint32_t elastic_count = 0;         // particles of elastic bodies and those bonded to them: first in force order
   std::uint32_t force_count = 0;           // particles of the reactive bodies
   std::vector<std::uint32_t> force_first;  // per body, kNone
 };
@@ -56,6 +61,10 @@ struct Plan {
 // cells_per_reach: small cells leave fewer candidates to test, large ones are fewer to visit.
 Plan make_plan(const Scene& scene, double skin_over_spacing = 0, int cells_per_reach = 1);
 
+// Lame's constants of an elastic material [Pa].
+double shear_modulus(const MaterialConfig& material);
+double lame_lambda(const MaterialConfig& material);
+
 // "method accurate, dx 20 mm, H 2.5 dx, c 17.7 m/s, ..." one line.
 std::string describe(const Plan& plan, const Scene& scene);
 
@@ -63,5 +72,8 @@ std::string describe(const Plan& plan, const Scene& scene);
 // the Morris viscosity, on a cubic lattice, as functions of H / dx (from the operators' largest eigenvalues).
 double acoustic_limit(double support_over_spacing);
 double viscous_limit(double support_over_spacing);
+// The same of c_p dt / dx for total-Lagrangian elasticity with corrected gradients, c_p being the speed of pressure
+// waves.
+double elastic_limit(double support_over_spacing);
 
 }  // namespace palp

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sim_server/cell_grid.h"
+#include "sim_server/point_grid.h"
 
 namespace palp {
 
@@ -43,7 +43,7 @@ struct ProbeSampler::Fields {
   bool ready = false;
   std::vector<Eigen::Vector3d> position;
   std::vector<std::uint32_t> index;
-  std::optional<CellGrid> grid;
+  std::optional<PointGrid> grid;
 };
 
 std::vector<std::string> probe_columns(const ProbeConfig& probe) {

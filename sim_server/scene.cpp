@@ -50,6 +50,10 @@ Body start_body(const SceneConfig& config, const BodyConfig& from) {
   body.velocity = from.velocity;
   body.angular_velocity = from.angular_velocity;
   body.holds_temperature = from.hold_temperature;
+  for (std::uint32_t b = 0; b < config.bodies.size(); ++b) {
+    if (std::find(from.bonded_to.begin(), from.bonded_to.end(), config.bodies[b].name) != from.bonded_to.end())
+      body.bonded_to.push_back(b);
+  }
   body.color = from.color.value_or(material->color);
   return body;
 }
@@ -101,7 +105,7 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     }
     move(particles, solid->frame);
     moments = moments.moved(solid->frame);
-    if (body.type != BodyType::fluid) body.surface = solid_surface(*solid, spacing / 2);
+    if (body.type == BodyType::rigid || body.type == BodyType::fixed) body.surface = solid_surface(*solid, spacing / 2);
     // the particles of a solid that is not filled exactly share its exact volume
     if (body.type != BodyType::fluid && !particles.exact) {
       std::fill(particles.volume.begin(), particles.volume.end(),

@@ -4,7 +4,7 @@
 
 #include <set>
 
-#include "sim_server/cell_grid.h"
+#include "sim_server/point_grid.h"
 
 namespace palp {
 
@@ -94,7 +94,7 @@ void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& so
 void check_distances(const Scene& scene, std::vector<std::string>& faults) {
   Pairs pairs(scene, faults);
   const PeriodicBox box = box_of(scene);
-  const CellGrid grid(scene.position, box, kNearest * scene.spacing);
+  const PointGrid grid(scene.position, box, kNearest * scene.spacing);
   for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
     grid.near(scene.position[i], [&](std::uint32_t j) {
       if (j <= i) return;

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "config/error.h"
@@ -308,20 +309,24 @@ ServerSummary serve(Simulation& simulation, Bus& bus, const ServerOptions& optio
   return Server(simulation, bus, options).run(stop);
 }
 
-std::string to_json(const ServerSummary& s, const Simulation& simulation) {
-  std::string cause;
-  for (char c : s.cause) (c == '"' || c == '\\') ? (cause += '\\', cause += c) : cause += c;
-  return fmt::format(
-      "{{\n  \"scene\": \"{}\",\n  \"backend\": \"{}\",\n  \"numerics\": \"{}\",\n  \"particles\": {},\n  \"steps\": "
-      "{},\n"
-      "  \"sim_time_s\": {:.6f},\n  \"real_time_factor\": {:.4f},\n  \"step_p50_us\": {:.1f},\n  \"step_p99_us\": "
-      "{:.1f},\n"
-      "  \"step_max_us\": {:.1f},\n  \"slow_steps\": {},\n  \"handover_p50_us\": {:.1f},\n  \"handover_p99_us\": "
-      "{:.1f},\n"
-      "  \"frames\": {},\n  \"dropped_samples\": {},\n  \"healthy\": {},\n  \"cause\": \"{}\"\n}}\n",
-      simulation.scene().config.name, simulation.backend_name(), simulation.numerics(),
-      simulation.scene().position.size(), s.steps, s.sim_time, s.real_time_factor(), s.step_p50_us, s.step_p99_us,
-      s.step_max_us, s.slow_steps, s.handover_p50_us, s.handover_p99_us, s.frames, s.dropped_samples, s.healthy, cause);
+Json json_of(const ServerSummary& s, const Simulation& simulation) {
+  return {{"scene", simulation.scene().config.name},
+          {"backend", simulation.backend_name()},
+          {"numerics", simulation.numerics()},
+          {"particles", simulation.scene().position.size()},
+          {"steps", s.steps},
+          {"sim_time_s", s.sim_time},
+          {"real_time_factor", s.real_time_factor()},
+          {"step_p50_us", s.step_p50_us},
+          {"step_p99_us", s.step_p99_us},
+          {"step_max_us", s.step_max_us},
+          {"slow_steps", s.slow_steps},
+          {"handover_p50_us", s.handover_p50_us},
+          {"handover_p99_us", s.handover_p99_us},
+          {"frames", s.frames},
+          {"dropped_samples", s.dropped_samples},
+          {"healthy", s.healthy},
+          {"cause", s.cause}};
 }
 
 }  // namespace palp

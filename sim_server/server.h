@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "config/json_file.h"
 #include "idl/bus.h"
 #include "sim_server/simulation.h"
 
@@ -35,6 +36,6 @@ struct ServerSummary {
 // waits for reset or quit; the summary keeps it.
 ServerSummary serve(Simulation& simulation, Bus& bus, const ServerOptions& options, const std::atomic<int>& stop);
 
-std::string to_json(const ServerSummary& summary, const Simulation& simulation);
+Json json_of(const ServerSummary& summary, const Simulation& simulation);
 
 }  // namespace palp

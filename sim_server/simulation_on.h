@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "sim_server/elastic_store.h"
 #include "sim_server/heat_plan.h"
 #include "sim_server/pack_frame.h"
 #include "sim_server/parameters.h"
@@ -63,7 +64,6 @@ class SimulationOn final : public Simulation {
       palp::step(back_end_, plan_, views_, variant == 1);
       if (plan_.wrench) back_end_.pull(bodies_);
       back_end_.pull(health_);
-      back_end_.pull_crowded();
     });
     ++output_.step;
     output_.time = static_cast<double>(output_.step) / scene_.config.rate_hz;
@@ -92,6 +92,7 @@ class SimulationOn final : public Simulation {
       back_end_.upload(const_cast<std::uint32_t*>(views_.reactive), plan_.reactive);
     }
     if (plan_.moving) back_end_.upload(const_cast<std::uint32_t*>(views_.rigid), plan_.rigid);
+    if (plan_.elastic) reset_elastic();
     if (plan_.solids) back_end_.upload(views_.body.body, store.bodies);
     results_.reset(store.bodies, output_);
   }
@@ -161,15 +162,51 @@ class SimulationOn final : public Simulation {
     return v;
   }
 
+  template <class T>
+  const T* allocate_copy(const std::string& name, const std::vector<T>& from) {
+    if (from.empty()) return nullptr;
+    T* to = back_end_.template allocate<T>(name, from.size());
+    back_end_.upload(to, from);
+    return to;
+  }
+
+  void allocate_elastic() {
+    const ElasticStore store(scene_, plan_);
+    const std::size_t n = plan_.elastic_count;
+    ElasticViews& e = views_.elastic;
+    e.count = plan_.elastic_count;
+    e.rest = allocate_copy("elastic rest", store.rest);
+    e.tag = allocate_copy("elastic tag", store.tag);
+    e.first = allocate_copy("elastic first", store.first);
+    e.neighbor = allocate_copy("elastic neighbors", store.neighbor);
+    e.correction = allocate_copy("elastic correction", store.correction);
+    e.projection = allocate_copy("elastic projection", store.projection);
+    e.u = back_end_.template allocate<Packed>("elastic displacement", n);
+    e.v = back_end_.template allocate<Packed>("elastic velocity", n);
+    e.rotation = back_end_.template allocate<Quat>("elastic rotation", n);
+    e.gradient = back_end_.template allocate<Mat3>("elastic gradient", n);
+    e.stress = back_end_.template allocate<Mat3>("elastic stress", n);
+    views_.elastic_bodies = allocate_copy("elastic bodies", plan_.elastic_bodies);
+  }
+
+  void reset_elastic() {
+    const ElasticStore store(scene_, plan_);
+    back_end_.upload(views_.elastic.u, store.u);
+    back_end_.upload(views_.elastic.v, store.v);
+    back_end_.upload(views_.elastic.rotation, store.rotation);
+  }
+
   void allocate() {
     const std::size_t n = scene_.position.size();
     views_.particles = static_cast<std::uint32_t>(n);
     views_.state = allocate_particles("state");
-    views_.sorted = allocate_particles("sorted");
     views_.grid = make_grid(scene_, plan_);
-    views_.grid.start =
-        back_end_.allocate_sort(views_.particles, views_.grid.cells(),
-                                4.0 / 3.0 * EIGEN_PI * std::pow((plan_.support + plan_.skin) / scene_.spacing, 3));
+    if (plan_.meets) {
+      const double reach = (plan_.support + plan_.skin) / scene_.spacing;
+      views_.sorted = allocate_particles("sorted");
+      views_.grid.start =
+          back_end_.allocate_sort(views_.particles, views_.grid.cells(), 4.0 / 3.0 * EIGEN_PI * reach * reach * reach);
+    }
     views_.medium = make_medium(scene_, plan_);
     if (plan_.heat) allocate_heat();
     if (plan_.fluid) views_.acceleration = back_end_.template allocate<Packed>("acceleration", n);
@@ -190,6 +227,7 @@ class SimulationOn final : public Simulation {
       views_.rigid = back_end_.template allocate<std::uint32_t>("rigid bodies", plan_.rigid.size());
       views_.rigid_count = static_cast<std::uint32_t>(plan_.rigid.size());
     }
+    if (plan_.elastic) allocate_elastic();
     views_.health_part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
     health_ = back_end_.template mirror<HealthSums>("health", 1);
     views_.health = health_.device;

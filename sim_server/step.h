@@ -20,8 +20,10 @@ struct StepViews {
   CellGrid grid;
   Medium medium;
   BodyViews body;
+  ElasticViews elastic;
   const std::uint32_t* reactive = nullptr;
   const std::uint32_t* rigid = nullptr;
+  const std::uint32_t* elastic_bodies = nullptr;
   Packed* wall = nullptr;
   Packed* acceleration = nullptr;
   HealthSums* health_part = nullptr;
@@ -38,7 +40,7 @@ struct Interacts {
   bool contact;
   PALP_HD bool operator()(Tag a, Tag b) const {
     if (all || a.is_fluid() || b.is_fluid()) return true;
-    return contact && a.body() != b.body() && (a.kind() == Kind::rigid || b.kind() == Kind::rigid);
+    return contact && a.body() != b.body() && (a.kind() != Kind::fixed || b.kind() != Kind::fixed);
   }
 };
 
@@ -81,8 +83,23 @@ void heat_stages(B& back_end, const Plan& plan, const StepViews& v) {
   }
 }
 
+// Onto the forces from outside.
 template <class B>
-void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, bool heat) {
+void elastic_stages(B& back_end, const Plan& plan, const StepViews& v) {
+  const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
+  const std::uint32_t n = v.elastic.count;
+  const bool accurate = plan.method == Method::accurate;
+  if (accurate)
+    back_end.for_each_group("elastic strain", n, ElasticStrain{v.elastic, v.body, v.grid, kernel, v.medium});
+  else
+    back_end.for_each_group("elastic strain (paper)", n, PaperStrain{v.elastic, v.body, v.grid, kernel, v.medium});
+  back_end.for_each_group("elastic force", n,
+                          ElasticForce{v.elastic, v.body, v.grid, kernel, v.medium, accurate, plan.meets});
+}
+
+// Forces between bodies and within fluids.
+template <class B>
+void meeting_stages(B& back_end, const Plan& plan, const StepViews& v) {
   const auto sort = [&](auto interacts) {
     back_end.sort_into_cells(v.state, v.sorted, v.particles, v.grid, static_cast<real>(plan.support),
                              static_cast<real>(plan.skin), interacts);
@@ -95,12 +112,24 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
     paper_stages(back_end, v);
   else
     fluid_stages(back_end, plan, v);
+}
+
+template <class B>
+void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, bool heat) {
+  if (plan.meets) meeting_stages(back_end, plan, v);
   if (heat) heat_stages(back_end, plan, v);
+  if (plan.elastic) elastic_stages(back_end, plan, v);
   if (plan.wrench) back_end.for_each_block("wrench", v.reactive_count, ReduceWrench{v.body, v.reactive});
   if (plan.moving)
     back_end.for_each("bodies", v.rigid_count,
                       AdvanceBodies{v.body.body, v.rigid, v.proxy, v.forcing, v.medium.dt, elapsed});
-  back_end.for_each("move", v.particles, MoveParticles{v.state, v.acceleration, v.body, v.grid, v.medium.dt});
+  if (plan.elastic)
+    back_end.for_each("move elastic", v.elastic.count, MoveElastic{v.elastic, v.body, v.medium, v.forcing});
+  const MoveParticles move{v.state, v.acceleration, v.body, v.elastic, v.grid, v.medium.dt};
+  if (plan.meets)
+    back_end.move("move", v.particles, move);
+  else
+    back_end.for_each("move", v.particles, move);
 }
 
 // heat: this haptic step is the one in plan.heat_interval that conducts.
@@ -109,6 +138,9 @@ void step(B& back_end, const Plan& plan, const StepViews& v, bool heat) {
   if (plan.wrench) back_end.for_each("begin", v.bodies, BeginStep{v.body.body});
   for (int s = 0; s < plan.sub_steps; ++s)
     sub_step(back_end, plan, v, static_cast<real>((s + 1) * plan.dt), heat && s + 1 == plan.sub_steps);
+  if (plan.elastic)
+    back_end.for_each_block("elastic bodies", static_cast<std::uint32_t>(plan.elastic_bodies.size()),
+                            MeasureElastic{v.elastic, v.body, v.elastic_bodies});
   back_end.for_each_block("health", kHealthBlocks,
                           MeasureHealth{v.state, v.medium, v.grid, v.particles, v.health_part});
   back_end.for_each_block("health", 1, CollectHealth{v.health_part, v.health});

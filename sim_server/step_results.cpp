@@ -101,6 +101,7 @@ void StepResults::read(const BodyState* bodies, const HealthSums& sums, std::uin
 void StepResults::read_body(std::uint32_t index, const BodyState& b, BodyOutput& out) const {
   const Body& body = scene_.bodies[index];
   out.state.orientation = b.q.cast<double>();
+  if (body.type == BodyType::elastic) out.state.orientation = out.state.orientation * body.orientation;
   const Eigen::Vector3d r = out.state.orientation * -body.center;
   out.state.angular = b.w.cast<double>();
   out.state.position = b.x.cast<double>() + r;

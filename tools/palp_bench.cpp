@@ -7,16 +7,14 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
-#include <map>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <thread>
 
-#include "config/error.h"
-#include "sim_server/simulation.h"
+#include "config/json_file.h"
+#include "sim_server/scene_options.h"
 
 namespace {
-
-using palp::BodyType;
 
 struct Arguments {
   std::vector<std::size_t> particles{1000, 10000, 30000, 100000, 1000000};
@@ -107,6 +105,26 @@ Sample measure(palp::Simulation& simulation, double support, bool stirred, const
           static_cast<int>(times.size())};
 }
 
+palp::Json json_of(const std::vector<Sample>& samples, const std::string& backend, int sub_steps) {
+  const auto to_hundredths = [](double us) { return 0.01 * std::round(100 * us); };
+  palp::Json results = palp::Json::array();
+  for (const Sample& s : samples) {
+    results.push_back({{"flow", flow_name(s)},
+                       {"support_over_spacing", s.support},
+                       {"particles", s.particles},
+                       {"median_us", to_hundredths(s.median_us)},
+                       {"p10_us", to_hundredths(s.p10_us)},
+                       {"p90_us", to_hundredths(s.p90_us)},
+                       {"steps", s.steps}});
+  }
+  return {{"benchmark", "fluid sub-step, periodic cube, accurate"},
+          {"backend", backend},
+          {"processor", processor_name()},
+          {"cores", std::thread::hardware_concurrency()},
+          {"sub_steps_per_step", sub_steps},
+          {"results", results}};
+}
+
 int run(const Arguments& a) {
   std::vector<Sample> samples;
   std::string name;
@@ -123,29 +141,12 @@ int run(const Arguments& a) {
                  flow_name(s), s.support, s.particles, s.median_us, s.p10_us, s.p90_us,
                  static_cast<double>(s.particles) / s.median_us);
     }
-  std::string json = fmt::format(
-      "{{\n  \"benchmark\": \"fluid sub-step, periodic cube, accurate\",\n  \"backend\": \"{}\",\n  \"processor\": "
-      "\"{}\",\n  \"cores\": {},\n"
-      "  \"sub_steps_per_step\": {},\n  \"results\": [\n",
-      name, processor_name(), std::thread::hardware_concurrency(), a.sub_steps);
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    const Sample& s = samples[k];
-    json += fmt::format(
-        "    {{\"flow\": \"{}\", \"support_over_spacing\": {}, \"particles\": {}, \"median_us\": {:.2f}, \"p10_us\": "
-        "{:.2f}, \"p90_us\": "
-        "{:.2f}, \"steps\": {}}}{}\n",
-        flow_name(s), s.support, s.particles, s.median_us, s.p10_us, s.p90_us, s.steps,
-        k + 1 < samples.size() ? "," : "");
-  }
-  json += "  ]\n}\n";
+  const palp::Json json = json_of(samples, name, a.sub_steps);
   if (a.out.empty()) {
-    fmt::print("{}", json);
-    return 0;
+    fmt::print("{}", palp::json_text(json));
+  } else {
+    palp::write_json(a.out, json);
   }
-  std::ofstream out(a.out);
-  out << json;
-  out.close();
-  if (!out) throw std::runtime_error(a.out + ": could not be written; expected a writable file");
   return 0;
 }
 
@@ -154,10 +155,7 @@ int run(const Arguments& a) {
 int main(int argc, char** argv) {
   CLI::App app("Measures the cost of a fluid sub-step against the number of particles.");
   Arguments a;
-  static const std::map<std::string, palp::Backend> backends{
-      {"auto", palp::Backend::automatic}, {"cpu", palp::Backend::cpu}, {"cuda", palp::Backend::cuda}};
-  app.add_option("--backend", a.backend, "auto, cpu or cuda (default: auto)")
-      ->transform(CLI::CheckedTransformer(backends));
+  palp::add_backend_option(app, a.backend);
   app.add_option("--particles", a.particles, "Numbers of particles, rounded to cubes")
       ->delimiter(',')
       ->check(CLI::Range(64, 20000000));

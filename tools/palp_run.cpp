@@ -5,10 +5,9 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
-#include <map>
 
 #include "config/error.h"
-#include "sim_server/scene_files.h"
+#include "sim_server/scene_options.h"
 #include "tools/run_scene.h"
 
 namespace {
@@ -22,41 +21,26 @@ void on_signal(int signal) {
 }
 
 struct Arguments {
-  std::string scene, path;
-  palp::SceneOverrides overrides;
-  palp::Backend backend = palp::Backend::automatic;
+  palp::SceneOptions scene;
+  std::string path;
   palp::RunOptions run;
 };
 
 void declare(CLI::App& app, Arguments& a) {
-  static const std::map<std::string, palp::Backend> backends{
-      {"auto", palp::Backend::automatic}, {"cpu", palp::Backend::cpu}, {"cuda", palp::Backend::cuda}};
-  static const std::map<std::string, palp::Method> methods{{"paper", palp::Method::paper},
-                                                           {"accurate", palp::Method::accurate}};
-  static const std::map<std::string, palp::Accuracy> accuracies{
-      {"fast", palp::Accuracy::fast}, {"balanced", palp::Accuracy::balanced}, {"accurate", palp::Accuracy::accurate}};
-  app.add_option("scene", a.scene, "Scene file, or the name of one in config/scenes")->required();
-  app.add_option("--duration", a.run.duration, "Simulated seconds (default: the scene's)")
+  palp::add_scene_options(app, a.scene);
+  app.add_option("--duration", a.run.duration, "simulated seconds, instead of the scene's")
       ->check(CLI::Range(1e-9, 1e6));
-  app.add_option("--out", a.run.out, "Folder for the results, made if missing")->required();
-  app.add_option("--backend", a.backend, "auto, cpu or cuda (default: auto)")
-      ->transform(CLI::CheckedTransformer(backends));
-  app.add_option("--accuracy", a.overrides.accuracy, "fast, balanced or accurate (default: the scene's)")
-      ->transform(CLI::CheckedTransformer(accuracies));
-  app.add_option("--method", a.overrides.method, "paper or accurate (default: the scene's)")
-      ->transform(CLI::CheckedTransformer(methods));
-  app.add_option("--spacing", a.overrides.spacing, "Particle spacing in metres (default: the scene's)");
-  app.add_option("--snapshots-hz", a.run.snapshots_hz, "Particle files per simulated second (default: 0, none)")
+  app.add_option("--out", a.run.out, "folder for the results, made if missing")->required();
+  app.add_option("--snapshots-hz", a.run.snapshots_hz, "particle files per simulated second; 0: none")
       ->check(CLI::Range(0.0, 1e6));
   app.add_option("--path", a.path, "CSV time,x,y,z,qx,qy,qz,qw that drives the handle of device 0");
 }
 
 int run(Arguments& a) {
   if (!a.path.empty()) a.run.path = palp::read_path(a.path);
-  const palp::SceneConfig config = palp::load_scene(palp::find_scene_file(a.scene), a.overrides);
-  const palp::Scene scene = palp::sample_scene(config, palp::particles_in_memory());
-  const auto simulation = palp::make_simulation(scene, a.backend);
-  fmt::print(stderr, "{}: {} particles, {}; {}\n", config.name, scene.position.size(), simulation->backend_name(),
+  const auto simulation = palp::open_simulation(a.scene);
+  const palp::Scene& scene = simulation->scene();
+  fmt::print(stderr, "{}: {} particles, {}; {}\n", scene.config.name, scene.position.size(), simulation->backend_name(),
              simulation->numerics());
   a.run.progress = isatty(STDERR_FILENO) != 0;
   a.run.stop = &g_stop;

@@ -7,8 +7,10 @@
 #include <cmath>
 #include <cstdio>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "config/error.h"
+#include "config/json_file.h"
 #include "sim_server/probes.h"
 
 namespace palp {
@@ -124,47 +126,32 @@ class Progress {
   Clock::time_point start_, shown_{};
 };
 
-// JSON has no word for a number that is not finite.
-std::string json_number(double value) { return std::isfinite(value) ? fmt::format("{:.9g}", value) : "null"; }
-
-void write_summary(const Simulation& simulation, const RunOptions& options, const RunResult& result,
-                   const Health& health) {
+Json json_of(const Simulation& simulation, const RunResult& result, const Health& health) {
   const Scene& scene = simulation.scene();
   const double rate =
       result.wall_time > 0 ? static_cast<double>(result.steps * scene.position.size()) / result.wall_time : 0;
-  std::string text = "{\n";
-  const auto field = [&](const char* name, const std::string& value) {
-    text += fmt::format("{}  \"{}\": {}", text.size() > 2 ? ",\n" : "", name, value);
-  };
-  field("scene", json_string(scene.config.name));
-  field("scene_file", json_string(scene.config.path));
-  field("scene_hash", json_string(fmt::format("{:016x}", scene.config.hash)));
-  field("method", json_string(to_string(scene.config.method)));
-  field("accuracy", json_string(to_string(scene.config.accuracy)));
-  field("spacing_m", json_number(scene.spacing));
-  field("numerics", json_string(simulation.numerics()));
-  field("backend", json_string(simulation.backend_name()));
-  field("particles", fmt::format("{}", scene.position.size()));
-  field("rate_hz", json_number(scene.config.rate_hz));
-  field("steps", fmt::format("{}", result.steps));
-  field("simulated_time_s", json_number(result.time));
-  field("wall_time_s", json_number(result.wall_time));
-  field("particle_steps_per_s", json_number(rate));
-  field("healthy", result.healthy ? "true" : "false");
-  field("cause", json_string(result.cause));
-  field("stopped_by_signal", fmt::format("{}", result.stopped_by_signal));
-  field("max_speed_m_s", json_number(health.max_speed));
-  field("max_compression", json_number(health.max_compression));
-  field("kinetic_energy_J", json_number(health.kinetic_energy));
-  field("particles_outside", fmt::format("{}", health.outside));
-  field("particles_non_finite", fmt::format("{}", health.non_finite));
-  text += "\n}\n";
-  const std::string path = options.out + "/summary.json";
-  std::FILE* file = std::fopen(path.c_str(), "w");
-  const bool written = file && std::fwrite(text.data(), 1, text.size(), file) == text.size();
-  const bool closed = file && std::fclose(file) == 0;
-  if (!written || !closed)
-    throw std::runtime_error(path + ": cannot write; check the folder and the space on the disk");
+  return {{"scene", scene.config.name},
+          {"scene_file", scene.config.path},
+          {"scene_hash", fmt::format("{:016x}", scene.config.hash)},
+          {"method", to_string(scene.config.method)},
+          {"accuracy", to_string(scene.config.accuracy)},
+          {"spacing_m", scene.spacing},
+          {"numerics", simulation.numerics()},
+          {"backend", simulation.backend_name()},
+          {"particles", scene.position.size()},
+          {"rate_hz", scene.config.rate_hz},
+          {"steps", result.steps},
+          {"simulated_time_s", result.time},
+          {"wall_time_s", result.wall_time},
+          {"particle_steps_per_s", rate},
+          {"healthy", result.healthy},
+          {"cause", result.cause},
+          {"stopped_by_signal", result.stopped_by_signal},
+          {"max_speed_m_s", health.max_speed},
+          {"max_compression", health.max_compression},
+          {"kinetic_energy_J", health.kinetic_energy},
+          {"particles_outside", health.outside},
+          {"particles_non_finite", health.non_finite}};
 }
 
 // Index of the proxy that device 0 drives.
@@ -224,22 +211,8 @@ RunResult run_scene(Simulation& simulation, const RunOptions& options) {
   probes.close();
   if (snapshots) snapshots->close();
   if (proxy) proxy->close();
-  write_summary(simulation, options, result, health);
+  write_json(options.out + "/summary.json", json_of(simulation, result, health));
   return result;
-}
-
-std::string json_string(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += {'\\', c};
-    } else if (static_cast<unsigned char>(c) < 32) {
-      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
-    } else {
-      out += c;
-    }
-  }
-  return out + "\"";
 }
 
 }  // namespace palp

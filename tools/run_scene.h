@@ -50,7 +50,4 @@ struct RunResult {
 // device 0.
 RunResult run_scene(Simulation& simulation, const RunOptions& options);
 
-// Text as a JSON string, quotes included.
-std::string json_string(const std::string& text);
-
 }  // namespace palp

@@ -25,7 +25,7 @@ def load(path):
     if isinstance(values.get("metrics"), dict):  # numbers may stand in a table of their own
         values = {**values["metrics"], **values}
     if values.get("healthy") is not True:
-        return values, f"was not healthy: {values.get('cause') or values.get('fault') or 'see its log'}"
+        return values, f"was not healthy: {values.get('cause') or values.get('trouble') or 'see its log'}"
     return values, None
 
 
@@ -57,7 +57,7 @@ def report(server, bridge, viewer, recorder):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("dir", type=pathlib.Path)
-    parser.add_argument("--no-picture", action="store_true", help="a window showed the scene: expect no scene.png")
+    parser.add_argument("--no-picture", action="store_true", help="a window showed the scene: a missing scene.png is no fault")
     options = parser.parse_args()
     values, faults = {}, []
     for process in PROCESSES:
@@ -68,7 +68,9 @@ def main():
         print(f"  {label:18}{text}")
     if values["palp_record"].get("messages") == 0:
         faults.append("palp_record heard no message")
-    left = ["force.png", "recording.mcap"] + ([] if options.no_picture else ["scene.png"])
+    left = ["force.png", "recording.mcap"]
+    if not options.no_picture or (options.dir / "scene.png").exists():
+        left.append("scene.png")
     for name in left:
         path = options.dir / name
         if not path.is_file() or path.stat().st_size == 0:

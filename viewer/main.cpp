@@ -9,7 +9,7 @@
 #include <ctime>
 #include <exception>
 #include <filesystem>
-#include <fstream>
+#include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -20,6 +20,7 @@
 #include <spdlog/spdlog.h>
 #include <osgViewer/ViewerEventHandlers>
 
+#include "config/json_file.h"
 #include "idl/clock.h"
 #include "viewer/capture.h"
 #include "viewer/feed.h"
@@ -71,10 +72,13 @@ class Recorder {
   void take(Picture&& picture, double seconds) {
     capture_.write_video(picture, seconds);
     for (const std::string& file : pngs_) capture_.write_png(file, picture);
+    pngs_.clear();
   }
 
   bool finish() {
     const bool whole = capture_.finish();
+    for (const std::string& file : pngs_)
+      spdlog::warn("{} was not written: the window was closed first; --png-at says when to write it", file);
     if (capture_.dropped_video_pictures() > 0) {
       spdlog::warn("{} pictures were not put into the video, because ffmpeg was behind or the size had changed",
                    capture_.dropped_video_pictures());
@@ -103,14 +107,18 @@ void report(Feed& feed, const Session& session, const FeedView& view) {
 // False if the file cannot be written.
 bool write_summary(const std::string& file, const Session& session, const FeedView& view, bool healthy) {
   if (file.empty()) return true;
-  std::ofstream out(file);
-  out << fmt::format(
-      "{{\n  \"frames\": {},\n  \"complete_frames\": {},\n  \"lost_frames\": {},\n  \"refused_samples\": {},\n"
-      "  \"drawn_frames\": {},\n  \"healthy\": {}\n}}\n",
-      view.frames + view.lost_frames, view.frames, view.lost_frames, view.refused, session.frames_drawn(), healthy);
-  out.close();
-  if (!out) spdlog::error("{}: the summary cannot be written", file);
-  return static_cast<bool>(out);
+  try {
+    write_json(file, {{"frames", view.frames + view.lost_frames},
+                      {"complete_frames", view.frames},
+                      {"lost_frames", view.lost_frames},
+                      {"refused_samples", view.refused},
+                      {"drawn_frames", session.frames_drawn()},
+                      {"healthy", healthy}});
+    return true;
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    return false;
+  }
 }
 
 int run(const ViewerOptions& options) {

@@ -161,6 +161,12 @@ class Cpu {
     for (std::uint32_t i = 0; i < n; ++i) f(i, lists_.of(i));
   }
   template <class F>
+  void for_each_group(const char* name, std::uint32_t n, const F& f) {
+    note(name);
+#pragma omp parallel for schedule(static) num_threads(threads_)
+    for (std::uint32_t i = 0; i < n; ++i) f(i, SerialTeam{});
+  }
+  template <class F>
   void for_each_block(const char* name, std::uint32_t n, const F& f) {
     note(name);
     for (std::uint32_t i = 0; i < n; ++i) f(i, SerialTeam{});
@@ -172,7 +178,6 @@ class Cpu {
     return start_;
   }
 
-  void pull_crowded() {}
   static std::uint32_t crowded() { return 0; }  // lists grow as needed
 
   // Sorts and lists neighbours anew when that is due; else copies in place.
@@ -187,6 +192,11 @@ class Cpu {
     }
     sort(from, to, n, grid);
     lists_.build(to, n, grid, support, skin, interacts, threads_);
+  }
+
+  template <class F>
+  void move(const char* name, std::uint32_t n, const F& f) {
+    for_each(name, n, f);
   }
 
  private:

@@ -26,10 +26,10 @@ struct ExtrapolateToWalls {
     real p = 0, weight = 0;
     Vec3 v(0, 0, 0);
     for_neighbors(grid, state.xV, state.xV[i].xyz(), kernel.support, team,
-                  [&](std::uint32_t j, const Vec3& x_ij, real r2) {
+                  [&](std::uint32_t j, const Packed&, const Vec3& x_ij, real r2) {
                     const Tag tag_j = state.tag[j];
                     if (!tag_j.is_fluid()) return;
-                    const Packed vp_j = state.vp[j];
+                    const Packed vp_j = fetch(state.vp + j);
                     const real W = kernel.W(Eigen::numext::sqrt(r2));
                     const real rho_j = medium.material[tag_j.material()].density + vp_j.w / c2;
                     p += W * (acting_pressure(medium, vp_j.w) + rho_j * g.dot(x_ij));

@@ -130,7 +130,7 @@ PALP_HD inline Vec3 separation(const CellGrid& g, const Vec3& x_i, const Packed&
   return d;
 }
 
-// Calls f(j, x_i - x_j, r^2) for every particle j within the support radius of x_i, the particle itself included.
+// Calls f(j, xV_j, x_i - x_j, r^2) for every particle j within the support radius of x_i, the particle itself included.
 // A team of lanes shares the loop: its groups share the rows of cells, the lanes of a group the particles of a row.
 template <class Team, class F>
 PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, Team team,
@@ -142,7 +142,7 @@ PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec
       const Packed x_j = xV[j];
       const Vec3 d(x.x() - x_j.x, x.y() - x_j.y, x.z() - x_j.z);
       const real r2 = d.squaredNorm();
-      if (r2 < support2) f(j, d, r2);
+      if (r2 < support2) f(j, x_j, d, r2);
     }
   });
 }
@@ -190,7 +190,7 @@ inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, 
       hits[count] = {*j, r2, d};
       count += r2 < support2 ? 1 : 0;
     }
-    for (int k = 0; k < count; ++k) f(hits[k].j, hits[k].d, hits[k].r2);
+    for (int k = 0; k < count; ++k) f(hits[k].j, xV[hits[k].j], hits[k].d, hits[k].r2);
   }
 }
 

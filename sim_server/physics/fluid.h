@@ -37,16 +37,17 @@ struct AdvanceDensity {
     const real rho0 = medium.material[tag_i.material()].density;
     const Vec3 hydrostatic = forcing->level_gravity * rho0;  // gradient of p at rest
     real divergence = 0, laplacian = 0;
-    for_neighbors(grid, from.xV, x_i, kernel.support, team, [&](std::uint32_t j, const Vec3& x_ij, real r2) {
-      const Packed vp_j = from.vp[j];
-      const Tag tag_j = medium.uniform ? tag_i : from.tag[j];
-      const real VF = from.xV[j].w * kernel.F(Eigen::numext::sqrt(r2));
-      // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
-      const Vec3 v_j = tag_j.kind() == Kind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
-      divergence += VF * (v_i - v_j).dot(x_ij);
-      if (tag_j.is_fluid() && tag_j.material() == tag_i.material())
-        laplacian += VF * (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
-    });
+    for_neighbors(grid, from.xV, x_i, kernel.support, team,
+                  [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
+                    const Packed vp_j = fetch(from.vp + j);
+                    const Tag tag_j = medium.uniform ? tag_i : from.tag[j];
+                    const real VF = xV_j.w * kernel.F(Eigen::numext::sqrt(r2));
+                    // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
+                    const Vec3 v_j = tag_j.kind() == Kind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
+                    divergence += VF * (v_i - v_j).dot(x_ij);
+                    if (tag_j.is_fluid() && tag_j.material() == tag_i.material())
+                      laplacian += VF * (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
+                  });
     divergence = team.sum(divergence);
     laplacian = team.sum(laplacian);
     if (!team.leader()) return;
@@ -115,15 +116,16 @@ struct FluidForce {
     const Packed xV_i = state.xV[i], vp_i = state.vp[i];
     const Material material_i = medium.material[tag_i.material()];
     Vec3 force(0, 0, 0);
-    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team, [&](std::uint32_t j, const Vec3& x_ij, real r2) {
-      const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
-      if (tag_j.is_fluid())
-        force += fluid_pair_force(medium, kernel, material_i, tag_i, xV_i, vp_i, tag_j, state.xV[j].w, state.vp[j],
-                                  x_ij, r2);
-      else
-        force +=
-            wall_pair_force(medium, kernel, tag_i, xV_i, vp_i, state.xV[j].w, state.vp[j].xyz(), wall[j], x_ij, r2);
-    });
+    for_neighbors(
+        grid, state.xV, xV_i.xyz(), kernel.support, team,
+        [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
+          const Packed vp_j = fetch(state.vp + j);
+          const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
+          if (tag_j.is_fluid())
+            force += fluid_pair_force(medium, kernel, material_i, tag_i, xV_i, vp_i, tag_j, xV_j.w, vp_j, x_ij, r2);
+          else
+            force += wall_pair_force(medium, kernel, tag_i, xV_i, vp_i, xV_j.w, vp_j.xyz(), fetch(wall + j), x_ij, r2);
+        });
     force = team.sum(force);
     if (team.leader()) acceleration[i] = pack(force / state.mass[i] + forcing->gravity + forcing->body_force, 0);
   }

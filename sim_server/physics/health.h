@@ -8,7 +8,7 @@ namespace palp {
 struct HealthSums {
   real max_speed = 0;        // [m/s]
   real max_compression = 0;  // rho / rho0 - 1
-  real kinetic_energy = 0;   // of fluids [J]
+  real kinetic_energy = 0;   // of fluids and elastic bodies [J]
   std::uint32_t non_finite = 0;
   std::uint32_t outside = 0;  // particles outside the domain
 };
@@ -59,6 +59,7 @@ struct MeasureHealth {
       if (tag.kind() == Kind::fixed) continue;
       const real speed = Eigen::numext::sqrt(speed2);
       if (speed > s.max_speed) s.max_speed = speed;
+      if (tag.kind() == Kind::elastic) s.kinetic_energy += real(0.5) * state.mass[i] * speed2;
       if (!tag.is_fluid()) continue;
       const real compression = vp.w / (c2 * medium.material[tag.material()].density);
       if (compression > s.max_compression) s.max_compression = compression;

@@ -142,15 +142,16 @@ struct ConductHeat {
     const real T_i = state.temperature[i], k_i = material_i.conductivity;
     const Packed xV_i = state.xV[i];
     real flux = 0, cover = 0;
-    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team, [&](std::uint32_t j, const Vec3&, real r2) {
-      const Tag tag_j = state.tag[j];
-      const real V_j = state.xV[j].w, r = Eigen::numext::sqrt(r2);
-      const real k_j = medium.material[tag_j.material()].conductivity, sum = k_i + k_j;
-      const real k =
-          heat.held[tag_j.body()] != 0 ? real(4) * k_i : (sum > real(0) ? real(4) * k_i * k_j / sum : real(0));
-      flux += V_j * kernel.F(r) * k * (state.temperature[j] - T_i);
-      cover += V_j * kernel.W(r);
-    });
+    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
+                  [&](std::uint32_t j, const Packed& xV_j, const Vec3&, real r2) {
+                    const Tag tag_j = state.tag[j];
+                    const real V_j = xV_j.w, r = Eigen::numext::sqrt(r2);
+                    const real k_j = medium.material[tag_j.material()].conductivity, sum = k_i + k_j;
+                    const real k = heat.held[tag_j.body()] != 0 ? real(4) * k_i
+                                                                : (sum > real(0) ? real(4) * k_i * k_j / sum : real(0));
+                    flux += V_j * kernel.F(r) * k * (state.temperature[j] - T_i);
+                    cover += V_j * kernel.W(r);
+                  });
     flux = team.sum(flux);
     cover = team.sum(cover);
     if (!team.leader()) return;

@@ -1,7 +1,8 @@
-// Moves the particles at the end of a sub-step: fluids by symplectic Euler, rigid bodies' particles with their body.
+// Moves the particles at the end of a sub-step: fluids by symplectic Euler, rigid bodies' particles with
+// their body, elastic ones where elastic.h moved them.
 #pragma once
 
-#include "sim_server/physics/rigid.h"
+#include "sim_server/physics/elastic.h"
 
 namespace palp {
 
@@ -9,6 +10,7 @@ struct MoveParticles {
   ParticleView state;
   const Packed* acceleration;  // of fluids
   BodyViews bodies;
+  ElasticViews elastic;
   CellGrid grid;
   real dt;
 
@@ -22,9 +24,15 @@ struct MoveParticles {
       x = xV.xyz() + dt * v;
     } else {
       const BodyState& body = bodies.body[tag.body()];
-      const Vec3 r = body.q * bodies.local[body.force_first + state.id[i] - body.first].xyz();
-      v = body.v + body.w.cross(r);
-      x = grid.wrap_fully(body.x + r);
+      const std::uint32_t k = body.force_first + state.id[i] - body.first;
+      if (tag.kind() == Kind::elastic) {
+        v = elastic.v[k].xyz();
+        x = grid.wrap_fully(elastic.rest[k].xyz() + elastic.u[k].xyz());
+      } else {
+        const Vec3 r = body.q * bodies.local[k].xyz();
+        v = body.v + body.w.cross(r);
+        x = grid.wrap_fully(body.x + r);
+      }
     }
     state.xV[i] = pack(grid.wrap(x), xV.w);
     state.vp[i] = pack(v, vp.w);

@@ -24,7 +24,7 @@ struct PaperDensity {
     // Eq. 1 for the density, with the particle's own mass for every neighbour: media of different density do not smear
     real number = 0;
     for_neighbors(grid, from.xV, from.xV[i].xyz(), kernel.support, team,
-                  [&](std::uint32_t, const Vec3&, real r2) { number += kernel.poly6(r2); });
+                  [&](std::uint32_t, const Packed&, const Vec3&, real r2) { number += kernel.poly6(r2); });
     number = team.sum(number);
     if (!team.leader()) return;
     const real c2 = medium.sound_speed * medium.sound_speed;
@@ -62,11 +62,13 @@ struct PaperForce {
     if (body != nullptr && body->force_first == kNone) return;
     const Packed xV_i = state.xV[i], vp_i = state.vp[i];
     Vec3 force(0, 0, 0);
-    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team, [&](std::uint32_t j, const Vec3& x_ij, real r2) {
-      const Tag tag_j = state.tag[j];
-      if (body != nullptr && tag_j.body() == tag_i.body()) return;
-      force += paper_pair_force(medium, kernel, tag_i, xV_i, vp_i, tag_j, state.xV[j], state.vp[j], x_ij, r2);
-    });
+    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
+                  [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
+                    const Tag tag_j = state.tag[j];
+                    if (body != nullptr && tag_j.body() == tag_i.body()) return;
+                    force +=
+                        paper_pair_force(medium, kernel, tag_i, xV_i, vp_i, tag_j, xV_j, fetch(state.vp + j), x_ij, r2);
+                  });
     force = team.sum(force);
     if (!team.leader()) return;
     if (body == nullptr)

@@ -12,7 +12,7 @@
 
 namespace palp {
 
-enum class Kind : std::uint32_t { fluid = 0, rigid = 1, fixed = 2 };
+enum class Kind : std::uint32_t { fluid = 0, rigid = 1, fixed = 2, elastic = 3 };
 
 // A particle's kind, material and body in one word.
 struct Tag {
@@ -50,8 +50,10 @@ PALP_HD inline void copy_particle(const ParticleView& from, std::uint32_t i, con
 }
 
 struct Material {
-  real density;    // rho0 [kg/m^3]
-  real viscosity;  // mu [Pa s]
+  real density;      // rho0 [kg/m^3]
+  real viscosity;    // mu [Pa s]
+  real shear, lame;  // of elastic bodies: mu, lambda [Pa]
+  real damping;      // eta of elastic bodies [Pa s]
 };
 
 // What stays the same during one sub-step, in every kernel's hands.

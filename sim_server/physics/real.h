@@ -32,6 +32,16 @@ struct alignas(4 * sizeof(real)) Packed {
   PALP_HD Vec3 xyz() const { return {x, y, z}; }
 };
 
+// All four in one load, which a GPU's compiler would otherwise split where it can. Nothing may write them meanwhile.
+PALP_HD inline Packed fetch(const Packed* p) {
+#ifdef __CUDA_ARCH__
+  const float4 v = __ldg(reinterpret_cast<const float4*>(p));
+  return {v.x, v.y, v.z, v.w};
+#else
+  return *p;
+#endif
+}
+
 PALP_HD inline Packed pack(const Vec3& v, real w) { return {v.x(), v.y(), v.z(), w}; }
 
 }  // namespace palp

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "sim_server/physics/boundary.h"
+#include "sim_server/physics/rotation.h"
 
 namespace palp {
 
@@ -24,6 +25,7 @@ struct BodyState {
   std::int32_t proxy;          // index of the proxy whose handle it is, -1: none
   Vec3 handle;                 // coupling point relative to the centre of mass, body axes [m]
   real contact_mass;           // a contact's share of the mass, from which its stiffness follows [kg]
+  std::uint32_t group;         // bodies of one group are bonded: no contact among them
   Vec3 force, torque;          // of this sub-step, about the centre of mass [N, N m]
   Vec3 force_sum, torque_sum;  // over the sub-steps of this haptic step
   Vec3 coupling_force, coupling_torque;  // on the proxy, about the handle, of this sub-step [N, N m]
@@ -43,7 +45,7 @@ PALP_HD inline Vec3 contact_pair_force(const Medium& medium, const BodyState& a,
                                        const Vec3& x_ij, real r2) {
   const real r = Eigen::numext::sqrt(r2);
   const real overlap = medium.spacing - r;
-  if (!(overlap > real(0)) || !(r > real(0))) return Vec3(0, 0, 0);
+  if (!(overlap > real(0)) || !(r > real(0)) || a.group == b.group) return Vec3(0, 0, 0);
   const real m = a.contact_mass < b.contact_mass ? a.contact_mass : b.contact_mass;
   const real k = real(0.4) * m / (medium.dt * medium.dt);
   const real damping = real(0.15) * m / medium.dt;
@@ -71,13 +73,15 @@ struct SolidForce {
     const Packed xV_i = state.xV[i];
     const Vec3 v_i = state.vp[i].xyz();
     Vec3 force(0, 0, 0);
-    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team, [&](std::uint32_t j, const Vec3& x_ij, real r2) {
-      const Tag tag_j = state.tag[j];
-      if (tag_j.is_fluid())
-        force -= wall_pair_force(medium, kernel, tag_j, state.xV[j], state.vp[j], xV_i.w, v_i, wall[i], -x_ij, r2);
-      else if (contact && tag_j.body() != tag_i.body())
-        force += contact_pair_force(medium, body, bodies.body[tag_j.body()], v_i - state.vp[j].xyz(), x_ij, r2);
-    });
+    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
+                  [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
+                    const Tag tag_j = state.tag[j];
+                    const Packed vp_j = fetch(state.vp + j);
+                    if (tag_j.is_fluid())
+                      force -= wall_pair_force(medium, kernel, tag_j, xV_j, vp_j, xV_i.w, v_i, wall[i], -x_ij, r2);
+                    else if (contact && tag_j.body() != tag_i.body())
+                      force += contact_pair_force(medium, body, bodies.body[tag_j.body()], v_i - vp_j.xyz(), x_ij, r2);
+                  });
     force = team.sum(force);
     if (team.leader()) bodies.force[body.force_first + state.id[i] - body.first] = pack(force, 0);
   }
@@ -111,15 +115,6 @@ struct ReduceWrench {
 PALP_HD inline Mat3 world_inverse_inertia(const BodyState& b, const Quat& q) {
   const Mat3 R = q.toRotationMatrix();
   return R * b.inverse_inertia * R.transpose();
-}
-
-PALP_HD inline Quat rotated(const Quat& q, const Vec3& rotation) {
-  const real angle = rotation.norm();
-  const real half = real(0.5) * angle;
-  const real s = angle > real(1e-6) ? Eigen::numext::sin(half) / angle : real(0.5);
-  Quat out = Quat(Eigen::numext::cos(half), s * rotation.x(), s * rotation.y(), s * rotation.z()) * q;
-  out.normalize();
-  return out;
 }
 
 // Symplectic Euler for the centre; for the rotation the angular momentum is the state, so it is kept exactly, and the

@@ -304,11 +304,12 @@ Names added(const Names& base, const Names& more) {
 }
 
 TEST(Lightness, HeatIsPaidForWhereItFlows) {
-  Scene still = cold_block();
+  Scene still = cold_block(BodyType::fluid);
   still.config.materials[0].conductivity = 0;
-  Scene zoned = cold_block();
+  Scene zoned = cold_block(BodyType::fluid);
   add_zone(zoned, {0, 0, 0}, {1, 1, 1});
-  const Contents without = contents_of(still), with = contents_of(cold_block()), more = contents_of(zoned);
+  const Contents without = contents_of(still), with = contents_of(cold_block(BodyType::fluid)),
+                 more = contents_of(zoned);
   for (const std::string& name : without.arrays) {
     EXPECT_EQ(name.find("heat"), std::string::npos) << name;
     EXPECT_EQ(name.find("enthalpy"), std::string::npos) << name;

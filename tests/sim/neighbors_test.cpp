@@ -49,7 +49,8 @@ void expect_same_neighbors(const Cloud& cloud, double support) {
   for (std::size_t i = 0; i < cloud.xV.size(); ++i) {
     std::map<std::uint32_t, Vec3> found;
     for_neighbors(g, cloud.xV.data(), cloud.xV[i].xyz(), real(support), SerialTeam{},
-                  [&](std::uint32_t j, const Vec3& d, real r2) {
+                  [&](std::uint32_t j, const Packed& x_j, const Vec3& d, real r2) {
+                    EXPECT_EQ(x_j.x, cloud.xV[j].x);
                     EXPECT_TRUE(found.emplace(j, d).second) << "particle " << j << " came twice";
                     EXPECT_NEAR(r2, d.squaredNorm(), 1e-6);
                   });

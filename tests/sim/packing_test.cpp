@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "sim_server/cell_grid.h"
+#include "sim_server/point_grid.h"
 #include "tests/sim/scene_builder.h"
 
 namespace palp {
@@ -28,7 +28,7 @@ SceneConfig pool(double radius, const Eigen::Vector3d& center) {
 
 // |sum V gradW| times the spacing, of Wendland's C2 with three spacings for support: 0 in a full space, about 0.5 where
 // one side is empty.
-double unevenness(const Scene& s, const CellGrid& grid, std::size_t i) {
+double unevenness(const Scene& s, const PointGrid& grid, std::size_t i) {
   const double H = 3 * kSpacing;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   const PeriodicBox box{s.bounds_min, s.bounds_max, s.config.periodic};
@@ -51,7 +51,7 @@ TEST(Packing, FillsTheSpaceAroundASolidEvenly) {
     const SceneConfig config = pool(radius, center);
     const Scene s = sample_scene(config, 1000000);
     const PeriodicBox box{s.bounds_min, s.bounds_max, s.config.periodic};
-    const CellGrid grid(s.position, box, 3 * kSpacing);
+    const PointGrid grid(s.position, box, 3 * kSpacing);
     double water = 0, worst = 0, top = -1, nearest = 1;
     for (std::size_t i = 0; i < s.position.size(); ++i) {
       if (s.bodies[s.body[i]].type != BodyType::fluid) continue;

@@ -1,6 +1,7 @@
 #!/bin/bash
 # Stands in for every program that tools/demo starts: runs until SIGTERM, then writes what the real one would leave.
 # FAKE_DIES=NAME: that one ends at once with status 3. FAKE_SICK=NAME: that one says that it was not healthy.
+# FAKE_LEAVES=NAME: that one ends well by itself, as a viewer does whose window is closed.
 name=$(basename "$0")
 echo "$$" >>"$FAKE_PIDS"
 echo "$name $*" >>"$FAKE_CALLS"
@@ -27,4 +28,5 @@ leave() {
   exit 0
 }
 trap leave TERM
+[ "${FAKE_LEAVES:-}" = "$name" ] && { sleep 0.5; leave; }
 while :; do sleep 0.05; done

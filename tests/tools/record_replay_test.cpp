@@ -195,7 +195,11 @@ TEST_P(RecordReplay, GivesEveryReaderTheSameBytesInTheSameOrder) {
   const auto second = payloads_by_topic(folder / "b.mcap");
   for (const auto& [topic, payloads] : first) {
     ASSERT_TRUE(second.contains(topic)) << topic;
-    ASSERT_EQ(second.at(topic).size(), payloads.size()) << topic;
+    std::string missing;  // places
+    for (std::size_t i = 0; i < payloads.size(); ++i)
+      if (std::find(second.at(topic).begin(), second.at(topic).end(), payloads[i]) == second.at(topic).end())
+        missing += " " + std::to_string(i);
+    EXPECT_EQ(second.at(topic).size(), payloads.size()) << topic << " lacks those at" << missing;
     EXPECT_TRUE(second.at(topic) == payloads) << topic;
   }
   read_independently(folder, folder / "b.mcap");

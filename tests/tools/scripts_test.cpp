@@ -195,6 +195,18 @@ TEST_F(Demo, AProcessThatDiesOrIsSickMakesItFail) {
   EXPECT_NE(sick.output.find("NOT HEALTHY: viewer"), std::string::npos) << sick.output;
 }
 
+TEST_F(Demo, ClosingTheWindowEndsItWell) {
+  const Result closed = call(folder_, command({"DISPLAY=:0", "FAKE_LEAVES=viewer"}, {"--forever"}));
+  EXPECT_EQ(closed.status, 0) << closed.output;
+  for (const char* name : {"scene.png", "force.png", "recording.mcap"})
+    EXPECT_TRUE(fs::exists(folder_ / "tree/out/demo/" + name)) << name;
+  EXPECT_EQ(read_text(folder_ / "calls").find("--headless"), std::string::npos);
+  EXPECT_TRUE(nothing_left());
+  const Result left = call(folder_, command({"DISPLAY=:0", "FAKE_LEAVES=haptic_bridge"}, {"--forever"}));
+  EXPECT_EQ(left.status, 1) << left.output;
+  EXPECT_NE(left.output.find("haptic_bridge ended too early"), std::string::npos) << left.output;
+}
+
 TEST_F(Demo, AnInterruptLeavesNothingRunning) {
   ChildProcess demo(command({}, {"--forever"}), folder_ / "output.txt");
   std::this_thread::sleep_for(1500ms);

@@ -181,7 +181,7 @@ TEST(FeedState, GarbageDoesNoHarm) {
     SceneDescription scene = scene_of(5 + any() % 2, 1 + any() % 9000);
     scene.bodies.resize(any() % 4);
     for (BodyDescription& body : scene.bodies) {
-      body.kind = static_cast<BodyKind>(any() % 4);
+      body.kind = static_cast<BodyKind>(any() % 5);
       body.first = any();
       body.count = any();
       body.vertices.assign(any() % 40, 1e30f);

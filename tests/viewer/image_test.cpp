@@ -111,7 +111,7 @@ TEST(Image, ParticlesHaveTheDepthOfSpheres) {
   scene.bodies.push_back(wall);
   stage.scene().set_scene(scene);
   std::vector<float> positions(9, 5.0f);  // two of them out of sight
-  for (int k = 0; k < 3; ++k) positions[static_cast<std::size_t>(6 + k)] = static_cast<float>(center[k]);
+  for (int k = 0; k < 3; ++k) positions[6 + static_cast<std::size_t>(k)] = static_cast<float>(center[k]);
   stage.scene().set_frame(frame_of(positions));
   const Picture picture = shoot(stage);
   EXPECT_TRUE(bluish(at(picture, stage.project(center))));

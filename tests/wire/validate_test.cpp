@@ -90,7 +90,7 @@ TEST(Validate, SceneDescription) {
   SPOIL(SceneDescription, not_finite, m.bounds_max[2] = kInf);
   SPOIL(SceneDescription, malformed, m.bounds_min[0] = m.bounds_max[0] + 1);
   SPOIL(SceneDescription, not_finite, m.gravity[2] = kNan);
-  SPOIL(SceneDescription, malformed, m.bodies[0].kind = static_cast<BodyKind>(3));
+  SPOIL(SceneDescription, malformed, m.bodies[0].kind = static_cast<BodyKind>(4));
   SPOIL(SceneDescription, malformed, m.bodies[0].count = m.particle_count + 1);
   SPOIL(SceneDescription, malformed, m.bodies[0].first = 0xffffffff);
   SPOIL(SceneDescription, malformed, m.bodies[0].density = -1);

@@ -5,10 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
-#include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "config/json_file.h"
 #include "idl/bus_options.h"
 #include "tools/recording/info.h"
 #include "tools/recording/recorder.h"
@@ -70,19 +71,13 @@ void show_progress(const Recorder& recorder, Clock::duration since_start, bool t
              static_cast<double>(total.bytes) * 1e-6, total.dropped, terminal ? "   " : "\n");
 }
 
-void write_summary(const std::string& path, const RecordingCounts& counts, bool healthy) {
+Json json_of(const RecordingCounts& counts, bool healthy) {
   const TopicCounts total = counts.total();
-  std::ofstream out(path);
-  out << fmt::format("{{\"messages\": {}, \"bytes\": {}, \"drops\": {}, \"lost\": {}, \"healthy\": {}, \"topics\": {{",
-                     total.messages, total.bytes, total.dropped, total.lost, healthy);
-  const char* separator = "";
-  for (const auto& [topic, c] : counts.topics) {
-    out << fmt::format("{}\"{}\": {{\"messages\": {}, \"drops\": {}, \"lost\": {}}}", separator, topic->name,
-                       c.messages, c.dropped, c.lost);
-    separator = ", ";
-  }
-  out << "}}\n";
-  if (!out.flush()) throw std::runtime_error(path + ": the summary cannot be written");
+  Json json{{"messages", total.messages}, {"bytes", total.bytes}, {"drops", total.dropped},
+            {"lost", total.lost},         {"healthy", healthy},   {"topics", Json::object()}};
+  for (const auto& [topic, c] : counts.topics)
+    json["topics"][topic->name] = {{"messages", c.messages}, {"drops", c.dropped}, {"lost", c.lost}};
+  return json;
 }
 
 int record(const Options& o) {
@@ -101,6 +96,7 @@ int record(const Options& o) {
     }
     recorder.poll(std::chrono::milliseconds(50));
   }
+  if (!recorder.failed()) recorder.poll(std::chrono::milliseconds(0));  // what came before the stop
   if (terminal) fmt::print(stderr, "\n");
   const RecordingCounts counts = recorder.counts();
   std::string failure;
@@ -110,7 +106,7 @@ int record(const Options& o) {
     failure = error.what();
   }
   const TopicCounts total = counts.total();
-  if (!o.summary.empty()) write_summary(o.summary, counts, failure.empty() && total.dropped == 0);
+  if (!o.summary.empty()) write_json(o.summary, json_of(counts, failure.empty() && total.dropped == 0));
   if (!failure.empty()) throw McapError(failure);
   fmt::print("{}: {} messages, {:.1f} MB in {:.1f} s, {} dropped, {} lost on the way\n", o.recorder.path,
              total.messages, static_cast<double>(total.bytes) * 1e-6,

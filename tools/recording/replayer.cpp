@@ -18,7 +18,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kSettle = 1000ms;                      // a writer may know its reader before the reader knows the writer
+constexpr auto kSettle = 1000ms;  // a writer may know its reader before the reader knows the writer
+constexpr auto kLinger = 300ms;   // a Fast DDS reader drops what it has not taken yet when the writer goes
 constexpr std::int64_t kLongestSleepNs = 50'000'000;  // so that a stop is noticed
 
 class Replay {
@@ -46,6 +47,7 @@ class Replay {
     } while (options_.loop && !stopped_ && counts_.messages > 0);
     for (auto& [topic, out] : writers_)
       if (!stopped_ && topic->reliability == Reliability::reliable) out.writer->wait_acknowledged(1000ms);
+    if (!stopped_) std::this_thread::sleep_for(kLinger);
     std::sort(lateness_us_.begin(), lateness_us_.end());
     if (!lateness_us_.empty()) {
       counts_.lateness_p50_us = lateness_us_[lateness_us_.size() / 2];

@@ -37,10 +37,10 @@ struct PeriodicBox {
   }
 };
 
-class CellGrid {
+class PointGrid {
  public:
   // Keeps a reference to the points, which must be finite. `reach`: the radius that near() covers.
-  CellGrid(const std::vector<Eigen::Vector3d>& points, const PeriodicBox& box, double reach) : box_(box) {
+  PointGrid(const std::vector<Eigen::Vector3d>& points, const PeriodicBox& box, double reach) : box_(box) {
     for (int axis = 0; axis < 3; ++axis) {
       const double length = box.max[axis] - box.min[axis];
       cells_[axis] = box.is_periodic(axis) ? std::max(1.0, std::floor(length / reach)) : 0;

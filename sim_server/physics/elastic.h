@@ -1,0 +1,266 @@
+// Elastic bodies by total-Lagrangian SPH: neighbours and kernel gradients are those of the rest state, so that lists
+// never change and no tension makes particles clump.
+//
+// symbol      meaning                                                        source
+// X_ji, x_ji  X_j - X_i at rest; now, x_ji = X_ji + u_j - u_i                displacements u keep small strains exact
+// F           kernel: gradW(X_i - X_j) = F X_ji                              smoothing.h
+// accurate:
+//   L_i       (sum_j V_j F X_ji X_ji^T)^-1                                   Bonet & Lok 1999: affine fields exactly
+//   F_i       sum_j V_j F x_ji (L_i X_ji)^T, deformation gradient
+//   R_i       proper rotation nearest to F_i                                 rotation.h
+//   P_i       2 mu (F_i - R_i) + lambda tr(R_i^T F_i - I) R_i                of mu |R^T F - I|^2 + lambda/2 tr^2
+//   f_i       sum_j V_i V_j F (P_i L_i + P_j L_j) X_ji                       exact gradient of sum V psi(F): conserves
+//                                                                            both momenta
+//   h_i       -alpha E V_i V_j W / X^2 (d_i + d_j) x_ji / |x_ji|,            Ganzenmueller 2015: against modes that F
+//             d = (F X_ji - x_ji).x_ji / |x_ji|                              cannot see
+// paper (Eq. 4 and 5, Becker, Ihmsen & Teschner 2009), without the factor that makes Eq. 4 twice too stiff for
+// Cauchy's strain:
+//   R_i       proper rotation nearest to sum_j m_j W x_ji X_ji^T
+//   G_i       sum_j V_j F (R_i^T x_ji - X_ji) X_ji^T, gradient of the rotated-back displacement
+//   f_i       sum_j V_i V_j F (R_i (I + G_i) s_i + R_j (I + G_j) s_j) X_ji, s = 2 mu e + lambda tr(e) I, e = sym(G)
+// both:
+//   damping   10 eta V_i V_j F (v_ji.x) x, x = x_ji / |x_ji|                 Monaghan 2005: central
+#pragma once
+
+#include "sim_server/physics/rigid.h"
+
+namespace palp {
+
+// Particles of elastic bodies, and of rigid and fixed bodies bonded to them, in the order of BodyViews::force, of which
+// they are the first. Bonded particles move with their body and have no stress of their own.
+struct ElasticViews {
+  std::uint32_t count = 0;
+  const Packed* rest = nullptr;  // X, V [m, m^3]
+  const Tag* tag = nullptr;
+  const std::uint32_t* first = nullptr;     // [count + 1] of each particle's neighbours
+  const std::uint32_t* neighbor = nullptr;  // bonded particles list elastic ones only
+  const Mat3* correction = nullptr;         // L; null with method "paper"
+  const Mat3* projection = nullptr;  // of neighbourhoods in a plane or line onto it, else I; null where all fill space
+  Packed* u = nullptr;               // displacement [m]
+  Packed* v = nullptr;               // velocity [m/s]
+  Quat* rotation = nullptr;          // R; of bonded particles the inverse of their body's orientation at rest
+  Mat3* gradient = nullptr;          // F; R with method "paper"
+  Mat3* stress = nullptr;            // what X_ji is multiplied with in the force: P L, or R (I + G) s
+};
+
+inline constexpr real kHourglass = real(0.2);  // alpha
+
+PALP_HD inline Mat3 elastic_stress(const Material& m, const Mat3& F, const Mat3& R) {
+  const real volume = (R.array() * F.array()).sum() - real(3);
+  return real(2) * m.shear * (F - R) + m.lame * volume * R;
+}
+
+PALP_HD inline Vec3 rest_separation(const CellGrid& grid, const Packed& X_i, const Packed& X_j) {
+  return separation(grid, X_j.xyz(), X_i);
+}
+
+template <class Team>
+PALP_HD inline Mat3 team_sum(Team team, const Mat3& m) {
+  Mat3 out;
+  for (int c = 0; c < 3; ++c) out.col(c) = team.sum(Vec3(m.col(c)));
+  return out;
+}
+
+// Rotation, deformation gradient and stress of each elastic particle.
+struct ElasticStrain {
+  ElasticViews elastic;
+  BodyViews bodies;
+  CellGrid grid;
+  WendlandC2 kernel;
+  Medium medium;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t i, Team team) const {
+    const Tag tag = elastic.tag[i];
+    if (tag.kind() != Kind::elastic) {
+      if (!team.leader()) return;
+      elastic.gradient[i] = (bodies.body[tag.body()].q * elastic.rotation[i]).toRotationMatrix();
+      elastic.stress[i] = Mat3::Zero();
+      return;
+    }
+    const Packed X_i = elastic.rest[i];
+    const Vec3 u_i = elastic.u[i].xyz();
+    Mat3 displaced = Mat3::Zero();  // sum V F u_ji X_ji^T
+    for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
+      const std::uint32_t j = elastic.neighbor[k];
+      const Packed X_j = elastic.rest[j];
+      const Vec3 X_ji = rest_separation(grid, X_i, X_j);
+      const real weight = X_j.w * kernel.F(X_ji.norm());
+      displaced += (weight * (elastic.u[j].xyz() - u_i)) * X_ji.transpose();
+    }
+    displaced = team_sum(team, displaced);
+    if (!team.leader()) return;
+    const Mat3 L = elastic.correction[i];
+    const Mat3 within = elastic.projection != nullptr ? elastic.projection[i] : Mat3(Mat3::Identity());
+    Mat3 F = within + displaced * L;
+    const Quat q = closest_rotation(F, elastic.rotation[i]);
+    const Mat3 R = q.toRotationMatrix();
+    // where neighbours span no space, across them nothing is strained
+    if (elastic.projection != nullptr) F += R * (Mat3::Identity() - within);
+    elastic.rotation[i] = q;
+    elastic.gradient[i] = F;
+    elastic.stress[i] = elastic_stress(medium.material[tag.material()], F, R) * L;
+  }
+};
+
+// The same by the paper's equations.
+struct PaperStrain {
+  ElasticViews elastic;
+  BodyViews bodies;
+  CellGrid grid;
+  WendlandC2 kernel;
+  Medium medium;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t i, Team team) const {
+    const Tag tag = elastic.tag[i];
+    if (tag.kind() != Kind::elastic) {
+      if (team.leader()) elastic.stress[i] = Mat3::Zero();
+      return;
+    }
+    const Packed X_i = elastic.rest[i];
+    const Vec3 u_i = elastic.u[i].xyz();
+    Mat3 A = Mat3::Zero(), at_rest = Mat3::Zero(), now = Mat3::Zero();
+    for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
+      const std::uint32_t j = elastic.neighbor[k];
+      const Packed X_j = elastic.rest[j];
+      const Vec3 X_ji = rest_separation(grid, X_i, X_j), x_ji = X_ji + elastic.u[j].xyz() - u_i;
+      const real r = X_ji.norm(), weight = X_j.w * kernel.F(r);
+      A += (X_j.w * kernel.W(r) * x_ji) * X_ji.transpose();
+      at_rest += (weight * X_ji) * X_ji.transpose();
+      now += (weight * x_ji) * X_ji.transpose();
+    }
+    A = team_sum(team, A);
+    at_rest = team_sum(team, at_rest);
+    now = team_sum(team, now);
+    if (!team.leader()) return;
+    const Quat q = closest_rotation(A, elastic.rotation[i]);
+    const Mat3 R = q.toRotationMatrix();
+    const Mat3 G = R.transpose() * now - at_rest;
+    const Mat3 strain = real(0.5) * (G + G.transpose());
+    const Material& m = medium.material[tag.material()];
+    const Mat3 s = real(2) * m.shear * strain + m.lame * strain.trace() * Mat3::Identity();
+    elastic.rotation[i] = q;
+    elastic.gradient[i] = R;
+    elastic.stress[i] = R * (Mat3::Identity() + G) * s;
+  }
+};
+
+// Force on each particle, bonded ones included, into or (add) onto BodyViews::force.
+struct ElasticForce {
+  ElasticViews elastic;
+  BodyViews bodies;
+  CellGrid grid;
+  WendlandC2 kernel;
+  Medium medium;
+  bool hourglass, add;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t i, Team team) const {
+    const Tag tag_i = elastic.tag[i];
+    const Packed X_i = elastic.rest[i];
+    const Vec3 u_i = elastic.u[i].xyz(), v_i = elastic.v[i].xyz();
+    const Mat3 stress_i = elastic.stress[i], F_i = elastic.gradient[i];
+    Vec3 force(0, 0, 0);
+    for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
+      const std::uint32_t j = elastic.neighbor[k];
+      const Packed X_j = elastic.rest[j];
+      const Vec3 X_ji = rest_separation(grid, X_i, X_j), x_ji = X_ji + elastic.u[j].xyz() - u_i;
+      const real r = X_ji.norm(), VV = X_i.w * X_j.w, VVF = VV * kernel.F(r);
+      force += VVF * ((stress_i + elastic.stress[j]) * X_ji);
+      // the pair's elastic material: a bonded particle has none that counts
+      const Material& m = medium.material[(tag_i.kind() == Kind::elastic ? tag_i : elastic.tag[j]).material()];
+      const real now = x_ji.norm();
+      if (!(now > real(0))) continue;
+      const Vec3 along = x_ji / now;
+      real push = 0;
+      if (hourglass) {
+        const real young = m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
+        const real error = (F_i * X_ji + elastic.gradient[j] * X_ji).dot(along) - real(2) * now;
+        push = kHourglass * young * VV * kernel.W(r) / (r * r) * error;
+      }
+      if (m.damping > real(0)) push -= real(10) * m.damping * VVF * (elastic.v[j].xyz() - v_i).dot(along);
+      force -= push * along;
+    }
+    force = team.sum(force);
+    if (!team.leader()) return;
+    if (add) force += bodies.force[i].xyz();
+    bodies.force[i] = pack(force, 0);
+  }
+};
+
+// Symplectic Euler; bonded particles follow their body.
+struct MoveElastic {
+  ElasticViews elastic;
+  BodyViews bodies;
+  Medium medium;
+  const Forcing* forcing;
+
+  PALP_HD void operator()(std::uint32_t i) const {
+    const Tag tag = elastic.tag[i];
+    const Packed X = elastic.rest[i];
+    if (tag.kind() != Kind::elastic) {
+      const BodyState& body = bodies.body[tag.body()];
+      const Vec3 r = body.q * bodies.local[i].xyz();
+      elastic.u[i] = pack(body.x + r - X.xyz(), 0);
+      elastic.v[i] = pack(body.v + body.w.cross(r), 0);
+      return;
+    }
+    const real mass = medium.material[tag.material()].density * X.w;
+    const Vec3 v =
+        elastic.v[i].xyz() + medium.dt * (bodies.force[i].xyz() / mass + forcing->gravity + forcing->body_force);
+    const Vec3 u = elastic.u[i].xyz() + medium.dt * v;
+    elastic.v[i] = pack(v, 0);
+    elastic.u[i] = pack(u, 0);
+    // for the torque on the body as a whole
+    const BodyState& body = bodies.body[tag.body()];
+    bodies.local[i] = pack(body.q.conjugate() * (X.xyz() + u - body.x), 0);
+  }
+};
+
+// Centre, momentum and mean rotation of each elastic body, for whom it may concern; one team a body.
+struct MeasureElastic {
+  ElasticViews elastic;
+  BodyViews bodies;
+  const std::uint32_t* body;  // the elastic ones
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t k, Team team) const {
+    BodyState& b = bodies.body[body[k]];
+    Vec3 u(0, 0, 0), v(0, 0, 0), center(0, 0, 0);
+    real volume = 0;
+    for (std::uint32_t i = b.force_first + team.lane(); i < b.force_first + b.count; i += team.size()) {
+      const Packed X = elastic.rest[i];
+      u += X.w * elastic.u[i].xyz();
+      v += X.w * elastic.v[i].xyz();
+      center += X.w * X.xyz();
+      volume += X.w;
+    }
+    volume = team.sum(volume);
+    u = team.sum(u) / volume;
+    v = team.sum(v) / volume;
+    center = team.sum(center) / volume;
+    Mat3 A = Mat3::Zero(), spread = Mat3::Zero();
+    Vec3 L(0, 0, 0);
+    for (std::uint32_t i = b.force_first + team.lane(); i < b.force_first + b.count; i += team.size()) {
+      const Packed X = elastic.rest[i];
+      const Vec3 R = X.xyz() - center, r = R + elastic.u[i].xyz() - u;
+      A += (X.w * r) * R.transpose();
+      spread += (X.w * r) * r.transpose();
+      L += X.w * r.cross(elastic.v[i].xyz() - v);
+    }
+    A = team_sum(team, A);
+    spread = team_sum(team, spread);
+    L = team.sum(L);
+    if (!team.leader()) return;
+    const real density = b.mass / volume;
+    b.x = center + u;
+    b.v = v;
+    b.q = closest_rotation(A, b.q);
+    b.L = density * L;
+    const Mat3 inertia = density * (spread.trace() * Mat3::Identity() - spread);
+    b.w = inertia.determinant() > real(0) ? Vec3(inertia.inverse() * b.L) : Vec3(0, 0, 0);
+  }
+};
+
+}  // namespace palp

@@ -1,0 +1,322 @@
+// Total-Lagrangian elasticity, one evaluation of the forces at a time, against continuum mechanics, against the
+// derivative of an energy restated in double precision, and under rotations.
+#include <functional>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "sim_server/elastic_store.h"
+#include "sim_server/particle_store.h"
+#include "tests/support/equations.h"
+#include "tests/support/scenes.h"
+#include "tests/support/tolerance.h"
+
+namespace palp::testing {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kSpacing = 0.01, kYoung = 1e5, kPoisson = 0.3;
+
+Scene elastic_scene(double spacing = kSpacing) {
+  Scene scene = empty_scene(spacing, {-1, -1, -1}, {1, 1, 1});
+  add_material(scene, 1000, 0);
+  scene.config.materials[0].young_modulus = kYoung;
+  scene.config.materials[0].poisson_ratio = kPoisson;
+  return scene;
+}
+
+// The elastic stages of one body on the host, with whatever displacements a test asks for.
+class Elastic {
+ public:
+  explicit Elastic(const Scene& scene, bool hourglass = false)
+      : scene_(scene), plan_(make_plan(scene)), store_(scene, plan_), medium_(make_medium(scene, plan_)) {
+    hourglass_ = hourglass;
+    grid_ = make_grid(scene, plan_);
+    const std::size_t n = plan_.elastic_count;
+    gradient.resize(n);
+    stress_.resize(n);
+    force_.resize(n);
+  }
+
+  // x(X), and velocities v(X).
+  void deform(const std::function<Vector3d(const Vector3d&)>& x,
+              const std::function<Vector3d(const Vector3d&)>& v = nullptr) {
+    for (std::size_t i = 0; i < store_.rest.size(); ++i) {
+      const Vector3d X = scene_.position[i];
+      store_.u[i] = pack((x(X) - X).cast<real>(), 0);
+      if (v) store_.v[i] = pack(v(X).cast<real>(), 0);
+    }
+  }
+
+  std::vector<Vector3d> forces() {
+    ElasticViews e;
+    e.count = plan_.elastic_count;
+    e.rest = store_.rest.data();
+    e.tag = store_.tag.data();
+    e.first = store_.first.data();
+    e.neighbor = store_.neighbor.data();
+    e.correction = store_.correction.data();
+    e.projection = store_.projection.empty() ? nullptr : store_.projection.data();
+    e.u = store_.u.data();
+    e.v = store_.v.data();
+    e.rotation = store_.rotation.data();
+    e.gradient = gradient.data();
+    e.stress = stress_.data();
+    BodyViews bodies;
+    bodies.force = force_.data();
+    const auto kernel = WendlandC2::with_support(medium_.support);
+    const ElasticStrain strain{e, bodies, grid_, kernel, medium_};
+    const PaperStrain paper{e, bodies, grid_, kernel, medium_};
+    for (std::uint32_t i = 0; i < e.count; ++i)
+      plan_.method == Method::accurate ? strain(i, SerialTeam{}) : paper(i, SerialTeam{});
+    const ElasticForce force{e, bodies, grid_, kernel, medium_, hourglass_, false};
+    for (std::uint32_t i = 0; i < e.count; ++i) force(i, SerialTeam{});
+    std::vector<Vector3d> out;
+    for (const Packed& f : force_) out.push_back(f.xyz().cast<double>());
+    return out;
+  }
+
+  const Scene& scene() const { return scene_; }
+  const Plan& plan() const { return plan_; }
+  Vector3d place(std::size_t i) const { return scene_.position[i] + store_.u[i].xyz().cast<double>(); }
+  std::vector<Mat3> gradient;
+
+ private:
+  Scene scene_;
+  Plan plan_;
+  ElasticStore store_;
+  Medium medium_;
+  CellGrid grid_;
+  bool hourglass_ = false;
+  std::vector<Mat3> stress_;
+  std::vector<Packed> force_;
+};
+
+class ElasticTest : public ::testing::Test {
+ protected:
+  double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  Vector3d vector(double size) { return {between(-size, size), between(-size, size), between(-size, size)}; }
+  Matrix3d rotation() {
+    return Eigen::Quaterniond(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1))
+        .normalized()
+        .toRotationMatrix();
+  }
+  Matrix3d stretch(double most) {
+    const Matrix3d Q = rotation();
+    return Q * Vector3d(1 + between(-most, most), 1 + between(-most, most), 1 + between(-most, most)).asDiagonal() *
+           Q.transpose();
+  }
+
+  unsigned seed_ = std::random_device{}();
+  std::mt19937 random_{seed_};
+  ::testing::ScopedTrace trace_{__FILE__, __LINE__, ::testing::Message() << "seed " << seed_};
+};
+
+Scene block(int nx, int ny, int nz, double spacing = kSpacing) {
+  Scene scene = elastic_scene(spacing);
+  add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, {nx * spacing, ny * spacing, nz * spacing});
+  return scene;
+}
+
+TEST_F(ElasticTest, AffineFieldsHaveTheirGradientUpToTheSurface) {
+  for (const double support : {2.0, 3.0}) {
+    Scene scene = block(6, 5, 4);
+    scene.config.numerics.support_over_spacing = support;
+    Elastic elastic(scene);
+    for (int round = 0; round < 5; ++round) {
+      const Matrix3d F = rotation() * stretch(0.3);
+      const Vector3d shift = vector(0.1);
+      elastic.deform([&](const Vector3d& X) { return Vector3d(F * X + shift); });
+      elastic.forces();
+      for (const Mat3& found : elastic.gradient)
+        EXPECT_TRUE(within((found.cast<double>() - F).norm(), tol::kElasticGradient));
+    }
+  }
+}
+
+// Uniaxial tension: the force through every section is E A e (physics.md trap 2: without correction it is 7 to 50 %
+// off).
+TEST_F(ElasticTest, StretchedBarPullsWithYoungsModulus) {
+  constexpr double e = 0.01;
+  for (const double support : {2.0, 2.6, 3.0}) {
+    Scene scene = block(16, 4, 4);
+    scene.config.numerics.support_over_spacing = support;
+    Elastic elastic(scene);
+    elastic.deform([&](const Vector3d& X) {
+      return Vector3d((1 + e) * X.x(), (1 - kPoisson * e) * X.y(), (1 - kPoisson * e) * X.z());
+    });
+    const std::vector<Vector3d> f = elastic.forces();
+    double half = 0;
+    for (std::size_t i = 0; i < f.size(); ++i)
+      if (scene.position[i].x() < 8 * kSpacing) half += f[i].x();
+    const double expected = kYoung * 16 * kSpacing * kSpacing * e;
+    EXPECT_TRUE(within(half / expected - 1, tol::kElasticForce));
+  }
+}
+
+// The paper's uncorrected gradients by the same measure are off by what kernel and surface make of it.
+TEST_F(ElasticTest, PaperMethodHasAStiffnessOfItsOwn) {
+  constexpr double e = 0.01;
+  Scene scene = block(18, 6, 6);
+  scene.config.method = Method::paper;
+  scene.config.numerics.support_over_spacing = 2;
+  Elastic elastic(scene);
+  elastic.deform([&](const Vector3d& X) {
+    return Vector3d((1 + e) * X.x(), (1 - kPoisson * e) * X.y(), (1 - kPoisson * e) * X.z());
+  });
+  const std::vector<Vector3d> f = elastic.forces();
+  double half = 0;
+  for (std::size_t i = 0; i < f.size(); ++i)
+    if (scene.position[i].x() < 9 * kSpacing) half += f[i].x();
+  const double ratio = half / (kYoung * 36 * kSpacing * kSpacing * e);
+  RecordProperty("section_force_over_exact", std::to_string(ratio));
+  EXPECT_GT(ratio, 0.8);
+  EXPECT_LT(ratio, 1.4);
+}
+
+TEST_F(ElasticTest, RotationsAreFeltByNobody) {
+  for (const Method method : {Method::accurate, Method::paper}) {
+    Scene scene = block(5, 4, 3);
+    scene.config.method = method;
+    Elastic elastic(scene, method == Method::accurate);
+    const double scale = kYoung * kSpacing * kSpacing;
+    for (int round = 0; round < 5; ++round) {
+      const Matrix3d Q = rotation(), S = stretch(0.2);
+      const Vector3d wave = vector(60);
+      const auto bent = [&](const Vector3d& X) {
+        return Vector3d(S * X + 0.1 * kSpacing * Vector3d(std::sin(wave.x() * X.y()), std::sin(wave.y() * X.z()), 0));
+      };
+      elastic.deform([&](const Vector3d& X) { return Vector3d(Q * X); });
+      for (const Vector3d& f : elastic.forces()) EXPECT_TRUE(within(f.norm() / scale, tol::kElasticForce));
+      elastic.deform(bent);
+      const std::vector<Vector3d> f = elastic.forces();
+      elastic.deform([&](const Vector3d& X) { return Vector3d(Q * bent(X)); });
+      const std::vector<Vector3d> turned = elastic.forces();
+      for (std::size_t i = 0; i < f.size(); ++i)
+        EXPECT_TRUE(within((turned[i] - Q * f[i]).norm() / scale, tol::kElasticForce));
+    }
+  }
+}
+
+TEST_F(ElasticTest, ForcesKeepBothMomenta) {
+  Scene scene = block(6, 5, 5);
+  scene.config.materials[0].damping = 3;
+  Elastic elastic(scene, true);
+  const Matrix3d A = rotation() * stretch(0.3);
+  std::vector<Vector3d> noise;
+  elastic.deform([&](const Vector3d& X) { return Vector3d(A * X + vector(0.15 * kSpacing)); },
+                 [&](const Vector3d&) { return vector(1); });
+  const std::vector<Vector3d> f = elastic.forces();
+  Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
+  double force_size = 0, torque_size = 0;
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    const Vector3d moment = elastic.place(i).cross(f[i]);
+    force += f[i];
+    torque += moment;
+    force_size += f[i].norm();
+    torque_size += moment.norm();
+  }
+  EXPECT_TRUE(within(force.norm() / force_size, tol::kElasticMomentum));
+  EXPECT_TRUE(within(torque.norm() / torque_size, tol::kElasticMomentum));
+}
+
+// sum V (mu |R^T F - I|^2 + lambda / 2 tr(R^T F - I)^2), every pair, double precision, R from a singular value
+// decomposition.
+double energy(const Scene& scene, double H, const std::vector<Vector3d>& x) {
+  const double mu = kYoung / (2 * (1 + kPoisson)), lambda = kYoung * kPoisson / ((1 + kPoisson) * (1 - 2 * kPoisson));
+  double sum = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    Matrix3d moment = Matrix3d::Zero(), now = Matrix3d::Zero();
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      if (j == i) continue;
+      const Vector3d X_ij = scene.position[i] - scene.position[j];
+      const Vector3d gradient = scene.volume[j] * wendland_gradient(X_ij, H);
+      moment += -gradient * X_ij.transpose();
+      now += (x[j] - x[i]) * gradient.transpose();
+    }
+    const Matrix3d F = now * moment.inverse().transpose();
+    const Eigen::JacobiSVD<Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Matrix3d R = svd.matrixU() * svd.matrixV().transpose();
+    if (R.determinant() < 0) R = svd.matrixU() * Vector3d(1, 1, -1).asDiagonal() * svd.matrixV().transpose();
+    const Matrix3d strain = R.transpose() * F - Matrix3d::Identity();
+    sum += scene.volume[i] * (mu * strain.squaredNorm() + 0.5 * lambda * std::pow(strain.trace(), 2));
+  }
+  return sum;
+}
+
+TEST_F(ElasticTest, ForcesAreTheEnergysSlope) {
+  const Scene scene = block(4, 4, 3);
+  Elastic elastic(scene);
+  const Matrix3d A = rotation() * stretch(0.2);
+  elastic.deform([&](const Vector3d& X) { return Vector3d(A * X + vector(0.1 * kSpacing)); });
+  const std::vector<Vector3d> f = elastic.forces();
+  std::vector<Vector3d> x;
+  double size = 0;
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    x.push_back(elastic.place(i));
+    size = std::max(size, f[i].norm());
+  }
+  for (int round = 0; round < 8; ++round) {
+    const std::size_t i = static_cast<std::size_t>(between(0, static_cast<double>(f.size()) - 0.5));
+    for (int a = 0; a < 3; ++a) {
+      constexpr double h = 1e-5 * kSpacing;
+      std::vector<Vector3d> more = x, less = x;
+      more[i][a] += h;
+      less[i][a] -= h;
+      const double H = elastic.plan().support;
+      const double slope = (energy(scene, H, more) - energy(scene, H, less)) / (2 * h);
+      EXPECT_TRUE(within((f[i][a] + slope) / size, tol::kElasticSlope));
+    }
+  }
+}
+
+// Nothing strains a body that is too small or too thin to have a gradient in every direction, and nothing breaks.
+TEST_F(ElasticTest, DegenerateNeighborhoodsAreFinite) {
+  const Vector3d across[] = {{1, 1, 1}, {2, 1, 1}, {3, 1, 1}, {5, 5, 1}};
+  for (const Vector3d& n : across) {
+    Scene scene = block(static_cast<int>(n.x()), static_cast<int>(n.y()), static_cast<int>(n.z()));
+    Elastic elastic(scene, true);
+    const double scale = kYoung * kSpacing * kSpacing;
+    const Matrix3d Q = rotation();
+    elastic.deform([&](const Vector3d& X) { return Vector3d(Q * X); });
+    for (const Vector3d& f : elastic.forces()) EXPECT_TRUE(within(f.norm() / scale, tol::kElasticForce));
+    // stretched along x it pulls back, if it has any extent
+    elastic.deform([&](const Vector3d& X) { return Vector3d(1.1 * X.x(), X.y(), X.z()); });
+    const std::vector<Vector3d> f = elastic.forces();
+    for (const Vector3d& one : f) EXPECT_TRUE(one.allFinite());
+    if (f.size() > 1) {
+      EXPECT_GT(f.front().x(), 1e-3 * scale);
+    }
+  }
+}
+
+TEST_F(ElasticTest, ClosestRotationSurvivesWhatNeighborhoodsDo) {
+  for (int round = 0; round < 2000; ++round) {
+    const Matrix3d U = rotation(), V = rotation();
+    Vector3d values(between(0.2, 2), between(0.2, 2), between(0.2, 2));
+    std::sort(values.data(), values.data() + 3, std::greater<>());
+    const int kind = round % 4;
+    if (kind == 1) values.z() = 0;                       // flat
+    if (kind == 2) values.z() = -0.5 * values.z();       // inverted
+    if (kind == 3) values = Vector3d(values.x(), 0, 0);  // a line
+    const Matrix3d A = U * values.asDiagonal() * V.transpose(), expected = U * V.transpose();
+    const Quat guess = Eigen::Quaterniond(rotation()).cast<real>();
+    const Matrix3d R = closest_rotation(A.cast<real>(), guess).toRotationMatrix().cast<double>();
+    EXPECT_TRUE(within((R.transpose() * R - Matrix3d::Identity()).norm(), tol::kRotation));
+    EXPECT_GT(R.determinant(), 0);
+    if (kind == 3) {
+      EXPECT_TRUE(within((R * V.col(0) - U.col(0)).norm(), tol::kRotation));
+      continue;
+    }
+    // as good as the best; where two singular values meet with opposite sign many are
+    const double best = (expected.transpose() * A).trace(), found = (R.transpose() * A).trace();
+    EXPECT_TRUE(within((best - found) / A.norm(), tol::kRotation));
+  }
+  const Quat q = Eigen::Quaterniond(rotation()).cast<real>();
+  EXPECT_EQ(closest_rotation(Mat3::Zero(), q).coeffs(), q.coeffs());
+}
+
+}  // namespace
+}  // namespace palp::testing
