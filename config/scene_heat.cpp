@@ -18,11 +18,9 @@ HeatZoneConfig read_zone(TomlTable& table, const SceneConfig& scene) {
   zone.name = read_name(table, "heat_zone", taken, false);
   if (const BodyConfig* body = read_body_name(table, scene, Need::optional)) {
     zone.body = body->name;
-    if (body->type == BodyType::fluid) {
+    if (body->type != BodyType::rigid && body->type != BodyType::fixed) {
       table.fault("body",
-                  fmt::format("body '{}' is a fluid, expected a rigid or static body, which has a frame to move "
-                              "with",
-                              body->name));
+                  fmt::format("body '{}' has no frame to move with, expected a rigid or static body", body->name));
     }
   }
   zone.position = read_vector(table, "position", "m", zone.position, Need::required);

@@ -66,8 +66,8 @@ void check_body(TomlTable& table, const SceneConfig& scene, ProbeConfig& probe) 
     table.fault("body", fmt::format("body '{}' is a fluid, expected a rigid or static body, which has a pose", *name));
   }
   const bool of_fluid = probe.quantity == Quantity::front || probe.quantity == Quantity::extremes;
-  if (of_fluid && type != BodyType::fluid) {
-    table.fault("body", fmt::format("body '{}' is not a fluid, expected a fluid body", *name));
+  if (of_fluid && type != BodyType::fluid && type != BodyType::elastic) {
+    table.fault("body", fmt::format("body '{}' does not deform, expected a fluid or elastic body", *name));
   }
 }
 

@@ -190,7 +190,7 @@ void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
 }
 
 void limit_by_elasticity(const Scene& scene, Plan& plan) {
-  const double dx = scene.spacing, ratio = plan.support / dx;
+  const double dx = scene.spacing, ratio = plan.elastic_support / dx;
   for (const std::uint32_t b : plan.elastic_bodies) {
     const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
     const double waves = elastic_limit(ratio) * dx / pressure_wave_speed(m);
@@ -277,6 +277,9 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan_bodies(scene, plan);
   plan.temperature = !scene.temperature.empty();
   plan.support = n.support_over_spacing.value_or(level.support_over_spacing) * scene.spacing;
+  // a short kernel sees more of a bent plate's strain than one that reaches across it
+  plan.elastic_support =
+      plan.method == Method::paper ? plan.support : n.support_over_spacing.value_or(2.0) * scene.spacing;
   plan.max_speed = n.max_speed.value_or(expected_speed(scene));
   plan.sound_speed = n.sound_speed.value_or(level.mach * plan.max_speed);
   plan.artificial = n.artificial_viscosity.value_or(level.artificial);

@@ -27,11 +27,12 @@ struct Plan {
   bool temperature = false;  // carried
   bool heat = false;         // conducted, lost and supplied
   // numerics
-  double support = 0;      // H [m]
-  double sound_speed = 0;  // c [m/s]
-  double max_speed = 0;    // expected [m/s]
-  double artificial = 0;   // alpha
-  double diffusion = 0;    // delta
+  double support = 0;          // H [m]
+  double elastic_support = 0;  // of elastic bodies [m]
+  double sound_speed = 0;      // c [m/s]
+  double max_speed = 0;        // expected [m/s]
+  double artificial = 0;       // alpha
+  double diffusion = 0;        // delta
   bool tension = false;
   int sub_steps = 1;       // per haptic step
   double dt = 0;           // sub-step [s]

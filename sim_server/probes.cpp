@@ -125,6 +125,9 @@ std::vector<ProbeRow> ProbeSampler::evaluate(const ProbeConfig& probe) const {
   return rows;
 }
 
+// Whether its particles move each on its own.
+static bool is_deformable(const Body& body) { return body.type == BodyType::fluid || body.type == BodyType::elastic; }
+
 void ProbeSampler::build(Fields& fields, bool solids) const {
   const double reach = kReachOverSpacing * scene_.spacing;
   fields.position.clear();
@@ -191,7 +194,7 @@ ProbeRow ProbeSampler::front(const ProbeConfig& probe) const {
   double best = -std::numeric_limits<double>::infinity();
   for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
     const Body& body = scene_.bodies[b];
-    if (body.type != BodyType::fluid || !counts(probe, b)) continue;
+    if (!is_deformable(body) || !counts(probe, b)) continue;
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {
       const double value = sign * vector_at(snapshot_->position, i)[probe.axis];
       if (value > best) best = value;
@@ -205,7 +208,7 @@ ProbeRow ProbeSampler::energy(const ProbeConfig& probe) const {
   for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
     const Body& body = scene_.bodies[b];
     if (body.type == BodyType::fixed || !counts(probe, b)) continue;
-    if (body.type == BodyType::fluid) {
+    if (is_deformable(body)) {
       const double density = scene_.config.materials[body.material].density;
       for (std::size_t i = body.first; i < body.first + body.count; ++i) {
         const double mass = density * scene_.volume[i];
@@ -229,9 +232,10 @@ ProbeRow ProbeSampler::extremes(const ProbeConfig& probe) const {
   double speed = -kInf, pressure[2] = {kInf, -kInf}, density[2] = {kInf, -kInf};
   for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
     const Body& body = scene_.bodies[b];
-    if (body.type != BodyType::fluid || !counts(probe, b)) continue;
+    if (!is_deformable(body) || !counts(probe, b)) continue;
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {
       speed = std::max(speed, vector_at(snapshot_->velocity, i).norm());
+      if (body.type != BodyType::fluid) continue;
       pressure[0] = std::min<double>(pressure[0], snapshot_->pressure[i]);
       pressure[1] = std::max<double>(pressure[1], snapshot_->pressure[i]);
       density[0] = std::min<double>(density[0], snapshot_->density[i]);

@@ -86,7 +86,7 @@ void heat_stages(B& back_end, const Plan& plan, const StepViews& v) {
 // Onto the forces from outside.
 template <class B>
 void elastic_stages(B& back_end, const Plan& plan, const StepViews& v) {
-  const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
+  const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.elastic_support));
   const std::uint32_t n = v.elastic.count;
   const bool accurate = plan.method == Method::accurate;
   if (accurate)

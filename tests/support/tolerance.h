@@ -78,6 +78,10 @@ inline constexpr Tolerance kElasticGradient{2e-5, 1e-12, "of an affine field; di
 inline constexpr Tolerance kElasticForce{2e-4, 1e-9, "of E dx^2 or of the exact force; strains in real"};
 inline constexpr Tolerance kElasticMomentum{3e-6, 1e-13, "of the sum of the sizes"};
 inline constexpr Tolerance kElasticSlope{3e-4, 1e-6, "of the largest force; central difference in double"};
+inline constexpr Tolerance kWaveSpeed{0.05, 0.05,
+                                      "of sqrt(E / rho): a pulse of thirty spacings in a bar of three across"};
+inline constexpr Tolerance kElasticStatics{0.03, 0.03,
+                                           "of the stretch over 16 layers: the strain's step at the clamp is smoothed"};
 inline constexpr Tolerance kRotation{2e-5, 1e-10, "orthonormality and optimality after convergence"};
 inline constexpr Tolerance kCouplingForce{1e-4, 1e-9, "of the weight of the tool"};
 inline constexpr Tolerance kCouplingEnergy{2e-3, 1e-3, "first-order time integration of the device's motion"};
