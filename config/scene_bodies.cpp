@@ -96,16 +96,16 @@ void read_elastic(TomlTable& table, const SceneConfig& scene, const std::optiona
   }
   for (const MaterialConfig& material : scene.materials) {
     if (material.name == body.material && !material.young_modulus) {
-      table.fault("material", fmt::format("material '{}' has no young_modulus, expected one for an elastic body",
-                                          material.name));
+      table.fault("material",
+                  fmt::format("material '{}' has no young_modulus, expected one for an elastic body", material.name));
     }
   }
   for (const std::string& name : body.bonded_to) {
     const auto other = std::find_if(scene.bodies.begin(), scene.bodies.end(),
                                     [&](const BodyConfig& item) { return item.name == name; });
     if (other == scene.bodies.end() || (other->type != BodyType::rigid && other->type != BodyType::fixed)) {
-      table.fault("bonded_to", fmt::format("'{}' in bonded_to is no rigid or static body declared before this one",
-                                           name));
+      table.fault("bonded_to",
+                  fmt::format("'{}' in bonded_to is no rigid or static body declared before this one", name));
     }
   }
 }
@@ -134,6 +134,7 @@ BodyConfig read_body(TomlTable& table, const SceneConfig& scene) {
   read_elastic(table, scene, type, body);
   body.color = table.color("color");
   read_shapes(table, scene, body);
+  body.hold_temperature = read_hold_temperature(table, body);
   return body;
 }
 
@@ -147,7 +148,8 @@ CouplingConfig read_coupling_limit(TomlTable table) {
   return limit;
 }
 
-// The body that a table names, or null. A name of no body is a fault.
+}  // namespace
+
 const BodyConfig* read_body_name(TomlTable& table, const SceneConfig& scene, Need need) {
   const auto name = table.text("body", need);
   if (!name) return nullptr;
@@ -159,8 +161,6 @@ const BodyConfig* read_body_name(TomlTable& table, const SceneConfig& scene, Nee
                                   near.empty() ? "" : "; did you mean '" + near + "'?"));
   return nullptr;
 }
-
-}  // namespace
 
 Eigen::Vector3d read_vector(TomlTable& table, std::string_view key, const char* unit, const Eigen::Vector3d& fallback,
                             Need need) {
@@ -221,6 +221,7 @@ void read_materials(TomlTable& root, SceneConfig& scene) {
     material.young_modulus = table.number("young_modulus", {"Pa", 0, 1e12, true});
     material.poisson_ratio = table.number("poisson_ratio", {"", -0.9, 0.495}).value_or(material.poisson_ratio);
     material.damping = table.number("damping", {"Pa s", 0, 1e9}).value_or(material.damping);
+    read_heat_keys(table, material);
     material.color = table.color("color").value_or(material.color);
     scene.materials.push_back(material);
   }

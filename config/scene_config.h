@@ -19,9 +19,13 @@ struct MaterialConfig {
   std::string name;
   double density = 1000;    // rest density [kg/m^3]
   double viscosity = 1e-3;  // dynamic viscosity [Pa s]; fluids, and as the viscosity a wall shows to a fluid
-  std::optional<double> young_modulus;  // [Pa], elastic bodies need one
-  double poisson_ratio = 0.3;           // -0.9..0.495
-  double damping = 0;                   // viscosity of the elastic solid (Kelvin-Voigt) [Pa s]
+  std::optional<double> young_modulus;           // [Pa], elastic bodies need one
+  double poisson_ratio = 0.3;                    // -0.9..0.495
+  double damping = 0;                            // viscosity of the elastic solid (Kelvin-Voigt) [Pa s]
+  double conductivity = 0;                       // [W/(m K)]; 0: an insulator
+  double heat_capacity = 0;                      // [J/(kg K)]; 0: not given
+  std::optional<double> melting_temperature;     // [K]; unset: does not melt
+  double latent_heat = 0;                        // [J/kg], above 0 when it melts
   std::array<float, 3> color{0.3f, 0.5f, 0.9f};  // sRGB
   std::string where;                             // file:line, for messages
 };
@@ -55,6 +59,7 @@ struct BodyConfig {
       Eigen::Vector3d::Zero();  // initial [m/s]; fixed: of the wall's surface, which does not move
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // initial [rad/s], rigid only
   std::optional<double> temperature;                           // initial [K]
+  bool hold_temperature = false;                               // it stays as at the start
   std::vector<std::string> bonded_to;                          // elastic only: rigid and static bodies it holds on to
   std::optional<std::array<float, 3>> color;                   // overrides the material's
   std::string where;
@@ -75,7 +80,27 @@ struct ProxyConfig {
   std::string where;
 };
 
-enum class Quantity { pressure, density, velocity, temperature, front, energy, extremes, body };
+// What the air takes from free surfaces, and how often heat is computed.
+struct HeatConfig {
+  double loss_to_air = 0;        // [W/(m^2 K)]
+  double air_temperature = 293;  // [K]
+  double rate_hz = 20;           // at least this often, or as often as there are haptic steps
+};
+
+// A box in which all particles are heated, or held at a temperature.
+struct HeatZoneConfig {
+  std::string name;
+  std::string body;                                    // whose frame it moves with, rigid or static; empty: the world
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // of its centre in that frame [m]
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();  // edge lengths [m]
+  double power = 0;                                // [W], shared by volume among the particles in it
+  std::optional<double> temperature;               // instead of power [K]
+  double start = 0, end = 1e300;                   // on from start to end [s]
+  std::string where;
+};
+
+enum class Quantity { pressure, density, velocity, temperature, front, energy, extremes, body, heat };
 
 struct ProbeConfig {
   std::string name;
@@ -125,6 +150,8 @@ struct SceneConfig {
   std::vector<MaterialConfig> materials;
   std::vector<BodyConfig> bodies;
   std::vector<ProxyConfig> proxies;
+  HeatConfig heat;
+  std::vector<HeatZoneConfig> heat_zones;
   std::vector<ProbeConfig> probes;
   std::uint64_t hash = 0;  // of the file's text and the overrides
 };

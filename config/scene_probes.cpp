@@ -8,8 +8,8 @@ namespace palp {
 
 namespace {
 
-const std::vector<std::string> kQuantities{"pressure", "density", "velocity", "temperature",
-                                           "front",    "energy",  "extremes", "body"};
+const std::vector<std::string> kQuantities{"pressure", "density",  "velocity", "temperature", "front",
+                                           "energy",   "extremes", "body",     "heat"};
 
 bool is_field(Quantity quantity) { return quantity <= Quantity::temperature; }
 
@@ -83,13 +83,10 @@ void check_place(TomlTable& table, const SceneConfig& scene, const ProbeConfig& 
       break;
     }
   }
-  const bool warm = std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodyConfig& body) {
-    const bool from_file = std::any_of(body.shapes.begin(), body.shapes.end(),
-                                       [](const ShapeConfig& shape) { return shape.type == ShapeType::particles; });
-    return body.temperature.has_value() || from_file;
-  });
-  if (probe.quantity == Quantity::temperature && !warm) {
-    table.fault("quantity", "quantity is \"temperature\", but no body has a temperature");
+  const bool of_heat = probe.quantity == Quantity::temperature || probe.quantity == Quantity::heat;
+  if (of_heat && !has_temperature(scene)) {
+    table.fault("quantity", fmt::format("quantity is \"{}\", but no body has a temperature",
+                                        kQuantities[static_cast<std::size_t>(probe.quantity)]));
   }
 }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "config/error.h"
+#include "sim_server/heat_plan.h"
 #include "sim_server/physics/rigid.h"
 
 namespace palp {
@@ -252,7 +253,7 @@ double acoustic_limit(double support_over_spacing) {
 }
 
 double viscous_limit(double support_over_spacing) {
-  return interpolate({{{2.0, 0.323}, {2.6, 0.533}, {3.0, 0.697}, {4.0, 1.41}}}, support_over_spacing);
+  return interpolate({{{2.0, 0.311}, {2.6, 0.504}, {3.0, 0.654}, {4.0, 1.15}}}, support_over_spacing);
 }
 
 double shear_modulus(const MaterialConfig& m) { return *m.young_modulus / (2 * (1 + m.poisson_ratio)); }
@@ -293,6 +294,7 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan.skin = skin_over_spacing * scene.spacing;
   plan_cells(scene, cells_per_reach, plan);
   plan_time(scene, plan);
+  plan_heat(scene, plan);
   return plan;
 }
 
@@ -306,7 +308,7 @@ std::string describe(const Plan& plan, const Scene& scene) {
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
   if (plan.fluid || plan.elastic)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
-  return text;
+  return text + describe_heat(plan, scene);
 }
 
 }  // namespace palp

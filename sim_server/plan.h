@@ -24,7 +24,8 @@ struct Plan {
   bool contact = false;      // a rigid body and another solid
   bool elastic = false;      // elastic bodies
   bool meets = false;        // anything whose neighbours change: a fluid, or bodies that can touch
-  bool temperature = false;  // carried, not yet conducted
+  bool temperature = false;  // carried
+  bool heat = false;         // conducted, lost and supplied
   // numerics
   double support = 0;          // H [m]
   double elastic_support = 0;  // of elastic bodies [m]
@@ -38,6 +39,11 @@ struct Plan {
   double dt_limit = 0;     // the largest stable sub-step by linear theory [s]
   std::string limited_by;  // "sound", "viscosity", "elasticity" or "damping"
   double skin = 0;         // how far stored neighbour lists reach past the support radius; 0: none are stored [m]
+  // heat runs at the end of every heat_interval-th haptic step, in heat_steps steps of heat_dt
+  int heat_interval = 1;
+  int heat_steps = 1;
+  double heat_dt = 0;     // [s]
+  double heat_limit = 0;  // the largest stable step by linear theory [s]
   // cells
   int cells[3] = {1, 1, 1};
   // bodies

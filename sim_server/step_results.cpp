@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "sim_server/heat_plan.h"
+
 namespace palp {
 namespace {
 
@@ -68,6 +70,7 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
   for (int a = 0; a < 3; ++a)
     if (config.periodic[a]) level[a] = 0;
   block.forcing = {gravity.cast<real>(), level.cast<real>(), config.body_force.cast<real>()};
+  block.heat_zones = heat_zones_on(config, time + 0.5 * step_);
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
     // a device that sends nonsense counts as let go
     const DeviceInput in = input_[p] = is_sane(input[p]) ? input[p] : DeviceInput{};
