@@ -148,6 +148,16 @@ CouplingConfig read_coupling_limit(TomlTable table) {
   return limit;
 }
 
+// Beyond the yield stress an elastic body flows.
+void read_plastic_keys(TomlTable& table, MaterialConfig& material) {
+  material.yield_stress = table.number("yield_stress", {"Pa", 0, 1e12, true});
+  material.hardening = table.number("hardening", {"Pa", 0, 1e12}).value_or(material.hardening);
+  if (table.has("hardening") && !table.has("yield_stress"))
+    table.fault("hardening", "hardening is given without yield_stress, expected both or only yield_stress");
+  if (table.has("yield_stress") && !table.has("young_modulus"))
+    table.fault("yield_stress", "yield_stress is given without young_modulus, expected one in Pa");
+}
+
 }  // namespace
 
 const BodyConfig* read_body_name(TomlTable& table, const SceneConfig& scene, Need need) {
@@ -221,6 +231,7 @@ void read_materials(TomlTable& root, SceneConfig& scene) {
     material.young_modulus = table.number("young_modulus", {"Pa", 0, 1e12, true});
     material.poisson_ratio = table.number("poisson_ratio", {"", -0.9, 0.495}).value_or(material.poisson_ratio);
     material.damping = table.number("damping", {"Pa s", 0, 1e9}).value_or(material.damping);
+    read_plastic_keys(table, material);
     read_heat_keys(table, material);
     material.color = table.color("color").value_or(material.color);
     scene.materials.push_back(material);

@@ -196,6 +196,8 @@ Material to_material(const MaterialConfig& from) {
   m.shear = static_cast<real>(shear_modulus(from));
   m.lame = static_cast<real>(lame_lambda(from));
   m.damping = static_cast<real>(from.damping);
+  m.yield = static_cast<real>(from.yield_stress.value_or(0));
+  m.hardening = static_cast<real>(from.hardening);
   return m;
 }
 

@@ -126,6 +126,15 @@ void plan_elastic(const Scene& scene, Plan& plan) {
     plan.force_count += scene.bodies[b].count;
   }
   plan.elastic = !plan.elastic_bodies.empty();
+  for (const std::uint32_t b : plan.elastic_bodies) {
+    const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
+    if (m.yield_stress && plan.method == Method::paper)
+      throw ConfigError(fmt::format(
+          "{}: material '{}' has a yield_stress, which method \"paper\" knows nothing of; expected method \"accurate\": "
+          "change it, or leave yield_stress out",
+          m.where.empty() ? scene.config.path : m.where, m.name));
+    plan.plastic = plan.plastic || m.yield_stress;
+  }
   plan.elastic_count = plan.force_count;
 }
 
@@ -194,7 +203,9 @@ void limit_by_elasticity(const Scene& scene, Plan& plan) {
   const double dx = scene.spacing, ratio = plan.elastic_support / dx;
   for (const std::uint32_t b : plan.elastic_bodies) {
     const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
-    const double waves = elastic_limit(ratio) * dx / pressure_wave_speed(m);
+    // what has flowed to half its thickness needs half the step
+    const double thinnest = m.yield_stress ? 0.5 : 1;
+    const double waves = elastic_limit(ratio) * thinnest * dx / pressure_wave_speed(m);
     // the damping is central, as Monaghan's viscosity, whose limit is less than half that of Morris's
     const double damped = m.damping > 0 ? 0.4 * viscous_limit(ratio) * dx * dx * m.density / m.damping : 1e30;
     for (const auto& [limit, name] : {std::pair(waves, "elasticity"), std::pair(damped, "damping")}) {

@@ -23,6 +23,7 @@ struct Plan {
   bool moving = false;       // rigid bodies
   bool contact = false;      // a rigid body and another solid
   bool elastic = false;      // elastic bodies
+  bool plastic = false;      // some of them yield
   bool meets = false;        // anything whose neighbours change: a fluid, or bodies that can touch
   bool temperature = false;  // carried
   bool heat = false;         // conducted, lost and supplied

@@ -82,6 +82,7 @@ struct Snapshot {
   std::vector<float> density;      // [kg/m^3]
   std::vector<float> pressure;     // [Pa]
   std::vector<float> temperature;  // [K]; empty when the scene has none
+  std::vector<float> stored;       // elastic energy of the particle [J]; empty when the scene has no elastic bodies
   std::vector<float> heat;         // taken up by the particle since the start [J]; empty when nothing conducts
   std::vector<float> liquid;       // fraction, 0..1; NaN: does not melt; empty when nothing conducts
 };

@@ -112,6 +112,7 @@ class SimulationOn final : public Simulation {
       back_end_.download(store.mass, s.mass);
       store.scatter_heat(start, views_.heat_medium, out);
     }
+    if (plan_.elastic) snapshot_elastic(out);
     out.time = output_.time;
   }
 
@@ -186,6 +187,10 @@ class SimulationOn final : public Simulation {
     e.rotation = back_end_.template allocate<Quat>("elastic rotation", n);
     e.gradient = back_end_.template allocate<Mat3>("elastic gradient", n);
     e.stress = back_end_.template allocate<Mat3>("elastic stress", n);
+    if (plan_.plastic) {
+      e.plastic = back_end_.template allocate<Mat3>("elastic plastic part", n);
+      e.hardened = back_end_.template allocate<real>("elastic plastic strain", n);
+    }
     views_.elastic_bodies = allocate_copy("elastic bodies", plan_.elastic_bodies);
   }
 
@@ -194,6 +199,21 @@ class SimulationOn final : public Simulation {
     back_end_.upload(views_.elastic.u, store.u);
     back_end_.upload(views_.elastic.v, store.v);
     back_end_.upload(views_.elastic.rotation, store.rotation);
+    back_end_.upload(views_.elastic.gradient, std::vector<Mat3>(plan_.elastic_count, Mat3::Identity()));
+    if (plan_.plastic) {
+      back_end_.upload(views_.elastic.plastic, std::vector<Mat3>(plan_.elastic_count, Mat3::Identity()));
+      back_end_.upload(views_.elastic.hardened, std::vector<real>(plan_.elastic_count, real(0)));
+    }
+  }
+
+  void snapshot_elastic(Snapshot& out) {
+    const std::size_t n = plan_.elastic_count;
+    std::vector<Quat> rotation(n);
+    std::vector<Mat3> gradient(n), plastic(plan_.plastic ? n : 0);
+    back_end_.download(rotation, views_.elastic.rotation);
+    back_end_.download(gradient, views_.elastic.gradient);
+    if (plan_.plastic) back_end_.download(plastic, views_.elastic.plastic);
+    scatter_stored(scene_, plan_, views_.medium, {gradient, rotation, plastic}, out.stored);
   }
 
   void allocate() {

@@ -89,8 +89,10 @@ void elastic_stages(B& back_end, const Plan& plan, const StepViews& v) {
   const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.elastic_support));
   const std::uint32_t n = v.elastic.count;
   const bool accurate = plan.method == Method::accurate;
-  if (accurate)
-    back_end.for_each_group("elastic strain", n, ElasticStrain{v.elastic, v.body, v.grid, kernel, v.medium});
+  if (plan.plastic)
+    back_end.for_each_group("elastic strain", n, ElasticStrain<true>{v.elastic, v.body, v.grid, kernel, v.medium});
+  else if (accurate)
+    back_end.for_each_group("elastic strain", n, ElasticStrain<false>{v.elastic, v.body, v.grid, kernel, v.medium});
   else
     back_end.for_each_group("elastic strain (paper)", n, PaperStrain{v.elastic, v.body, v.grid, kernel, v.medium});
   back_end.for_each_group("elastic force", n,

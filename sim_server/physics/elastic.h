@@ -22,6 +22,7 @@
 //   damping   10 eta V_i V_j F (v_ji.x) x, x = x_ji / |x_ji|                 Monaghan 2005: central
 #pragma once
 
+#include "sim_server/physics/plastic.h"
 #include "sim_server/physics/rigid.h"
 
 namespace palp {
@@ -42,6 +43,9 @@ struct ElasticViews {
   Quat* rotation = nullptr;          // R
   Mat3* gradient = nullptr;          // F; R with method "paper"
   Mat3* stress = nullptr;            // what X_ji is multiplied with in the force: P L, or R (I + G) s
+  // where a material yields, else null
+  Mat3* plastic = nullptr;    // inverse of the plastic part of F
+  real* hardened = nullptr;   // accumulated plastic strain
 };
 
 inline constexpr real kHourglass = real(1);  // alpha
@@ -49,6 +53,12 @@ inline constexpr real kHourglass = real(1);  // alpha
 PALP_HD inline Mat3 elastic_stress(const Material& m, const Mat3& F, const Mat3& R) {
   const real volume = (R.array() * F.array()).sum() - real(3);
   return real(2) * m.shear * (F - R) + m.lame * volume * R;
+}
+
+// Per volume at rest [J/m^3].
+PALP_HD inline real elastic_energy(const Material& m, const Mat3& F, const Mat3& R) {
+  const real volume = (R.array() * F.array()).sum() - real(3);
+  return m.shear * (F - R).squaredNorm() + real(0.5) * m.lame * volume * volume;
 }
 
 PALP_HD inline Vec3 rest_separation(const CellGrid& grid, const Packed& X_i, const Packed& X_j) {
@@ -62,7 +72,8 @@ PALP_HD inline Mat3 team_sum(Team team, const Mat3& m) {
   return out;
 }
 
-// Rotation, deformation gradient and stress of each elastic particle.
+// Rotation, deformation gradient and stress of each elastic particle. kYields: some material does.
+template <bool kYields>
 struct ElasticStrain {
   ElasticViews elastic;
   BodyViews bodies;
@@ -88,13 +99,22 @@ struct ElasticStrain {
     const Mat3 L = elastic.correction[i];
     const Mat3 within = elastic.projection != nullptr ? elastic.projection[i] : Mat3(Mat3::Identity());
     Mat3 F = within + displaced * L;
-    const Quat q = closest_rotation(F, elastic.rotation[i]);
-    const Mat3 R = q.toRotationMatrix();
+    const Material& m = medium.material[tag.material()];
+    const bool yields = kYields && m.yield > real(0);
+    Quat q = elastic.rotation[i];
     // where neighbours span no space, across them nothing is strained
-    if (elastic.projection != nullptr) F += R * (Mat3::Identity() - within);
+    const bool flat = elastic.projection != nullptr && within.trace() < real(2.5);
+    if (flat || !yields) q = closest_rotation(F, q);
+    const Mat3 R = q.toRotationMatrix();
+    if (flat) F += R * (Mat3::Identity() - within);
+    Mat3 P = Mat3::Zero();
+    if (kYields && yields)
+      P = plastic_stress(m, F, q, elastic.plastic[i], elastic.hardened[i]);
+    else
+      P = elastic_stress(m, F, R);
     elastic.rotation[i] = q;
     elastic.gradient[i] = F;
-    elastic.stress[i] = elastic_stress(medium.material[tag.material()], F, R) * L;
+    elastic.stress[i] = P * L;
   }
 };
 
@@ -165,7 +185,10 @@ struct ElasticForce {
       const Vec3 along = x_ji / now;
       real push = 0;
       if (hourglass) {
-        const real error = times(F_i + elastic.gradient[j], X_ji).dot(along) - real(2) * now;
+        real error = times(F_i + elastic.gradient[j], X_ji).dot(along) - real(2) * now;
+        // what flows must not be held by what F cannot see
+        const real most = real(2) * now * m.yield / young;
+        if (m.yield > real(0)) error = error > most ? most : (error < -most ? -most : error);
         push = kHourglass * young * VV * kernel.W(r) / (r * r) * error;
       }
       if (m.damping > real(0)) push -= real(10) * m.damping * VVF * (elastic.v[j].xyz() - v_i).dot(along);

@@ -59,6 +59,8 @@ struct Material {
   real viscosity;    // mu [Pa s]
   real shear, lame;  // of elastic bodies: mu, lambda [Pa]
   real damping;      // eta of elastic bodies [Pa s]
+  real yield;        // s_y of elastic bodies [Pa]; 0: does not yield
+  real hardening;    // H [Pa]
 };
 
 // What stays the same during one sub-step, in every kernel's hands.

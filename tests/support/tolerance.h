@@ -82,6 +82,13 @@ inline constexpr Tolerance kWaveSpeed{0.05, 0.05,
                                       "of sqrt(E / rho): a pulse of thirty spacings in a bar of three across"};
 inline constexpr Tolerance kElasticStatics{0.03, 0.03,
                                            "of the stretch over 16 layers: the strain's step at the clamp is smoothed"};
+inline constexpr Tolerance kPlasticStress{1e-3, 1e-9, "of the yield stress: strains in real, times E over it"};
+inline constexpr Tolerance kPlasticEnergy{5e-3, 1e-8, "of s_y^2 / E, where many times that is stored"};
+inline constexpr Tolerance kPlasticStrain{1e-4, 1e-10, "of a strain: hundreds of steps in real"};
+inline constexpr Tolerance kPlasticVolume{2e-6, 1e-13, "determinant, put right at each step"};
+inline constexpr Tolerance kPlasticCurve{3e-4, 1e-9, "of the yield stress times the section; displacements in real"};
+inline constexpr Tolerance kPlasticForce{3e-3, 1e-7, "of the yield stress times dx^2: differences of strains in real"};
+inline constexpr Tolerance kEnergyGain{2e-3, 2e-3, "of the energy at the start: symplectic Euler's ripple"};
 inline constexpr Tolerance kRotation{2e-5, 1e-10, "orthonormality and optimality after convergence"};
 inline constexpr Tolerance kCouplingForce{1e-4, 1e-9, "of the weight of the tool"};
 inline constexpr Tolerance kCouplingEnergy{2e-3, 1e-3, "first-order time integration of the device's motion"};
