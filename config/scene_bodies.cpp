@@ -148,14 +148,17 @@ CouplingConfig read_coupling_limit(TomlTable table) {
   return limit;
 }
 
-// Beyond the yield stress an elastic body flows.
+// Beyond its yield stress an elastic body flows, beyond its tear strain it rips.
 void read_plastic_keys(TomlTable& table, MaterialConfig& material) {
   material.yield_stress = table.number("yield_stress", {"Pa", 0, 1e12, true});
   material.hardening = table.number("hardening", {"Pa", 0, 1e12}).value_or(material.hardening);
   if (table.has("hardening") && !table.has("yield_stress"))
     table.fault("hardening", "hardening is given without yield_stress, expected both or only yield_stress");
-  if (table.has("yield_stress") && !table.has("young_modulus"))
-    table.fault("yield_stress", "yield_stress is given without young_modulus, expected one in Pa");
+  material.tear_strain = table.number("tear_strain", {"", 0, 1000, true});
+  for (const char* key : {"yield_stress", "tear_strain"}) {
+    if (table.has(key) && !table.has("young_modulus"))
+      table.fault(key, fmt::format("{} is given without young_modulus, expected one in Pa", key));
+  }
 }
 
 }  // namespace

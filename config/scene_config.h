@@ -23,6 +23,7 @@ struct MaterialConfig {
   double poisson_ratio = 0.3;                    // -0.9..0.495
   double damping = 0;                            // viscosity of the elastic solid (Kelvin-Voigt) [Pa s]
   std::optional<double> yield_stress;            // [Pa], of elastic bodies; unset: does not yield
+  std::optional<double> tear_strain;             // of elastic bodies; unset: does not tear
   double hardening = 0;                          // [Pa], more yield stress for each unit of plastic strain
   double conductivity = 0;                       // [W/(m K)]; 0: an insulator
   double heat_capacity = 0;                      // [J/(kg K)]; 0: not given

@@ -108,7 +108,7 @@ ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
     projection.push_back(c.projection.cast<real>());
     flat = flat || !c.projection.isIdentity(1e-6);
   }
-  if (!flat) projection.clear();
+  if (!flat && !plan.tears) projection.clear();
 }
 
 void scatter_stored(const Scene& scene, const Plan& plan, const Medium& medium, const Deformation& deformation,
@@ -124,7 +124,8 @@ void scatter_stored(const Scene& scene, const Plan& plan, const Medium& medium, 
       const Mat3& F = deformation.gradient[i];
       const real density =
           m.yield > 0 ? plastic_energy(m, F * deformation.plastic[i], R) : elastic_energy(m, F, R);
-      out[body.first + k] = static_cast<float>(density * scene.volume[body.first + k]);
+      const double bearing = deformation.bearing.empty() ? 1 : deformation.bearing[i];
+      out[body.first + k] = static_cast<float>(bearing * density * scene.volume[body.first + k]);
     }
   }
 }

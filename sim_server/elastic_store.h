@@ -15,7 +15,7 @@ struct ElasticStore {
   std::vector<Tag> tag;
   std::vector<std::uint32_t> first, neighbor;
   std::vector<Mat3> correction;  // empty with method "paper"
-  std::vector<Mat3> projection;  // empty where every neighbourhood fills space
+  std::vector<Mat3> projection;  // empty where every neighbourhood fills space and stays whole
   std::vector<Quat> rotation;
 
   ElasticStore(const Scene& scene, const Plan& plan);
@@ -26,6 +26,7 @@ struct Deformation {
   const std::vector<Mat3>& gradient;
   const std::vector<Quat>& rotation;
   const std::vector<Mat3>& plastic;  // empty where nothing yields
+  const std::vector<real>& bearing;  // empty where nothing tears
 };
 
 // Elastic energy [J] of each particle in the scene's order, 0 for those that are not elastic and with method "paper".

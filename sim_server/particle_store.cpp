@@ -198,6 +198,7 @@ Material to_material(const MaterialConfig& from) {
   m.damping = static_cast<real>(from.damping);
   m.yield = static_cast<real>(from.yield_stress.value_or(0));
   m.hardening = static_cast<real>(from.hardening);
+  m.tear = static_cast<real>(from.tear_strain.value_or(0));
   return m;
 }
 

@@ -128,12 +128,13 @@ void plan_elastic(const Scene& scene, Plan& plan) {
   plan.elastic = !plan.elastic_bodies.empty();
   for (const std::uint32_t b : plan.elastic_bodies) {
     const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
-    if (m.yield_stress && plan.method == Method::paper)
+    if ((m.yield_stress || m.tear_strain) && plan.method == Method::paper)
       throw ConfigError(fmt::format(
-          "{}: material '{}' has a yield_stress, which method \"paper\" knows nothing of; expected method \"accurate\": "
-          "change it, or leave yield_stress out",
-          m.where.empty() ? scene.config.path : m.where, m.name));
+          "{}: material '{}' has a {}, which method \"paper\" knows nothing of; expected method \"accurate\": change it, "
+          "or leave that key out",
+          m.where.empty() ? scene.config.path : m.where, m.name, m.yield_stress ? "yield_stress" : "tear_strain"));
     plan.plastic = plan.plastic || m.yield_stress;
+    plan.tears = plan.tears || m.tear_strain;
   }
   plan.elastic_count = plan.force_count;
 }
@@ -203,8 +204,8 @@ void limit_by_elasticity(const Scene& scene, Plan& plan) {
   const double dx = scene.spacing, ratio = plan.elastic_support / dx;
   for (const std::uint32_t b : plan.elastic_bodies) {
     const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
-    // what has flowed to half its thickness needs half the step
-    const double thinnest = m.yield_stress ? 0.5 : 1;
+    // what has flowed to less than half its thickness needs less than half the step
+    const double thinnest = m.yield_stress ? 0.4 : 1;
     const double waves = elastic_limit(ratio) * thinnest * dx / pressure_wave_speed(m);
     // the damping is central, as Monaghan's viscosity, whose limit is less than half that of Morris's
     const double damped = m.damping > 0 ? 0.4 * viscous_limit(ratio) * dx * dx * m.density / m.damping : 1e30;

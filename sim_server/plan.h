@@ -24,6 +24,7 @@ struct Plan {
   bool contact = false;      // a rigid body and another solid
   bool elastic = false;      // elastic bodies
   bool plastic = false;      // some of them yield
+  bool tears = false;        // some of them tear
   bool meets = false;        // anything whose neighbours change: a fluid, or bodies that can touch
   bool temperature = false;  // carried
   bool heat = false;         // conducted, lost and supplied

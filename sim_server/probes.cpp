@@ -69,7 +69,7 @@ std::vector<std::string> probe_columns(const ProbeConfig& probe) {
       more({std::string("front_") + "xyz"[probe.axis] + "_m"});
       break;
     case Quantity::energy:
-      more({"kinetic_J", "potential_J", "total_J"});
+      more({"kinetic_J", "potential_J", "total_J", "stored_J"});
       break;
     case Quantity::extremes:
       more({"max_speed_m_s", "min_pressure_Pa", "max_pressure_Pa", "min_density_kg_m3", "max_density_kg_m3"});
@@ -204,7 +204,7 @@ ProbeRow ProbeSampler::front(const ProbeConfig& probe) const {
 }
 
 ProbeRow ProbeSampler::energy(const ProbeConfig& probe) const {
-  double kinetic = 0, potential = 0;
+  double kinetic = 0, potential = 0, stored = 0;
   for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
     const Body& body = scene_.bodies[b];
     if (body.type == BodyType::fixed || !counts(probe, b)) continue;
@@ -214,6 +214,7 @@ ProbeRow ProbeSampler::energy(const ProbeConfig& probe) const {
         const double mass = density * scene_.volume[i];
         kinetic += mass / 2 * vector_at(snapshot_->velocity, i).squaredNorm();
         potential -= mass * scene_.config.gravity.dot(vector_at(snapshot_->position, i));
+        if (!snapshot_->stored.empty()) stored += snapshot_->stored[i];
       }
       continue;
     }
@@ -224,7 +225,7 @@ ProbeRow ProbeSampler::energy(const ProbeConfig& probe) const {
         body.mass / 2 * (state.linear + state.angular.cross(arm)).squaredNorm() + spin.dot(body.inertia * spin) / 2;
     potential -= body.mass * scene_.config.gravity.dot(state.position + arm);
   }
-  return {finite(kinetic), finite(potential), finite(kinetic + potential)};
+  return {finite(kinetic), finite(potential), finite(kinetic + potential + stored), finite(stored)};
 }
 
 ProbeRow ProbeSampler::extremes(const ProbeConfig& probe) const {

@@ -164,7 +164,7 @@ class SimulationOn final : public Simulation {
   }
 
   template <class T>
-  const T* allocate_copy(const std::string& name, const std::vector<T>& from) {
+  T* allocate_copy(const std::string& name, const std::vector<T>& from) {
     if (from.empty()) return nullptr;
     T* to = back_end_.template allocate<T>(name, from.size());
     back_end_.upload(to, from);
@@ -191,6 +191,11 @@ class SimulationOn final : public Simulation {
       e.plastic = back_end_.template allocate<Mat3>("elastic plastic part", n);
       e.hardened = back_end_.template allocate<real>("elastic plastic strain", n);
     }
+    if (plan_.tears) {
+      e.torn = back_end_.template allocate<std::uint8_t>("elastic torn bonds", store.neighbor.size());
+      e.pull = back_end_.template allocate<Packed>("elastic pull", n);
+      e.bearing = back_end_.template allocate<real>("elastic bearing", n);
+    }
     views_.elastic_bodies = allocate_copy("elastic bodies", plan_.elastic_bodies);
   }
 
@@ -204,16 +209,25 @@ class SimulationOn final : public Simulation {
       back_end_.upload(views_.elastic.plastic, std::vector<Mat3>(plan_.elastic_count, Mat3::Identity()));
       back_end_.upload(views_.elastic.hardened, std::vector<real>(plan_.elastic_count, real(0)));
     }
+    if (plan_.tears) {
+      back_end_.upload(views_.elastic.correction, store.correction);
+      back_end_.upload(views_.elastic.projection, store.projection);
+      back_end_.upload(views_.elastic.torn, std::vector<std::uint8_t>(store.neighbor.size(), 0));
+      back_end_.upload(views_.elastic.pull, std::vector<Packed>(plan_.elastic_count, Packed{0, 0, 0, 0}));
+      back_end_.upload(views_.elastic.bearing, std::vector<real>(plan_.elastic_count, real(1)));
+    }
   }
 
   void snapshot_elastic(Snapshot& out) {
     const std::size_t n = plan_.elastic_count;
     std::vector<Quat> rotation(n);
     std::vector<Mat3> gradient(n), plastic(plan_.plastic ? n : 0);
+    std::vector<real> bearing(plan_.tears ? n : 0);
     back_end_.download(rotation, views_.elastic.rotation);
     back_end_.download(gradient, views_.elastic.gradient);
     if (plan_.plastic) back_end_.download(plastic, views_.elastic.plastic);
-    scatter_stored(scene_, plan_, views_.medium, {gradient, rotation, plastic}, out.stored);
+    if (plan_.tears) back_end_.download(bearing, views_.elastic.bearing);
+    scatter_stored(scene_, plan_, views_.medium, {gradient, rotation, plastic, bearing}, out.stored);
   }
 
   void allocate() {

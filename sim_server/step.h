@@ -8,6 +8,7 @@
 #include "sim_server/physics/integrate.h"
 #include "sim_server/physics/paper.h"
 #include "sim_server/physics/rigid.h"
+#include "sim_server/physics/tear.h"
 #include "sim_server/plan.h"
 #include "sim_server/proxy.h"
 
@@ -89,6 +90,7 @@ void elastic_stages(B& back_end, const Plan& plan, const StepViews& v) {
   const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.elastic_support));
   const std::uint32_t n = v.elastic.count;
   const bool accurate = plan.method == Method::accurate;
+  if (plan.tears) back_end.for_each_group("elastic tears", n, TearBonds{v.elastic, v.grid, kernel, v.medium});
   if (plan.plastic)
     back_end.for_each_group("elastic strain", n, ElasticStrain<true>{v.elastic, v.body, v.grid, kernel, v.medium});
   else if (accurate)

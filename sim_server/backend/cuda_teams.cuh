@@ -82,6 +82,7 @@ struct GroupTeam {
   PALP_HD std::uint32_t lane() const { return LaneTeam<L>{}.member(); }
   PALP_HD std::uint32_t size() const { return L; }
   PALP_HD bool leader() const { return lane() == 0; }
+  PALP_HD real sum(real value) const { return LaneTeam<L>{}.sum(value); }
   PALP_HD Vec3 sum(const Vec3& v) const { return LaneTeam<L>{}.sum(v); }
 };
 

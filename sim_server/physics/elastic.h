@@ -36,16 +36,22 @@ struct ElasticViews {
   const Tag* tag = nullptr;              // with the elastic material
   const std::uint32_t* first = nullptr;  // [count + 1] of each particle's neighbours
   const std::uint32_t* neighbor = nullptr;
-  const Mat3* correction = nullptr;  // L; null with method "paper"
-  const Mat3* projection = nullptr;  // of neighbourhoods in a plane or line onto it, else I; null where all fill space
-  Packed* u = nullptr;               // displacement [m]
-  Packed* v = nullptr;               // velocity [m/s]
-  Quat* rotation = nullptr;          // R
-  Mat3* gradient = nullptr;          // F; R with method "paper"
-  Mat3* stress = nullptr;            // what X_ji is multiplied with in the force: P L, or R (I + G) s
+  Mat3* correction = nullptr;  // L; null with method "paper"
+  Mat3* projection = nullptr;  // of neighbourhoods in a plane or line onto it, else I; null where all fill space
+  Packed* u = nullptr;         // displacement [m]
+  Packed* v = nullptr;         // velocity [m/s]
+  Quat* rotation = nullptr;    // R
+  Mat3* gradient = nullptr;    // F; R with method "paper"
+  Mat3* stress = nullptr;      // what X_ji is multiplied with in the force: P L, or R (I + G) s
   // where a material yields, else null
   Mat3* plastic = nullptr;    // inverse of the plastic part of F
   real* hardened = nullptr;   // accumulated plastic strain
+  // where a material tears, else null (tear.h)
+  std::uint8_t* torn = nullptr;  // like neighbor: 1 where the bond is broken
+  Packed* pull = nullptr;        // axis at rest and size of the greatest stretch, where that is near to tearing; else 0
+  real* bearing = nullptr;       // share of the stress that what is left of the neighbourhood bears
+
+  PALP_HD bool bonded(std::uint32_t k) const { return torn == nullptr || torn[k] == 0; }
 };
 
 inline constexpr real kHourglass = real(1);  // alpha
@@ -88,6 +94,7 @@ struct ElasticStrain {
     const Vec3 u_i = elastic.u[i].xyz();
     Mat3 displaced = Mat3::Zero();  // sum V F u_ji X_ji^T
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
+      if (!elastic.bonded(k)) continue;
       const std::uint32_t j = elastic.neighbor[k];
       const Packed X_j = elastic.rest[j];
       const Vec3 X_ji = rest_separation(grid, X_i, X_j);
@@ -114,7 +121,8 @@ struct ElasticStrain {
       P = elastic_stress(m, F, R);
     elastic.rotation[i] = q;
     elastic.gradient[i] = F;
-    elastic.stress[i] = P * L;
+    elastic.stress[i] = elastic.bearing != nullptr ? Mat3(elastic.bearing[i] * P * L) : Mat3(P * L);
+    if (elastic.pull != nullptr && m.tear > real(0)) elastic.pull[i] = greatest_stretch(F, real(1) + real(0.5) * m.tear);
   }
 };
 
@@ -175,6 +183,7 @@ struct ElasticForce {
     const real young = m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
     Vec3 force(0, 0, 0);
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
+      if (!elastic.bonded(k)) continue;
       const std::uint32_t j = elastic.neighbor[k];
       const Packed X_j = elastic.rest[j];
       const Vec3 X_ji = rest_separation(grid, X_i, X_j), x_ji = X_ji + elastic.u[j].xyz() - u_i;

@@ -61,6 +61,7 @@ struct Material {
   real damping;      // eta of elastic bodies [Pa s]
   real yield;        // s_y of elastic bodies [Pa]; 0: does not yield
   real hardening;    // H [Pa]
+  real tear;         // strain at which bonds of elastic bodies break; 0: never
 };
 
 // What stays the same during one sub-step, in every kernel's hands.

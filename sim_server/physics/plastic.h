@@ -23,9 +23,9 @@ namespace palp {
 
 // Below this elastic stretch the logarithm goes on as its tangent, so that the inverted have a finite way back. What is
 // pressed that far does not flow.
-inline constexpr real kLeastStretch = real(0.3);
-// A particle flows until some direction is this much shorter, about: time steps are made for rest lengths.
-inline constexpr real kMostFlow = real(4);
+inline constexpr real kLeastStretch = real(0.5);
+// A particle flows until some direction is about this much shorter: time steps are made for rest lengths (plan.cpp).
+inline constexpr real kMostFlow = real(3);
 
 PALP_HD inline real log_stretch(real s_minus_one) {
   const real s = real(1) + s_minus_one;

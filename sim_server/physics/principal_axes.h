@@ -48,4 +48,17 @@ PALP_HD inline PrincipalAxes principal_axes(Mat3 A) {
   return out;
 }
 
+// The axis at rest along which F stretches most, and that stretch; zero where it is less than least.
+PALP_HD inline Packed greatest_stretch(const Mat3& F, real least) {
+  const Mat3 C = F.transpose() * F;
+  const real square = least * least;
+  if (!(C.squaredNorm() > square * square)) return pack(Vec3(0, 0, 0), 0);
+  const PrincipalAxes principal = principal_axes(C);
+  int most = 0;
+  for (int a = 1; a < 3; ++a)
+    if (principal.value[a] > principal.value[most]) most = a;
+  if (!(principal.value[most] > square)) return pack(Vec3(0, 0, 0), 0);
+  return pack(principal.axis.col(most), Eigen::numext::sqrt(principal.value[most]));
+}
+
 }  // namespace palp

@@ -6,6 +6,7 @@
 
 #include "sim_server/elastic_store.h"
 #include "sim_server/particle_store.h"
+#include "sim_server/physics/tear.h"
 #include "tests/support/scenes.h"
 
 namespace palp::testing {
@@ -23,6 +24,9 @@ class Elastic {
     force_.resize(n);
     plastic.assign(n, Mat3::Identity());
     hardened.assign(n, real(0));
+    torn.assign(store_.neighbor.size(), 0);
+    pull_.assign(n, Packed{0, 0, 0, 0});
+    bearing_.assign(n, real(1));
   }
 
   // x(X), and velocities v(X).
@@ -51,12 +55,17 @@ class Elastic {
     e.stress = stress_.data();
     e.plastic = plastic.data();
     e.hardened = hardened.data();
+    if (plan_.tears) e.torn = torn.data();
+    if (plan_.tears) e.pull = pull_.data();
+    if (plan_.tears) e.bearing = bearing_.data();
     BodyViews bodies;
     bodies.force = force_.data();
     const auto kernel = WendlandC2::with_support(static_cast<real>(plan_.elastic_support));
+    const TearBonds tears{e, grid_, kernel, medium_};
     const ElasticStrain<false> strain{e, bodies, grid_, kernel, medium_};
     const ElasticStrain<true> yielding{e, bodies, grid_, kernel, medium_};
     const PaperStrain paper{e, bodies, grid_, kernel, medium_};
+    for (std::uint32_t i = 0; i < e.count && plan_.tears; ++i) tears(i, SerialTeam{});
     for (std::uint32_t i = 0; i < e.count; ++i)
       if (plan_.plastic)
         yielding(i, SerialTeam{});
@@ -73,9 +82,11 @@ class Elastic {
 
   const Scene& scene() const { return scene_; }
   const Plan& plan() const { return plan_; }
+  const ElasticStore& store() const { return store_; }
   Eigen::Vector3d place(std::size_t i) const { return scene_.position[i] + store_.u[i].xyz().cast<double>(); }
   std::vector<Mat3> gradient, plastic;
   std::vector<real> hardened;
+  std::vector<std::uint8_t> torn;
 
  private:
   Scene scene_;
@@ -85,7 +96,8 @@ class Elastic {
   CellGrid grid_;
   bool hourglass_ = false;
   std::vector<Mat3> stress_;
-  std::vector<Packed> force_;
+  std::vector<Packed> force_, pull_;
+  std::vector<real> bearing_;
 };
 
 }  // namespace palp::testing
