@@ -122,8 +122,7 @@ void scatter_stored(const Scene& scene, const Plan& plan, const Medium& medium, 
       const std::size_t i = plan.force_first[b] + k;
       const Mat3 R = deformation.rotation[i].toRotationMatrix();
       const Mat3& F = deformation.gradient[i];
-      const real density =
-          m.yield > 0 ? plastic_energy(m, F * deformation.plastic[i], R) : elastic_energy(m, F, R);
+      const real density = m.yield > 0 ? plastic_energy(m, F * deformation.plastic[i], R) : elastic_energy(m, F, R);
       const double bearing = deformation.bearing.empty() ? 1 : deformation.bearing[i];
       out[body.first + k] = static_cast<float>(bearing * density * scene.volume[body.first + k]);
     }

@@ -44,8 +44,8 @@ struct ElasticViews {
   Mat3* gradient = nullptr;    // F; R with method "paper"
   Mat3* stress = nullptr;      // what X_ji is multiplied with in the force: P L, or R (I + G) s
   // where a material yields, else null
-  Mat3* plastic = nullptr;    // inverse of the plastic part of F
-  real* hardened = nullptr;   // accumulated plastic strain
+  Mat3* plastic = nullptr;   // inverse of the plastic part of F
+  real* hardened = nullptr;  // accumulated plastic strain
   // where a material tears, else null (tear.h)
   std::uint8_t* torn = nullptr;  // like neighbor: 1 where the bond is broken
   Packed* pull = nullptr;        // axis at rest and size of the greatest stretch, where that is near to tearing; else 0
@@ -122,7 +122,8 @@ struct ElasticStrain {
     elastic.rotation[i] = q;
     elastic.gradient[i] = F;
     elastic.stress[i] = elastic.bearing != nullptr ? Mat3(elastic.bearing[i] * P * L) : Mat3(P * L);
-    if (elastic.pull != nullptr && m.tear > real(0)) elastic.pull[i] = greatest_stretch(F, real(1) + real(0.5) * m.tear);
+    if (elastic.pull != nullptr && m.tear > real(0))
+      elastic.pull[i] = greatest_stretch(F, real(1) + real(0.5) * m.tear);
   }
 };
 

@@ -1,4 +1,5 @@
-// Plasticity at finite strain: a dent stays. One particle's law, with its state; von Mises's yield, isotropic hardening.
+// Plasticity at finite strain: a dent stays. One particle's law, with its state; von Mises's yield, isotropic
+// hardening.
 //
 // symbol      meaning                                                        source
 // F = Fe Fp   elastic and plastic part, det Fp = 1                           Lee 1969

@@ -3,13 +3,14 @@
 // symbol     meaning                                                          source
 // C = F^T F  of the bonds left; l^2 its greatest value, N its axis at rest
 // s_ij       (F_i N_i / |F_i N_i|).x_ji / (N_i.X_ji), stretch of a pair along the greatest stretch of i, and of j
-// breaks     when either is above 1 + tear_strain                             Chakraborty & Shaw 2013, Islam & Peng 2019
-// L_i        (sum_j V_j F X_ji X_ji^T)^-1 of the bonds left: affine fields stay exact on both sides of a tear
+// breaks     when either is above 1 + tear_strain                             Chakraborty & Shaw 2013, Islam & Peng
+// 2019 L_i        (sum_j V_j F X_ji X_ji^T)^-1 of the bonds left: affine fields stay exact on both sides of a tear
 //
-// Those papers break a pair by its own stretch. With corrected gradients that would not do: of the bonds across a tear the
-// slanting ones stretch less, and while the last of them is left L makes it carry all the stress of the ones before. Measured
-// along the greatest stretch, the pairs across a tear are all stretched alike and break together. A tear sets free the
-// energy of about one spacing on each side, so the energy for a tear's area depends on the spacing; the strain does not.
+// Those papers break a pair by its own stretch. With corrected gradients that would not do: of the bonds across a tear
+// the slanting ones stretch less, and while the last of them is left L makes it carry all the stress of the ones
+// before. Measured along the greatest stretch, the pairs across a tear are all stretched alike and break together. A
+// tear sets free the energy of about one spacing on each side, so the energy for a tear's area depends on the spacing;
+// the strain does not.
 //
 // Both particles of a pair judge it by the same numbers in the same order, so it breaks in both lists in the same
 // sub-step, and forces stay equal and opposite. Torn faces do not push each other: contact is between bodies.
@@ -23,8 +24,8 @@ namespace palp {
 inline constexpr real kAcross = real(0.5);
 
 // What has lost more than this share of its neighbourhood bears less the more it loses: few neighbours fit any noise as
-// strain, whose energy would come from nothing, and a few stiff bonds would need shorter steps. What yields has a state that
-// was found with all of its neighbours and bears nothing when half as many are left again.
+// strain, whose energy would come from nothing, and a few stiff bonds would need shorter steps. What yields has a state
+// that was found with all of its neighbours and bears nothing when half as many are left again.
 inline constexpr real kCrumbles = real(0.5);
 
 // L from the moment sum V F X X^T, and what the neighbours span: axes of less than a thousandth of the largest do not
@@ -48,8 +49,8 @@ PALP_HD inline GradientCorrection gradient_correction(const Mat3& moment) {
   return c;
 }
 
-// Breaks what is overstretched and corrects the gradients of the particles that it was torn from. It reads the strain of
-// the last sub-step and the places of this one.
+// Breaks what is overstretched and corrects the gradients of the particles that it was torn from. It reads the strain
+// of the last sub-step and the places of this one.
 struct TearBonds {
   ElasticViews elastic;
   CellGrid grid;

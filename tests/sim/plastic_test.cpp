@@ -72,9 +72,7 @@ struct Particle {
     add_body(scene, "dough", BodyType::elastic, 0, {0, 0, 0}, Vector3d::Constant(kSpacing));
     m = make_medium(scene, make_plan(scene)).material[0];
   }
-  Matrix3d stress(const Matrix3d& F) {
-    return plastic_stress(m, F.cast<real>(), q, inverse, hardened).cast<double>();
-  }
+  Matrix3d stress(const Matrix3d& F) { return plastic_stress(m, F.cast<real>(), q, inverse, hardened).cast<double>(); }
   double energy(const Matrix3d& F) const {
     const Mat3 Fe = F.cast<real>() * inverse;
     return plastic_energy(m, Fe, closest_rotation(Fe, q).toRotationMatrix());
@@ -193,9 +191,8 @@ Scene bar(double hardening) {
 
 // Force through the middle of a bar of logarithmic strains e along x and c across.
 double section_force(Elastic& elastic, double e, double c) {
-  elastic.deform([&](const Vector3d& X) {
-    return Vector3d(std::exp(e) * X.x(), std::exp(c) * X.y(), std::exp(c) * X.z());
-  });
+  elastic.deform(
+      [&](const Vector3d& X) { return Vector3d(std::exp(e) * X.x(), std::exp(c) * X.y(), std::exp(c) * X.z()); });
   const std::vector<Vector3d> f = elastic.forces();
   double half = 0;
   for (std::size_t i = 0; i < f.size(); ++i)

@@ -171,8 +171,8 @@ TEST(Tearing, ThroughTheBreakMomentaAreKeptAndEnergyIsNotMade) {
   EXPECT_LT((later[1] - later[0] - parting).norm(), 1e-3 * parting.norm());
 }
 
-// Blown to bits of one to three particles: everything stays finite, momenta are kept, no energy comes out of it, and the
-// bits end up flying straight.
+// Blown to bits of one to three particles: everything stays finite, momenta are kept, no energy comes out of it, and
+// the bits end up flying straight.
 TEST(Tearing, CrumbsFlyOn) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE("seed " + std::to_string(seed));
@@ -218,7 +218,8 @@ TEST(Lightness, TearsArePaidForWhereSomethingTears) {
   const Names without = contents(false), with = contents(true);
   Names added;
   std::set_difference(with.begin(), with.end(), without.begin(), without.end(), std::inserter(added, added.end()));
-  EXPECT_EQ(added, (Names{"elastic bearing", "elastic projection", "elastic pull", "elastic tears", "elastic torn bonds"}));
+  EXPECT_EQ(added,
+            (Names{"elastic bearing", "elastic projection", "elastic pull", "elastic tears", "elastic torn bonds"}));
 }
 
 }  // namespace

@@ -82,7 +82,8 @@ TEST_F(TearTest, HalvesAreBodiesOfTheirOwn) {
       const Matrix3d A = rotation(), B = rotation();
       const Matrix3d stretch = Vector3d(1 + between(-0.1, 0.1), 1 + between(-0.1, 0.1), 1).asDiagonal();
       const Vector3d shift = vector(0.05);
-      elastic.deform([&](const Vector3d& X) { return X.x() > cut ? Vector3d(B * stretch * X + shift) : Vector3d(A * X); });
+      elastic.deform(
+          [&](const Vector3d& X) { return X.x() > cut ? Vector3d(B * stretch * X + shift) : Vector3d(A * X); });
       const std::vector<Vector3d> f = elastic.forces();
       Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
       double size = 0, torque_size = 0;

@@ -88,8 +88,10 @@ inline constexpr Tolerance kPlasticStrain{1e-4, 1e-10, "of a strain: hundreds of
 inline constexpr Tolerance kPlasticVolume{2e-6, 1e-13, "determinant, put right at each step"};
 inline constexpr Tolerance kPlasticCurve{3e-4, 1e-9, "of the yield stress times the section; displacements in real"};
 inline constexpr Tolerance kPlasticForce{3e-3, 1e-7, "of the yield stress times dx^2: differences of strains in real"};
-inline constexpr Tolerance kEnergyGain{1.5e-2, 1.5e-2, "of the energy at the start: the hourglass control's share is not counted, and ripples"};
-inline constexpr Tolerance kBurstGain{5e-2, 5e-2, "of the energy at the start, once bits fly free; the hourglass control is no exact gradient"};
+inline constexpr Tolerance kEnergyGain{
+    1.5e-2, 1.5e-2, "of the energy at the start: the hourglass control's share is not counted, and ripples"};
+inline constexpr Tolerance kBurstGain{
+    5e-2, 5e-2, "of the energy at the start, once bits fly free; the hourglass control is no exact gradient"};
 inline constexpr Tolerance kRotation{2e-5, 1e-10, "orthonormality and optimality after convergence"};
 inline constexpr Tolerance kCouplingForce{1e-4, 1e-9, "of the weight of the tool"};
 inline constexpr Tolerance kCouplingEnergy{2e-3, 1e-3, "first-order time integration of the device's motion"};
