@@ -31,7 +31,7 @@ inline constexpr real kMostFlow = real(3);
 PALP_HD inline real log_stretch(real s_minus_one) {
   const real s = real(1) + s_minus_one;
   if (s > kLeastStretch) return Eigen::numext::log1p(s_minus_one);
-  return Eigen::numext::log(kLeastStretch) + (s - kLeastStretch) / kLeastStretch;
+  return Eigen::numext::log(real(kLeastStretch)) + (s - kLeastStretch) / kLeastStretch;
 }
 
 // What is stored, per volume at rest [J/m^3].
@@ -73,7 +73,7 @@ PALP_HD inline Mat3 plastic_stress(const Material& m, const Mat3& F, Quat& q, Ma
   }
   Vec3 stress;
   for (int a = 0; a < 3; ++a)
-    stress[a] = (real(2) * m.shear * e[a] + m.lame * volume) / (s[a] > kLeastStretch ? s[a] : kLeastStretch);
+    stress[a] = (real(2) * m.shear * e[a] + m.lame * volume) / (s[a] > kLeastStretch ? s[a] : real(kLeastStretch));
   return R * (n * stress.asDiagonal() * n.transpose()) * inverse.transpose();
 }
 
