@@ -205,8 +205,8 @@ void limit_by_elasticity(const Scene& scene, Plan& plan) {
   const double dx = scene.spacing, ratio = plan.elastic_support / dx;
   for (const std::uint32_t b : plan.elastic_bodies) {
     const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
-    // what has flowed to less than half its thickness needs less than half the step, and neighbourhoods that are torn are
-    // stiffer than whole ones: a sheet that was pierced at 0.42 of this limit diverged, at 0.21 it did not
+    // what has flowed to less than half its thickness needs less than half the step, and neighbourhoods that are torn
+    // are stiffer than whole ones: a sheet that was pierced at 0.42 of this limit diverged, at 0.21 it did not
     const double left = m.yield_stress ? 0.4 : m.tear_strain ? 0.5 : 1;
     const double waves = elastic_limit(ratio) * left * dx / pressure_wave_speed(m);
     // the damping is central, as Monaghan's viscosity, whose limit is less than half that of Morris's

@@ -212,6 +212,15 @@ TEST(SceneReader, TakesWhatMelts) {
   EXPECT_EQ(s.heat_zones[0].temperature, 500);
 }
 
+TEST(SceneReader, TakesWhatYieldsAndTears) {
+  const std::string dough =
+      "young_modulus = 5e4\nyield_stress = 1500\nhardening = 1000\ntear_strain = 2\ncolor = \"#102030\"";
+  const SceneConfig s = read(replaced(kScene, "color = \"#102030\"", dough));
+  EXPECT_EQ(s.materials[0].yield_stress, 1500);
+  EXPECT_EQ(s.materials[0].hardening, 1000);
+  EXPECT_EQ(s.materials[0].tear_strain, 2);
+}
+
 TEST(SceneReader, HeatNeedsTemperatures) {
   const std::string cold = replaced(replaced(kScene, "temperature = 300", ""), "temperature = 310", "");
   const std::vector<std::string> faults = faults_of(cold);
@@ -359,6 +368,14 @@ const BadRow kBad[] = {
      "32: material 'water': melting_temperature is given without latent_heat, expected both or none"},
     {"density = 1000", "density = 1000\nlatent_heat = 300",
      "31: material 'water': latent_heat is given without melting_temperature, expected both or none"},
+    {"density = 1000", "density = 1000\nyield_stress = 100",
+     "31: material 'water': yield_stress is given without young_modulus, expected one in Pa"},
+    {"density = 1000", "density = 1000\ntear_strain = 0.1",
+     "31: material 'water': tear_strain is given without young_modulus, expected one in Pa"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\nhardening = 100",
+     "32: material 'water': hardening is given without yield_stress, expected both or only yield_stress"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\nyield_stress = 0",
+     "32: material 'water': yield_stress is 0, expected a number in Pa above 0"},
     {"temperature = 310", "hold_temperature = true",
      "49: body 'stick': hold_temperature is true, but the body has no temperature; give it one"},
     {"loss_to_air = 10 ", "loss_to_air = -1", "84: heat: loss_to_air is -1, expected a number in W/(m^2 K) from 0"},

@@ -144,6 +144,57 @@ TEST(ElasticBody, TooSmallOnesFallLikeStones) {
   }
 }
 
+// A plate presses a block of jelly 6 mm down within 0.1 s and stops: with damping its force has settled 0.2 s later.
+TEST(ElasticBody, WithDampingTheForceSettles) {
+  Scene scene = with_material(2e4, 0.4, 20);
+  const auto clamp = add_body(scene, "clamp", BodyType::fixed, 0, {0, 0, -0.02}, {0.06, 0.06, 0});
+  const auto plate = add_body(scene, "plate", BodyType::rigid, 0, {0, 0, 0.06}, {0.06, 0.06, 0.08});
+  const auto jelly = add_body(scene, "jelly", BodyType::elastic, 0, {0, 0, 0}, {0.06, 0.06, 0.06});
+  scene.bodies[jelly].bonded_to = {clamp, plate};
+  scene.proxies.push_back({0, plate, Eigen::Vector3d::Zero(), {1e6, 1e4, 1e4, 1e2}});
+  const auto simulation = simulate(scene);
+  StepInput input;
+  input[0].engaged = true;
+  input[0].gains = {2000, 40, 20, 0.4};
+  std::vector<double> force;
+  for (int k = 0; k < 900; ++k) {
+    const double part = std::min(1.0, k / 100.0);
+    input[0].state.position = scene.bodies[plate].position - Eigen::Vector3d(0, 0, 0.006 * part);
+    input[0].state.linear = Eigen::Vector3d(0, 0, part < 1 ? -0.06 : 0);
+    force.push_back(simulation->step(input).proxies[0].force.z());
+  }
+  EXPECT_GT(force.back(), 3);
+  for (std::size_t k = 300; k < force.size(); ++k) ASSERT_NEAR(force[k] / force.back(), 1, 0.01) << k << " ms";
+}
+
+// Stiff and nearly incompressible: as many sub-steps as that takes, and no energy out of nothing.
+TEST(ElasticBody, StiffOnesStayBounded) {
+  for (const double young : {1e3, 1e7}) {
+    Scene scene = with_material(young, 0.49, 0);
+    add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, {6 * kSpacing, 5 * kSpacing, 5 * kSpacing});
+    for (std::size_t i = 0; i < scene.position.size(); ++i) {
+      const Eigen::Vector3d r = scene.position[i] - scene.bodies[0].position;
+      scene.velocity[i] = std::sqrt(young / 1000) * Eigen::Vector3d(1.5 * r.x(), r.x() - 0.8 * r.y(), -0.8 * r.z());
+    }
+    const auto simulation = simulate(scene);
+    Snapshot snapshot;
+    const auto energy = [&] {
+      simulation->snapshot(snapshot);
+      double sum = 0;
+      for (std::size_t i = 0; i < scene.position.size(); ++i) {
+        const Eigen::Vector3d v(snapshot.velocity[3 * i], snapshot.velocity[3 * i + 1], snapshot.velocity[3 * i + 2]);
+        sum += snapshot.stored[i] + 0.5 * 1000 * scene.volume[i] * v.squaredNorm();
+      }
+      return sum;
+    };
+    const double start = energy();
+    for (int k = 0; k < 200; ++k) {
+      ASSERT_TRUE(simulation->step({}).health.ok) << simulation->output().health.cause;
+      ASSERT_LT(energy(), (1 + value_of(tol::kElasticEnergy)) * start) << young << " Pa, step " << k;
+    }
+  }
+}
+
 TEST(ElasticBody, AloneItLaunchesNothingForOthers) {
   Scene scene = with_material(1e5, 0.3, 0);
   add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, Eigen::Vector3d::Constant(4 * kSpacing));

@@ -202,6 +202,32 @@ TEST(Tearing, CrumbsFlyOn) {
   }
 }
 
+// One particle, two, three in a row, of whatever material and however thrown.
+TEST(Tearing, BitsOfAFewParticlesStayFinite) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0, 1);
+  for (const int count : {1, 2, 3})
+    for (const bool yields : {false, true})
+      for (const bool tears : {false, true})
+        for (const double speed : {0.5, 5.0, 50.0}) {
+          Scene scene = with_jelly(0);
+          if (yields) scene.config.materials[0].yield_stress = 2e3;
+          if (!tears) scene.config.materials[0].tear_strain.reset();
+          add_body(scene, "bit", BodyType::elastic, 0, {0, 0, 0}, {count * kSpacing, kSpacing, kSpacing});
+          for (Vector3d& v : scene.velocity) v = speed * Vector3d(normal(random), normal(random), normal(random));
+          const auto simulation = simulate(scene);
+          Snapshot s;
+          simulation->snapshot(s);
+          const Sums start = sums_of(scene, s);
+          for (int k = 0; k < 50; ++k) EXPECT_EQ(simulation->step({}).health.non_finite, 0u);
+          simulation->snapshot(s);
+          const Sums end = sums_of(scene, s);
+          EXPECT_LT((end.p - start.p).norm(), 1e-4 * start.p_size);
+        }
+}
+
 TEST(Lightness, TearsArePaidForWhereSomethingTears) {
   using Names = std::set<std::string>;
   const auto contents = [](bool tears) {

@@ -88,6 +88,8 @@ inline constexpr Tolerance kPlasticStrain{1e-4, 1e-10, "of a strain: hundreds of
 inline constexpr Tolerance kPlasticVolume{2e-6, 1e-13, "determinant, put right at each step"};
 inline constexpr Tolerance kPlasticCurve{3e-4, 1e-9, "of the yield stress times the section; displacements in real"};
 inline constexpr Tolerance kPlasticForce{3e-3, 1e-7, "of the yield stress times dx^2: differences of strains in real"};
+inline constexpr Tolerance kElasticEnergy{
+    0.1, 0.1, "of the energy: symplectic Euler's ripple, and the hourglass control's share"};
 inline constexpr Tolerance kEnergyGain{
     1.5e-2, 1.5e-2, "of the energy at the start: the hourglass control's share is not counted, and ripples"};
 inline constexpr Tolerance kBurstGain{
