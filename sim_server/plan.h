@@ -21,7 +21,8 @@ struct Plan {
   bool solids = false;       // any rigid or fixed particles
   bool wrench = false;       // a body whose wrench is asked for: rigid ones, and fixed ones with a probe
   bool moving = false;       // rigid bodies
-  bool contact = false;      // a rigid body and another solid
+  bool contact = false;      // springs between the particles of solids: a pair of which one has no distance field
+  bool fields = false;       // contact by distance fields: a rigid body and another solid, both with one
   bool elastic = false;      // elastic bodies
   bool meets = false;        // anything whose neighbours change: a fluid, or bodies that can touch
   bool temperature = false;  // carried, not yet conducted
@@ -35,7 +36,7 @@ struct Plan {
   int sub_steps = 1;       // per haptic step
   double dt = 0;           // sub-step [s]
   double dt_limit = 0;     // the largest stable sub-step by linear theory [s]
-  std::string limited_by;  // "sound", "viscosity", "elasticity" or "damping"
+  std::string limited_by;  // "sound", "viscosity", "elasticity", "damping" or "contact"
   double skin = 0;         // how far stored neighbour lists reach past the support radius; 0: none are stored [m]
   // cells
   int cells[3] = {1, 1, 1};

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "sim_server/contact_store.h"
 #include "sim_server/elastic_store.h"
 #include "sim_server/pack_frame.h"
 #include "sim_server/parameters.h"
@@ -85,6 +86,7 @@ class SimulationOn final : public Simulation {
     }
     if (plan_.moving) back_end_.upload(const_cast<std::uint32_t*>(views_.rigid), plan_.rigid);
     if (plan_.elastic) reset_elastic();
+    if (plan_.fields) reset_contact();
     if (plan_.solids) back_end_.upload(views_.body.body, store.bodies);
     results_.reset(store.bodies, output_);
   }
@@ -181,6 +183,28 @@ class SimulationOn final : public Simulation {
     back_end_.upload(views_.elastic.rotation, store.rotation);
   }
 
+  void allocate_contact() {
+    const ContactStore store(scene_, plan_);
+    ContactViews& c = views_.contact;
+    c.pairs = static_cast<std::uint32_t>(store.pair.size());
+    c.pair = allocate_copy("contact pairs", store.pair);
+    c.shape = allocate_copy("contact shapes", store.shape);
+    c.piece = allocate_copy("contact pieces", store.piece);
+    const Packed* node = allocate_copy("contact distances", store.node);
+    c.grid = allocate_copy("contact grids", store.grids_at(node));
+    c.point = allocate_copy("contact points", store.point);
+    c.of_body = allocate_copy("contact of bodies", store.of_body);
+    c.part = allocate_copy("contact parts", store.part);
+    c.state = back_end_.template allocate<ContactState>("contact states", store.states);
+    c.wrench = back_end_.template allocate<PairWrench>("contact wrenches", c.pairs);
+    contact_states_ = store.states;
+  }
+
+  void reset_contact() {
+    back_end_.upload(views_.contact.state, std::vector<ContactState>(contact_states_, no_contact()));
+    back_end_.upload(views_.contact.wrench, std::vector<PairWrench>(views_.contact.pairs, no_wrench()));
+  }
+
   void allocate() {
     const std::size_t n = scene_.position.size();
     views_.particles = static_cast<std::uint32_t>(n);
@@ -212,6 +236,7 @@ class SimulationOn final : public Simulation {
       views_.rigid_count = static_cast<std::uint32_t>(plan_.rigid.size());
     }
     if (plan_.elastic) allocate_elastic();
+    if (plan_.fields) allocate_contact();
     views_.health_part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
     health_ = back_end_.template mirror<HealthSums>("health", 1);
     views_.health = health_.device;
@@ -225,6 +250,7 @@ class SimulationOn final : public Simulation {
   StepResults results_;
   B back_end_;
   StepViews views_;
+  std::size_t contact_states_ = 0;
   typename B::template Mirror<StepBlock> input_;
   typename B::template Mirror<BodyState> bodies_;
   typename B::template Mirror<HealthSums> health_;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sim_server/physics/boundary.h"
+#include "sim_server/physics/contact.h"
 #include "sim_server/physics/health.h"
 #include "sim_server/physics/integrate.h"
 #include "sim_server/physics/paper.h"
@@ -20,6 +21,7 @@ struct StepViews {
   Medium medium;
   BodyViews body;
   ElasticViews elastic;
+  ContactViews contact;
   const std::uint32_t* reactive = nullptr;
   const std::uint32_t* rigid = nullptr;
   const std::uint32_t* elastic_bodies = nullptr;
@@ -99,11 +101,21 @@ void meeting_stages(B& back_end, const Plan& plan, const StepViews& v) {
     fluid_stages(back_end, plan, v);
 }
 
+// Onto the wrenches.
+template <class B>
+void contact_stages(B& back_end, const StepViews& v) {
+  const PairPoints points{v.contact, v.body.body, v.grid, v.medium.dt};
+  back_end.for_each_block("contact depth", v.contact.pairs, MeasureContact{points});
+  back_end.for_each_block("contact force", v.contact.pairs, MeetBodies{points});
+  back_end.for_each("contact wrench", v.reactive_count, AddContact{v.contact, v.body.body, v.reactive});
+}
+
 template <class B>
 void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
   if (plan.meets) meeting_stages(back_end, plan, v);
   if (plan.elastic) elastic_stages(back_end, plan, v);
   if (plan.wrench) back_end.for_each_block("wrench", v.reactive_count, ReduceWrench{v.body, v.reactive});
+  if (plan.fields) contact_stages(back_end, v);
   if (plan.moving)
     back_end.for_each("bodies", v.rigid_count,
                       AdvanceBodies{v.body.body, v.rigid, v.proxy, v.forcing, v.medium.dt, elapsed});

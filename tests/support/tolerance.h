@@ -69,6 +69,15 @@ inline constexpr Tolerance kElasticForce{2e-4, 1e-9, "of E dx^2 or of the exact 
 inline constexpr Tolerance kElasticMomentum{3e-6, 1e-13, "of the sum of the sizes"};
 inline constexpr Tolerance kElasticSlope{3e-4, 1e-6, "of the largest force; central difference in double"};
 inline constexpr Tolerance kRotation{2e-5, 1e-10, "orthonormality and optimality after convergence"};
+inline constexpr Tolerance kFrictionlessSlide{0.01, 0.01, "of the way; the block settles on the plate at first"};
+inline constexpr Tolerance kFrictionSlide{0.02, 0.02, "of the way, reference D14 and D16"};
+inline constexpr Tolerance kRestitution{0.02, 0.02, "of the speed, reference D16; the moment of arrival matters a little"};
+inline constexpr Tolerance kContactMomentum{1e-6, 1e-12, "of the sum of |m v|, reference D16: one force, two signs"};
+inline constexpr Tolerance kContactSpin{2e-6, 1e-11, "of the sum of |L|: the same force at the same point"};
+inline constexpr Tolerance kStackForce{0.01, 0.01, "of the weight, reference D16"};
+inline constexpr Tolerance kRipple{1e-3, 1e-3, "of the normal force, reference D19"};
+inline constexpr Tolerance kRippleOfContact{3e-3, 1e-3, "as above before hand and tool smooth it: places in float"};
+inline constexpr Tolerance kDistance{3e-7, 1e-12, "m, of solids a metre large"};
 inline constexpr Tolerance kCouplingForce{1e-4, 1e-9, "of the weight of the tool"};
 inline constexpr Tolerance kCouplingEnergy{2e-3, 1e-3, "first-order time integration of the device's motion"};
 }  // namespace tol

@@ -1,0 +1,311 @@
+// Contact between two rigid or fixed bodies: points of each one's surface against the other's signed distance.
+//
+// symbol     meaning                                                                        unit
+// d, n       depth of a point, outward normal where it is; v = velocity against the other   m, -, m/s
+// m_i        1 / (1/m + (r x n).I^-1 (r x n)) of both bodies: what moves along n at point i  kg
+// D_i        depth, averaged over the sub-step at constant velocity                         m
+// N          (sum D)^2 / sum D^2 over the pair's points: how many share the load            -
+// normal     k_i D_i - c_i v.n >= 0,  k_i = kappa m_i / (N dt^2),  c_i = gamma m_i / (N dt)
+// tangential -k_t s - c_t v_t, at most mu times the normal force, s = what the point has moved since it stuck; k_t = 2/7
+//            k (Cundall & Strack 1979); static friction holds until it slips, kinetic while it slips
+//
+// k grows with the mass and falls with the sub-step so that k dt^2/m + 2 c dt/m keeps its share of the stability limit
+// of 4; dividing by N makes it independent of how many points touch. Where a body meets more than two others at once, N
+// grows in proportion. kappa and gamma of a pair follow from its
+// restitution (contact_store.cpp). The averaged depth makes a bounce independent, to first order in kappa, of the
+// moment within the sub-step at which it begins.
+//
+// A point remembers on which side it came near: past the middle of a thin plate its nearest surface would be the wrong
+// one, and its depth is then counted on from the last sub-step.
+#pragma once
+
+#include "sim_server/physics/distance.h"
+#include "sim_server/physics/rigid.h"
+
+namespace palp {
+
+struct ContactPair {
+  std::uint32_t a, b;              // bodies
+  std::uint32_t shape_a, shape_b;  // of ContactViews::shape
+  std::uint32_t first;             // of ContactViews::state: a's points, then b's
+  real friction, kinetic;          // static and kinetic coefficient
+  real stiffness, damping;         // kappa, gamma
+};
+
+// Of one point against one body, in that body's axes.
+struct ContactState {
+  Packed side;    // normal of the side on which the point is; its depth, -1e30: far away
+  Packed anchor;  // what it has moved since it stuck; 1: it slips
+};
+
+struct PairWrench {
+  Vec3 force, torque_a, torque_b;  // on a by b; about a's centre; on b about b's centre
+  real depth, sharing;             // sum D^2 / sum D of this sub-step; N
+  bool near;                       // whether any state of the pair may be in use
+};
+
+struct ContactViews {
+  std::uint32_t pairs = 0;
+  const ContactPair* pair = nullptr;
+  const ContactBody* shape = nullptr;
+  const Piece* piece = nullptr;
+  const NodeGrid* grid = nullptr;
+  const Packed* point = nullptr;  // about the centre of mass, body axes; radius of the ball around it
+  ContactState* state = nullptr;
+  PairWrench* wrench = nullptr;
+  const std::uint32_t* of_body = nullptr;  // [bodies + 1] first of each body's in part
+  const std::uint32_t* part = nullptr;     // pair * 2, and 1 more where the body is b
+};
+
+PALP_HD inline PairWrench no_wrench() {
+  return {Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), real(0), real(1), false};
+}
+PALP_HD inline ContactState no_contact() { return {{0, 0, 0, real(-1e30)}, {0, 0, 0, 0}}; }
+
+// Averages max(0, depth) over a sub-step, through which the depth grows at a constant rate and is `depth` in the middle.
+// half: how far it moves in half a sub-step.
+PALP_HD inline real mean_depth(real depth, real half) {
+  if (depth >= half) return depth > real(0) ? depth : real(0);
+  if (!(depth > -half)) return real(0);
+  return (depth + half) * (depth + half) / (real(4) * half);
+}
+
+// The share of the sub-step that the point is inside.
+PALP_HD inline real share_inside(real depth, real half) {
+  if (depth >= half) return real(1);
+  return depth > -half ? (depth + half) / (real(2) * half) : real(0);
+}
+
+// What both passes over a pair's points know.
+struct PairPoints {
+  ContactViews contact;
+  const BodyState* body;
+  CellGrid grid;  // for its periods
+  real dt;
+
+  // One point of `owner` against `field`, as it is now.
+  struct Touch {
+    Vec3 n, v;      // world; of the owner against the field's
+    Vec3 r, other;  // the point from the owner's and the field's centre
+    real depth, mean, share;
+    bool near;
+  };
+
+  PALP_HD static real inverse_mass(const BodyState& b) { return b.kind == Kind::rigid ? real(1) / b.mass : real(0); }
+
+  PALP_HD Vec3 nearest_image(Vec3 d) const {
+    for (int a = 0; a < 3; ++a)
+      if (grid.periodic(a)) d[a] -= grid.period[a] * Eigen::numext::floor(d[a] / grid.period[a] + real(0.5));
+    return d;
+  }
+
+  PALP_HD Touch touch(const BodyState& owner, const BodyState& field, const Mat3& R_owner, const Mat3& R_field,
+                      const ContactBody& shape, const Packed& point, const Packed& side) const {
+    Touch t;
+    const Vec3 arm = R_owner * point.xyz();
+    Vec3 x = nearest_image(owner.x - field.x + arm);
+    const Vec3 v_point = owner.v + owner.w.cross(arm);
+    // a fixed body's velocity is that of its surface, which stays in place
+    const bool fixed = field.kind == Kind::fixed;
+    const Vec3 v_field = fixed ? Vec3(0, 0, 0) : Vec3(field.v + field.w.cross(x));
+    t.v = owner.kind == Kind::fixed ? Vec3(-v_field) : Vec3(v_point - v_field);
+    const real moved = dt * t.v.norm();
+    const Vec3 y = R_field.transpose() * x;
+    t.near = false;
+    t.depth = real(-1e30);
+    t.mean = t.share = real(0);
+    // the box around the solid spares most points the rest
+    const Vec3 z = shape.R.transpose() * (y - shape.c);
+    const real margin = point.w + real(2) * moved;
+    if (side.w < real(-1e29))
+      for (int a = 0; a < 3; ++a)
+        if (z[a] < shape.low[a] - margin || z[a] > shape.high[a] + margin) return t;
+    const Distance now = solid_distance(shape, contact.piece, contact.grid, y);
+    t.depth = point.w - now.d;
+    t.n = R_field * now.n;
+    if (side.w > real(-1e29) && now.n.dot(side.xyz()) < real(-0.5)) {
+      t.n = R_field * side.xyz();
+      t.depth = side.w - dt * t.v.dot(t.n);
+    }
+    t.near = t.depth > real(-2) * moved;
+    if (!t.near) return t;
+    t.r = arm - point.w * t.n;
+    t.other = x - point.w * t.n;
+    // of the point on the ball's surface
+    t.v = owner.v + owner.w.cross(t.r) - field.v - (fixed ? Vec3(0, 0, 0) : Vec3(field.w.cross(t.other)));
+    if (fixed) t.v += field.v.dot(t.n) * t.n;
+    if (owner.kind == Kind::fixed) t.v -= owner.v.dot(t.n) * t.n;
+    const real half = real(0.5) * dt * Eigen::numext::abs(t.v.dot(t.n));
+    t.mean = mean_depth(t.depth, half);
+    t.share = share_inside(t.depth, half);
+    return t;
+  }
+
+  // What moves along n at the point, from both bodies.
+  PALP_HD static real moving_mass(const BodyState& owner, const BodyState& field, const Mat3& R_owner, const Mat3& R_field,
+                           const Touch& t) {
+    const Vec3 a = R_owner.transpose() * t.r.cross(t.n), b = R_field.transpose() * t.other.cross(t.n);
+    return real(1) / (inverse_mass(owner) + inverse_mass(field) + a.dot(owner.inverse_inertia * a) +
+                      b.dot(field.inverse_inertia * b));
+  }
+
+  PALP_HD Vec3 force(const ContactPair& pair, const Touch& t, real m, real sharing, const Mat3& R_field,
+                     ContactState& state) const {
+    const real k = pair.stiffness * m / (sharing * dt * dt), c = pair.damping * m / (sharing * dt);
+    const real v_n = t.v.dot(t.n), push = k * t.mean - c * t.share * v_n;
+    const real N = push > real(0) ? push : real(0);
+    if (!(pair.friction > real(0))) return N * t.n;
+    const Vec3 v_t = t.v - v_n * t.n;
+    Vec3 s = R_field * state.anchor.xyz() + dt * v_t;
+    s -= s.dot(t.n) * t.n;
+    const real k_t = real(2) / real(7) * k;
+    const real c_t = real(0.6) * Eigen::numext::sqrt(k_t * m / sharing);
+    Vec3 f = -k_t * s - c_t * v_t;
+    const real size = f.norm(), holds = (state.anchor.w > real(0) ? pair.kinetic : pair.friction) * N;
+    real slips = 0;
+    if (size > holds) {
+      f *= pair.kinetic * N / size;
+      s = -f / k_t;
+      slips = 1;
+    }
+    state.anchor = pack(R_field.transpose() * s, slips);
+    return N * t.n + f;
+  }
+
+  PALP_HD bool far(const ContactPair& pair) const {
+    const BodyState &a = body[pair.a], &b = body[pair.b];
+    const real reach_a = contact.shape[pair.shape_a].reach, reach_b = contact.shape[pair.shape_b].reach;
+    const real speed = (a.v - b.v).norm() + a.w.norm() * reach_a + b.w.norm() * reach_b;
+    return nearest_image(a.x - b.x).norm() > reach_a + reach_b + real(3) * dt * speed;
+  }
+
+  PALP_HD Touch touch(const ContactPair& pair, const Mat3& R_a, const Mat3& R_b, std::uint32_t p) const {
+    const BodyState &a = body[pair.a], &b = body[pair.b];
+    const ContactBody &shape_a = contact.shape[pair.shape_a], &shape_b = contact.shape[pair.shape_b];
+    const Packed side = contact.state[pair.first + p].side;
+    if (p < shape_a.points) return touch(a, b, R_a, R_b, shape_b, contact.point[shape_a.first_point + p], side);
+    return touch(b, a, R_b, R_a, shape_a, contact.point[shape_b.first_point + p - shape_a.points], side);
+  }
+
+  PALP_HD std::uint32_t points(const ContactPair& pair) const {
+    return contact.shape[pair.shape_a].points + contact.shape[pair.shape_b].points;
+  }
+};
+
+// How deep each pair of bodies is in one another, and how many points share that; one team a pair.
+struct MeasureContact {
+  PairPoints all;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t index, Team team) const {
+    const ContactPair pair = all.contact.pair[index];
+    const std::uint32_t points = all.points(pair);
+    PairWrench& out = all.contact.wrench[index];
+    if (all.far(pair)) {
+      if (out.near)
+        for (std::uint32_t p = team.lane(); p < points; p += team.size())
+          all.contact.state[pair.first + p] = no_contact();
+      team.sum(real(0));  // all have read `near`
+      if (team.leader()) out = no_wrench();
+      return;
+    }
+    const Mat3 R_a = all.body[pair.a].q.toRotationMatrix(), R_b = all.body[pair.b].q.toRotationMatrix();
+    Vec3 sums(0, 0, 0);
+    for (std::uint32_t p = team.lane(); p < points; p += team.size()) {
+      const real mean = all.touch(pair, R_a, R_b, p).mean;
+      sums += Vec3(mean, mean * mean, 0);
+    }
+    sums = team.sum(sums);
+    if (!team.leader()) return;
+    out.near = true;
+    out.depth = sums[1] > real(0) ? sums[1] / sums[0] : real(0);
+    out.sharing = sums[1] > real(0) ? sums[0] * sums[0] / sums[1] : real(1);
+  }
+};
+
+// Forces of each pair, and what its points remember; one team a pair.
+struct MeetBodies {
+  PairPoints all;
+
+  // How many of its pairs share a body's load, over the two that the stability limit has room for; 1 at least.
+  PALP_HD real crowding(std::uint32_t index) const {
+    if (all.body[index].kind != Kind::rigid) return real(1);
+    real sum = 0, sum2 = 0;
+    for (std::uint32_t p = all.contact.of_body[index]; p < all.contact.of_body[index + 1]; ++p) {
+      const real depth = all.contact.wrench[all.contact.part[p] / 2].depth;
+      sum += depth;
+      sum2 += depth * depth;
+    }
+    return sum * sum > real(2) * sum2 ? sum * sum / (real(2) * sum2) : real(1);
+  }
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t index, Team team) const {
+    PairWrench& out = all.contact.wrench[index];
+    if (!out.near) return;
+    const ContactPair pair = all.contact.pair[index];
+    const std::uint32_t points = all.points(pair), of_a = all.contact.shape[pair.shape_a].points;
+    const BodyState &a = all.body[pair.a], &b = all.body[pair.b];
+    const Mat3 R_a = a.q.toRotationMatrix(), R_b = b.q.toRotationMatrix();
+    real sharing = out.sharing;
+    if (out.depth > real(0)) {
+      const real crowd_a = crowding(pair.a), crowd_b = crowding(pair.b);
+      sharing *= crowd_a > crowd_b ? crowd_a : crowd_b;
+    }
+    Vec3 force_a(0, 0, 0), torque_a(0, 0, 0), torque_b(0, 0, 0);
+    for (std::uint32_t p = team.lane(); p < points; p += team.size()) {
+      ContactState& state = all.contact.state[pair.first + p];
+      const PairPoints::Touch t = all.touch(pair, R_a, R_b, p);
+      if (!t.near) {
+        if (state.side.w > real(-1e29)) state = no_contact();
+        continue;
+      }
+      const bool mine = p < of_a;
+      const BodyState &owner = mine ? a : b, &field = mine ? b : a;
+      const Mat3 &R_owner = mine ? R_a : R_b, &R_field = mine ? R_b : R_a;
+      state.side = pack(R_field.transpose() * t.n, t.depth);
+      if (!(t.mean > real(0))) {
+        state.anchor = {0, 0, 0, 0};
+        continue;
+      }
+      const real m = PairPoints::moving_mass(owner, field, R_owner, R_field, t);
+      const Vec3 f = all.force(pair, t, m, sharing, R_field, state);
+      const Vec3 on_a = mine ? f : Vec3(-f);
+      force_a += on_a;
+      torque_a += (mine ? t.r : t.other).cross(on_a);
+      torque_b -= (mine ? t.other : t.r).cross(on_a);
+    }
+    force_a = team.sum(force_a);
+    torque_a = team.sum(torque_a);
+    torque_b = team.sum(torque_b);
+    if (!team.leader()) return;
+    out.force = force_a;
+    out.torque_a = torque_a;
+    out.torque_b = torque_b;
+  }
+};
+
+// Onto the wrenches of what fluids and springs do, in a fixed order; one thread an entry of the list.
+struct AddContact {
+  ContactViews contact;
+  BodyState* body;
+  const std::uint32_t* reactive;
+
+  PALP_HD void operator()(std::uint32_t k) const {
+    const std::uint32_t index = reactive[k];
+    BodyState& b = body[index];
+    Vec3 force(0, 0, 0), torque(0, 0, 0);
+    for (std::uint32_t p = contact.of_body[index]; p < contact.of_body[index + 1]; ++p) {
+      const PairWrench& w = contact.wrench[contact.part[p] / 2];
+      const bool second = (contact.part[p] & 1u) != 0;
+      force += second ? Vec3(-w.force) : w.force;
+      torque += second ? w.torque_b : w.torque_a;
+    }
+    b.force += force;
+    b.torque += torque;
+    b.force_sum += force;
+    b.torque_sum += torque;
+  }
+};
+
+}  // namespace palp

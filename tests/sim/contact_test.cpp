@@ -1,0 +1,339 @@
+// Contact of rigid bodies by distance fields: friction, bounce, stacks, ripple, speed, conservation.
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+#include "config/error.h"
+#include "tests/sim/scene_builder.h"
+#include "tests/support/backend.h"
+#include "tests/support/random_scene.h"
+#include "tests/support/tolerance.h"
+
+namespace palp::testing {
+namespace {
+
+using Eigen::Vector3d;
+using testing_support::body;
+using testing_support::box;
+using testing_support::sphere;
+
+constexpr double kGravity = 9.81;
+
+SceneConfig contact_scene(double spacing, double friction, double restitution) {
+  SceneConfig config = testing_support::scene(spacing);
+  config.gravity = {0, 0, -kGravity};
+  config.materials[0].friction = config.materials[0].kinetic_friction = friction;
+  config.materials[0].restitution = restitution;
+  return config;
+}
+
+Scene sampled(const SceneConfig& config) { return sample_scene(config, 1000000); }
+
+BodyConfig at(BodyConfig config, const Vector3d& position, const Vector3d& velocity = Vector3d::Zero()) {
+  config.position = position;
+  config.velocity = velocity;
+  return config;
+}
+
+// A block at rest on a plate, gravity tilted by `slope`.
+Scene incline(double slope, double friction) {
+  SceneConfig config = contact_scene(0.02, friction, 0.2);
+  config.gravity = kGravity * Vector3d(std::sin(slope), 0, -std::cos(slope));
+  config.bodies.push_back(at(body("plate", BodyType::fixed, box({1.9, 0.4, 0.04})), {0, 0, -0.02}));
+  config.bodies.push_back(at(body("block", BodyType::rigid, box({0.1, 0.1, 0.06})), {-0.85, 0, 0.03}));
+  return sampled(config);
+}
+
+// How far the block has slid after a time, beyond its place when it had settled.
+double slid(const Scene& scene, double seconds) {
+  const auto simulation = simulate(scene);
+  for (int k = 0; k < static_cast<int>(seconds * 1000 + 0.5); ++k) {
+    const StepOutput& out = simulation->step({});
+    EXPECT_TRUE(out.health.ok) << out.health.cause;
+  }
+  return simulation->output().bodies[1].state.position.x() + 0.85;
+}
+
+TEST(Contact, FrictionlessBlockSlidesFreely) {
+  const double slope = 30 * M_PI / 180, t = 0.75;
+  const double expected = 0.5 * kGravity * std::sin(slope) * t * t;
+  EXPECT_TRUE(within(slid(incline(slope, 0), t) / expected - 1, tol::kFrictionlessSlide));
+}
+
+TEST(Contact, FrictionHoldsBelowItsAngleAndDragsAboveIt) {
+  for (const double mu : {0.2, 0.5}) {
+    SCOPED_TRACE(mu);
+    EXPECT_LT(std::abs(slid(incline(std::atan(0.98 * mu), mu), 1)), 1e-3);
+    const double slope = std::atan(1.5 * mu), t = 0.8;
+    const double a = kGravity * (std::sin(slope) - mu * std::cos(slope));
+    EXPECT_TRUE(within(slid(incline(slope, mu), t) / (0.5 * a * t * t) - 1, tol::kFrictionSlide));
+    EXPECT_GT(slid(incline(std::atan(1.02 * mu), mu), 1), 1e-3);
+  }
+}
+
+// Static friction holds what kinetic friction alone would not, and lets go once it has slipped.
+TEST(Contact, StaticFrictionIsMoreThanKinetic) {
+  const double slope = std::atan(0.4);
+  Scene scene = incline(slope, 0.5);
+  scene.config.materials[0].kinetic_friction = 0.2;
+  EXPECT_LT(std::abs(slid(scene, 0.5)), 1e-3);
+  scene.bodies[1].velocity = {0.3, 0, 0};
+  for (std::uint32_t i = scene.bodies[1].first; i < scene.position.size(); ++i) scene.velocity[i] = {0.3, 0, 0};
+  const double t = 0.6, a = kGravity * (std::sin(slope) - 0.2 * std::cos(slope));
+  EXPECT_TRUE(within(slid(scene, t) / (0.3 * t + 0.5 * a * t * t) - 1, tol::kFrictionSlide));
+}
+
+// Restitution of a ball thrown at a plate, or at another ball, from many distances and at many speeds.
+TEST(Contact, BallsBounceByTheirRestitution) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Random random(seed);
+  for (const double e : {0.2, 0.5, 0.8, 1.0})
+    for (int round = 0; round < 4; ++round) {
+      SceneConfig config = contact_scene(0.02, 0.3, e);
+      config.gravity.setZero();
+      const double v = uniform(random, 0.2, 2);
+      config.bodies.push_back(at(body("plate", BodyType::fixed, box({0.4, 0.4, 0.04})), {0, 0, -0.02}));
+      config.bodies.push_back(
+          at(body("ball", BodyType::rigid, sphere(0.05)), {0, 0, 0.05 + uniform(random, 0.001, 0.01)}, {0, 0, -v}));
+      const auto simulation = simulate(sampled(config));
+      for (int k = 0; k < 150; ++k) simulation->step({});
+      EXPECT_TRUE(within(simulation->output().bodies[1].state.linear.z() / v - e, tol::kRestitution)) << "e " << e;
+    }
+}
+
+struct Momenta {
+  Vector3d linear = Vector3d::Zero(), angular = Vector3d::Zero();
+  double linear_size = 0, angular_size = 0;
+};
+
+Momenta momenta(const Scene& scene, const StepOutput& out) {
+  Momenta m;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const Body& from = scene.bodies[b];
+    const RigidState& s = out.bodies[b].state;
+    const Vector3d center = s.position + s.orientation * from.center;
+    const Vector3d p = from.mass * (s.linear + s.angular.cross(s.orientation * from.center));
+    const Vector3d L = center.cross(p) + s.orientation * (from.inertia * (s.orientation.conjugate() * s.angular));
+    m.linear += p;
+    m.angular += L;
+    m.linear_size += p.norm();
+    m.angular_size += L.norm();
+  }
+  return m;
+}
+
+// Two balls, then two turned boxes, thrown at each other off centre, with friction.
+TEST(Contact, BodiesExchangeMomentum) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Random random(seed);
+  for (int round = 0; round < 6; ++round) {
+    SceneConfig config = contact_scene(0.02, 0.4, 0.5);
+    config.gravity.setZero();
+    const ShapeConfig shape = round < 3 ? sphere(0.05) : box({0.1, 0.08, 0.06});
+    for (int k = 0; k < 2; ++k) {
+      BodyConfig one = at(body(k ? "b" : "a", BodyType::rigid, shape), {k ? 0.09 : -0.09, 0, 0},
+                          {k ? -0.5 : 0.7, 0.1, 0});
+      one.position += random_vector(random, 0.01);
+      if (round >= 3) one.orientation = random_rotation(random);
+      if (round >= 3) one.angular_velocity = random_vector(random, 3);
+      config.bodies.push_back(one);
+    }
+    const Scene scene = sampled(config);
+    const auto simulation = simulate(scene);
+    const Momenta before = momenta(scene, simulation->step({}));
+    bool touched = false;
+    for (int k = 0; k < 300; ++k) {
+      const StepOutput& out = simulation->step({});
+      ASSERT_TRUE(out.health.ok) << out.health.cause;
+      const Vector3d sum = out.bodies[0].force + out.bodies[1].force;
+      touched = touched || out.bodies[0].force.norm() > 0;
+      EXPECT_LE(sum.norm(), 1e-6 * out.bodies[0].force.norm());
+    }
+    const Momenta after = momenta(scene, simulation->output());
+    EXPECT_TRUE(touched);
+    EXPECT_TRUE(within((after.linear - before.linear).norm() / before.linear_size, tol::kContactMomentum));
+    // angular velocities are read at mid-step, which for a turning box is not quite that of its orientation
+    if (round < 3) {
+      EXPECT_TRUE(within((after.angular - before.angular).norm() / before.angular_size, tol::kContactSpin));
+    }
+  }
+}
+
+TEST(Contact, StacksRest) {
+  constexpr int kBoxes = 5;
+  constexpr double dx = 0.02, edge = 0.08;
+  SceneConfig config = contact_scene(dx, 0.3, 0.2);
+  config.bodies.push_back(at(body("floor", BodyType::fixed, box({0.6, 0.6, 0.04})), {0, 0, -0.02}));
+  for (int k = 0; k < kBoxes; ++k)
+    config.bodies.push_back(
+        at(body("box " + std::to_string(k), BodyType::rigid, box({edge, edge, edge})), {0, 0, (k + 0.5) * edge}));
+  ProbeConfig probe;
+  probe.quantity = Quantity::body;
+  probe.body = "floor";
+  config.probes.push_back(probe);
+  const Scene scene = sampled(config);
+  const auto simulation = simulate(scene);
+  for (int k = 0; k < 1000; ++k) simulation->step({});
+  const std::vector<BodyOutput> settled = simulation->output().bodies;
+  double moving = 0, drift = 0, on_floor = 0;
+  std::vector<double> force(kBoxes + 1, 0.0);
+  for (int k = 0; k < 4000; ++k) {
+    const StepOutput& out = simulation->step({});
+    on_floor += out.bodies[0].force.z() / 4000;
+    moving = std::max(moving, out.health.kinetic_energy);
+  }
+  const double weight = scene.bodies[1].mass * kGravity;
+  // of the whole stack on the floor; in between, what each box gets is the difference of two contacts
+  EXPECT_TRUE(within(-on_floor / (kBoxes * weight) - 1, tol::kStackForce));
+  for (int k = 1; k <= kBoxes; ++k) {
+    const BodyOutput& out = simulation->output().bodies[static_cast<std::size_t>(k)];
+    EXPECT_TRUE(within(out.force.z() / weight - 1, tol::kStackForce)) << "box " << k;
+    drift = std::max(drift, (out.state.position - settled[static_cast<std::size_t>(k)].state.position).norm());
+  }
+  RecordProperty("drift_in_spacings", std::to_string(drift / dx));
+  EXPECT_LT(drift, 0.01 * dx);
+  EXPECT_LT((simulation->output().bodies[kBoxes].state.position - Vector3d(0, 0, (kBoxes - 0.5) * edge)).norm(),
+            0.1 * dx);
+  EXPECT_LT(moving, 1e-6 * weight * dx);
+}
+
+// A tool with a flat face, pressed on a plate by a soft hand and drawn across it: what the hand feels is as flat as
+// the plate (physics reference D19).
+TEST(Contact, FlatToolSlidesWithoutRipple) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Random random(seed);
+  for (const double yaw : {0.0, uniform(random, 0.05, 1.5)}) {
+    SceneConfig config = contact_scene(0.01, 0, 0.2);
+    config.bodies.push_back(at(body("plate", BodyType::fixed, box({0.8, 0.3, 0.03})), {0, 0, -0.015}));
+    BodyConfig tool = at(body("tool", BodyType::rigid, box({0.05, 0.05, 0.05})), {-0.2, 0, 0.026});
+    tool.orientation = Eigen::AngleAxisd(yaw, Vector3d::UnitZ());
+    config.bodies.push_back(tool);
+    ProxyConfig proxy;
+    proxy.body = "tool";
+    config.proxies.push_back(proxy);
+    const auto simulation = simulate(sampled(config));
+    StepInput input;
+    input[0].engaged = true;
+    input[0].state.orientation = tool.orientation;
+    input[0].gains = {1000, 20, 10, 0.2};
+    double low = 1e30, high = -1e30, low_contact = 1e30, high_contact = -1e30, across = 0;
+    for (int k = 0; k < 3000; ++k) {
+      const double t = std::max(0, k - 1000) * 1e-3;
+      input[0].state.position = {-0.2 + 0.2 * t, 0, 0.02};
+      input[0].state.linear = {k < 1000 ? 0 : 0.2, 0, 0};
+      const StepOutput& out = simulation->step(input);
+      ASSERT_TRUE(out.health.ok) << out.health.cause;
+      if (k < 1500) continue;
+      low = std::min(low, out.proxies[0].force.z());
+      high = std::max(high, out.proxies[0].force.z());
+      low_contact = std::min(low_contact, out.proxies[0].contact_force.z());
+      high_contact = std::max(high_contact, out.proxies[0].contact_force.z());
+      across = std::max(across, std::abs(out.proxies[0].contact_force.x()));
+    }
+    EXPECT_GT(low, 4);
+    EXPECT_TRUE(within((high - low) / low, tol::kRipple)) << "felt, yaw " << yaw;
+    EXPECT_TRUE(within((high_contact - low_contact) / low_contact, tol::kRippleOfContact)) << "contact, yaw " << yaw;
+    EXPECT_TRUE(within(across / low_contact, tol::kRipple));
+  }
+}
+
+// A hand pushes a tool at a plate of one spacing, at speeds that a hand reaches and past the plate's other side.
+TEST(Contact, NothingPassesThroughAThinPlate) {
+  for (const double speed : {0.3, 1.0, 2.0, 4.0})
+    for (const bool ball : {false, true}) {
+      SceneConfig config = contact_scene(0.005, 0.3, 0.2);
+      config.gravity.setZero();
+      config.numerics.max_speed = 2;
+      config.bodies.push_back(at(body("plate", BodyType::fixed, box({0.1, 0.1, 0.005})), {0, 0, -0.0025}));
+      const ShapeConfig shape = ball ? sphere(0.01) : box({0.02, 0.02, 0.02});
+      config.bodies.push_back(at(body("tool", BodyType::rigid, shape), {0, 0, 0.0203}));
+      ProxyConfig proxy;
+      proxy.body = "tool";
+      config.proxies.push_back(proxy);
+      const auto simulation = simulate(sampled(config));
+      StepInput input;
+      input[0].engaged = true;
+      input[0].gains = {1000, 5, 10, 0.2};
+      for (int k = 0; k < 400; ++k) {
+        const double way = std::min(0.05, speed * k * 1e-3);
+        input[0].state.position = {0, 0, 0.0203 - way};
+        input[0].state.linear = {0, 0, way < 0.05 ? -speed : 0};
+        const StepOutput& out = simulation->step(input);
+        ASSERT_TRUE(out.health.ok) << out.health.cause;
+      }
+      const RigidState& state = simulation->output().bodies[1].state;
+      // the hand is 3 cm deep and pulls with 40 N
+      EXPECT_NEAR(state.position.z(), 0.01, 0.005) << speed << (ball ? " m/s, ball" : " m/s, box");
+      EXPECT_GT(simulation->output().proxies[0].contact_force.z(), 20);
+    }
+}
+
+// A free box thrown at the plate without a hand.
+TEST(Contact, AThrownBoxBouncesOffAThinPlate) {
+  Random random(4);
+  for (int round = 0; round < 5; ++round) {
+    SceneConfig config = contact_scene(0.005, 0.3, 0.5);
+    config.gravity.setZero();
+    config.numerics.max_speed = 2;
+    config.bodies.push_back(at(body("plate", BodyType::fixed, box({0.2, 0.2, 0.005})), {0, 0, -0.0025}));
+    BodyConfig thrown = at(body("box", BodyType::rigid, box({0.02, 0.03, 0.02})), {0, 0, 0.03}, {0.1, 0, -2});
+    thrown.orientation = random_rotation(random);
+    config.bodies.push_back(thrown);
+    const Scene scene = sampled(config);
+    const auto simulation = simulate(scene);
+    const double energy = simulation->step({}).health.kinetic_energy;
+    for (int k = 0; k < 100; ++k) {
+      const StepOutput& out = simulation->step({});
+      EXPECT_LT(out.health.kinetic_energy, 1.01 * energy);
+      EXPECT_GT(out.bodies[1].state.position.z(), 0);
+    }
+    EXPECT_GT(simulation->output().bodies[1].state.linear.z(), 0);
+  }
+}
+
+// Four posts under a plate, one pair each: together they are no stiffer than the step allows.
+TEST(Contact, ManySupportsAreStable) {
+  SceneConfig config = contact_scene(0.02, 0.3, 0.1);
+  for (int k = 0; k < 6; ++k)
+    config.bodies.push_back(at(body("post " + std::to_string(k), BodyType::fixed, box({0.04, 0.04, 0.1})),
+                               {0.1 * (k % 3) - 0.1, k < 3 ? -0.1 : 0.1, -0.05}));
+  config.bodies.push_back(at(body("plate", BodyType::rigid, box({0.3, 0.3, 0.02})), {0, 0, 0.03}));
+  const Scene scene = sampled(config);
+  const auto simulation = simulate(scene);
+  double speed = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const StepOutput& out = simulation->step({});
+    ASSERT_TRUE(out.health.ok) << out.health.cause;
+    speed = std::max(k < 60 ? 0 : speed, out.bodies[6].state.linear.norm());
+  }
+  EXPECT_LT(speed, 0.2);
+  EXPECT_LT(simulation->output().bodies[6].state.linear.norm(), 1e-4);
+  EXPECT_NEAR(simulation->output().bodies[6].state.position.z(), 0.01, 1e-3);
+  EXPECT_TRUE(within(simulation->output().bodies[6].force.z() / (scene.bodies[6].mass * kGravity) - 1, tol::kStackForce));
+}
+
+// A belt carries a block along by its friction until it moves with it.
+TEST(Contact, ABeltCarriesABlock) {
+  Scene scene = incline(0, 0.4);
+  scene.bodies[0].velocity = {0.5, 0, 0};
+  const double t = 1, a = 0.4 * kGravity, until = 0.5 / a;
+  EXPECT_TRUE(within(slid(scene, t) / (0.5 * a * until * until + 0.5 * (t - until)) - 1, tol::kFrictionSlide));
+}
+
+TEST(Contact, RunsRepeatBitForBit) {
+  const Scene scene = incline(0.4, 0.3);
+  const double first = slid(scene, 0.3);
+  EXPECT_EQ(first, slid(scene, 0.3));
+  const auto simulation = simulate(scene);
+  for (int round = 0; round < 2; ++round) {
+    simulation->reset();
+    for (int k = 0; k < 300; ++k) simulation->step({});
+    EXPECT_EQ(simulation->output().bodies[1].state.position.x() + 0.85, first);
+  }
+}
+
+}  // namespace
+}  // namespace palp::testing
