@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include <Eigen/Eigenvalues>
+
 #include "sim_server/surface.h"
 
 namespace palp {
@@ -80,18 +82,50 @@ ContactPiece piece_of(const Part& part) {
   return piece;
 }
 
+// A point of a surface, and the ball inside that touches the surface there. Balls round edges off a little, so that
+// their middles stay outside what they lie on: a point of a face's rim that lies on another rim has two nearest faces.
+struct Feature {
+  Eigen::Vector3d at, middle;
+  double radius;
+};
+
+// The ball that touches all faces with these normals through a point, none (radius 0) where there is no such ball.
+Feature rounded(const Eigen::Vector3d& at, const std::vector<Eigen::Vector3d>& normals, double radius) {
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& n : normals) {
+    A += n * n.transpose();
+    b += radius * n;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);
+  Eigen::Vector3d inward = Eigen::Vector3d::Zero();
+  for (int a = 0; a < 3; ++a) {
+    const Eigen::Vector3d axis = solver.eigenvectors().col(a);
+    if (solver.eigenvalues()[a] > 1e-4 * solver.eigenvalues()[2]) inward += axis * axis.dot(b) / solver.eigenvalues()[a];
+  }
+  double reach = radius;
+  for (const Eigen::Vector3d& n : normals) reach = std::min(reach, n.dot(inward));
+  if (!(reach > 0.1 * radius) || inward.norm() > 4 * radius) return {at, at, 0};
+  return {at, at - inward, reach};
+}
+
 // Where the mesh sticks out: ends of its convex edges, and points along them. What is flat or hollow is touched by
 // points of the other solid.
-void add_edge_points(const SurfaceMesh& mesh, double spacing, std::vector<Eigen::Vector3d>& out) {
+void add_edge_points(const SurfaceMesh& mesh, double spacing, double radius, std::vector<Feature>& out) {
   struct Edge {
-    Eigen::Vector3d normal, opposite;
+    Eigen::Vector3d normal, other_normal, opposite;
     int triangles = 0;
     double bend = 0;  // sine of the convex angle
   };
   std::map<std::pair<std::uint32_t, std::uint32_t>, Edge> edges;
+  std::vector<std::vector<Eigen::Vector3d>> normals(mesh.vertices.size());
   for (const auto& t : mesh.triangles) {
     const Eigen::Vector3d &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
     const Eigen::Vector3d normal = (b - a).cross(c - a).normalized();
+    for (const std::uint32_t v : t) {
+      const auto same = [&](const Eigen::Vector3d& n) { return n.dot(normal) > 1 - 1e-6; };
+      if (std::none_of(normals[v].begin(), normals[v].end(), same)) normals[v].push_back(normal);
+    }
     for (Index e = 0; e < 3; ++e) {
       const std::uint32_t from = t[e], to = t[(e + 1) % 3], other = t[(e + 2) % 3];
       Edge& edge = edges[std::minmax(from, to)];
@@ -100,6 +134,7 @@ void add_edge_points(const SurfaceMesh& mesh, double spacing, std::vector<Eigen:
         edge.opposite = mesh.vertices[other];
         continue;
       }
+      edge.other_normal = normal;
       const double angle = edge.normal.cross(normal).norm();
       const bool convex = normal.dot(edge.opposite - mesh.vertices[from]) < 0;
       edge.bend = convex ? (edge.normal.dot(normal) < 0 ? 1 : angle) : 0;
@@ -111,29 +146,35 @@ void add_edge_points(const SurfaceMesh& mesh, double spacing, std::vector<Eigen:
     const Eigen::Vector3d &a = mesh.vertices[ends.first], &b = mesh.vertices[ends.second];
     used[ends.first] = used[ends.second] = true;
     const double steps = std::ceil((b - a).norm() / spacing - 1e-9);
-    for (double s = 1; s < steps; ++s) out.push_back(a + s / steps * (b - a));
+    for (double s = 1; s < steps; ++s)
+      out.push_back(rounded(a + s / steps * (b - a), {edge.normal, edge.other_normal}, radius));
   }
   for (Index v = 0; v < used.size(); ++v)
-    if (used[v]) out.push_back(mesh.vertices[v]);
+    if (used[v]) out.push_back(rounded(mesh.vertices[v], normals[v], radius));
 }
 
 // Rings around the axis, so many that a roll over them is smooth.
-void add_rings(const Part& part, double spacing, std::vector<Eigen::Vector3d>& out) {
+void add_rings(const Part& part, double spacing, double ball, std::vector<Feature>& out) {
   const double around = std::max(32.0, std::ceil(4 * kPi * part.radius / spacing));
   const double along = std::max(1.0, std::ceil(2 * part.half_height / spacing - 1e-9));
   for (double k = 0; k <= along; ++k)
     for (double i = 0; i < around; ++i) {
       const double angle = 2 * kPi * i / around;
-      out.push_back(part.pose * Eigen::Vector3d(part.radius * std::cos(angle), part.radius * std::sin(angle),
-                                                (2 * k / along - 1) * part.half_height));
+      const Eigen::Vector3d outward(std::cos(angle), std::sin(angle), 0);
+      const double z = (2 * k / along - 1) * part.half_height, inner = part.half_height - ball;
+      out.push_back({part.pose * (part.radius * outward + z * Eigen::Vector3d::UnitZ()),
+                     part.pose * ((part.radius - ball) * outward + std::clamp(z, -inner, inner) * Eigen::Vector3d::UnitZ()),
+                     ball});
     }
 }
 
-void add_ball(const Part& part, double spacing, std::vector<Eigen::Vector3d>& out) {
+void add_ball(const Part& part, double spacing, double ball, std::vector<Feature>& out) {
   const double count = std::max(64.0, std::ceil(16 * kPi * std::pow(part.radius / spacing, 2)));
   for (double i = 0; i < count; ++i) {
     const double z = 1 - (2 * i + 1) / count, angle = i * kPi * (3 - std::sqrt(5.0)), r = std::sqrt(1 - z * z);
-    out.push_back(part.pose * Eigen::Vector3d(part.radius * Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), z)));
+    const Eigen::Vector3d outward(r * std::cos(angle), r * std::sin(angle), z);
+    out.push_back({part.pose * Eigen::Vector3d(part.radius * outward),
+                   part.pose * Eigen::Vector3d((part.radius - ball) * outward), ball});
   }
 }
 
@@ -169,11 +210,24 @@ void add_meeting_points(const Solid& solid, const SurfaceMesh& surface, double s
   }
 }
 
+void add_features(const Part& part, double spacing, double ball, std::vector<Feature>& out) {
+  if (part.type == ShapeType::sphere)
+    add_ball(part, spacing, ball, out);
+  else if (part.type == ShapeType::cylinder)
+    add_rings(part, spacing, ball, out);
+  else
+    add_edge_points(part.type == ShapeType::mesh ? part.mesh->mesh() : solid_surface(alone(part), spacing), spacing,
+                    ball, out);
+}
+
 void add_points(const Solid& solid, const SurfaceMesh& surface, double spacing, ContactShape& shape) {
-  std::vector<Eigen::Vector3d> found;
+  std::vector<Feature> found;
+  const auto ball_in = [&](const Eigen::AlignedBox3d& bounds) {
+    return std::min(spacing / 4, 0.25 * bounds.sizes().minCoeff());
+  };
   if (shape.boxes) {
-    add_edge_points(surface, spacing, found);
-    for (const Eigen::Vector3d& x : found) shape.points.push_back({x, 0});
+    add_edge_points(surface, spacing, ball_in(solid.bounds), found);
+    for (const Feature& f : found) shape.points.push_back({f.middle, f.radius});
     return;
   }
   const bool cut = std::any_of(solid.parts.begin(), solid.parts.end(), [](const Part& p) { return p.subtract; });
@@ -184,16 +238,11 @@ void add_points(const Solid& solid, const SurfaceMesh& surface, double spacing, 
       continue;
     }
     found.clear();
-    if (part.type == ShapeType::sphere) {
-      add_ball(part, spacing, found);
-    } else if (part.type == ShapeType::cylinder) {
-      add_rings(part, spacing, found);
-    } else {
-      add_edge_points(part.type == ShapeType::mesh ? part.mesh->mesh() : solid_surface(alone(part), spacing), spacing,
-                      found);
-    }
-    for (const Eigen::Vector3d& x : found)
-      if (solid.parts.size() == 1 || on_surface(solid, part, x)) shape.points.push_back({solid.frame * x, 0});
+    // a cut may leave less than the ball of what is around the point
+    add_features(part, spacing, cut ? 0 : ball_in(part.bounds), found);
+    for (const Feature& f : found)
+      if (solid.parts.size() == 1 || on_surface(solid, part, f.at))
+        shape.points.push_back({solid.frame * f.middle, f.radius});
   }
   if (cut) add_meeting_points(solid, surface, spacing, shape);
 }

@@ -99,7 +99,7 @@ ContactBody add_shape(const Body& body, ContactStore& store) {
 }  // namespace
 
 BounceNumbers bounce_numbers(double restitution) {
-  double low = 0, high = 0.5;
+  double low = 0, high = 1.2;
   if (mean_bounce(damped(high)) > restitution) return damped(high);
   for (int halving = 0; halving < 50; ++halving) {
     const double middle = (low + high) / 2;

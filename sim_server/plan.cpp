@@ -216,6 +216,22 @@ void limit_by_elasticity(const Scene& scene, Plan& plan) {
   }
 }
 
+// Not stability, which contact has at any step, but how far solids enter one another. Like the others it is halved by
+// the default safety.
+void limit_by_contact(const Scene& scene, Plan& plan) {
+  if (!plan.fields) return;
+  // a bounce reaches a depth of 1.6 v dt (physics/contact.h): at the default share less than a spacing
+  double limit = scene.spacing / plan.max_speed;
+  // under a hand: an edge, behind which there is a quarter of the tool's mass, is ten times as stiff as the coupling
+  for (const Proxy& proxy : scene.proxies) {
+    const double stiffness = std::clamp(proxy.limit.stiffness, 1.0, 3000.0);
+    limit = std::min(limit, 2 * std::sqrt(0.1 * scene.bodies[proxy.body].mass / (10 * stiffness)));
+  }
+  if (limit >= plan.dt_limit) return;
+  plan.dt_limit = limit;
+  plan.limited_by = "contact";
+}
+
 void plan_time(const Scene& scene, Plan& plan) {
   const SceneConfig& config = scene.config;
   const double dx = scene.spacing, ratio = plan.support / dx;
@@ -238,11 +254,7 @@ void plan_time(const Scene& scene, Plan& plan) {
   plan.dt_limit = plan.fluid ? std::min(sound, viscous) : 1e30;
   plan.limited_by = sound < viscous ? "sound" : "viscosity";
   limit_by_elasticity(scene, plan);
-  // a bounce reaches a depth of 1.6 v dt (physics/contact.h): at the default share of this limit less than a spacing
-  if (const double contact = dx / plan.max_speed; plan.fields && contact < plan.dt_limit) {
-    plan.dt_limit = contact;
-    plan.limited_by = "contact";
-  }
+  limit_by_contact(scene, plan);
   const double step = 1.0 / config.rate_hz;
   const double needed = std::ceil(step / (config.numerics.safety * plan.dt_limit) - 1e-9);
   if (needed > 10000)

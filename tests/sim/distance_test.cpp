@@ -184,16 +184,18 @@ TEST_F(DistanceTest, OfAMesh) {
   // nodes are 0.01 apart and facets 0.05 wide, bent by 0.2 to their neighbours
   EXPECT_LT(worst, 1e-3);
   EXPECT_LT(worst_normal, 0.13);
-  for (const ContactPoint& p : field.points()) EXPECT_LT(std::abs(field.at(p.position).d), 1e-3);
+  for (const ContactPoint& p : field.points()) EXPECT_LT(std::abs(field.at(p.position).d + p.radius), 1e-3);
 }
 
 TEST_F(DistanceTest, PointsStickOutOfABox) {
   const Field field({box({0.1, 0.06, 0.04})}, 0.02);
   int corners = 0;
   for (const ContactPoint& p : field.points()) {
-    EXPECT_TRUE(within(field.at(p.position).d, tol::kDistance));
-    int faces = 0;
-    for (int a = 0; a < 3; ++a) faces += std::abs(std::abs(p.position[a]) - 0.5 * Vector3d(0.1, 0.06, 0.04)[a]) < 1e-9;
+    EXPECT_TRUE(within(field.at(p.position).d + p.radius, tol::kDistance));
+    EXPECT_NEAR(p.radius, 0.005, 1e-9);
+    int faces = 0;  // that its ball touches
+    for (int a = 0; a < 3; ++a)
+      faces += std::abs(std::abs(p.position[a]) + p.radius - 0.5 * Vector3d(0.1, 0.06, 0.04)[a]) < 1e-9;
     EXPECT_GE(faces, 2) << p.position.transpose();
     corners += faces == 3;
   }
