@@ -96,16 +96,16 @@ void read_elastic(TomlTable& table, const SceneConfig& scene, const std::optiona
   }
   for (const MaterialConfig& material : scene.materials) {
     if (material.name == body.material && !material.young_modulus) {
-      table.fault("material", fmt::format("material '{}' has no young_modulus, expected one for an elastic body",
-                                          material.name));
+      table.fault("material",
+                  fmt::format("material '{}' has no young_modulus, expected one for an elastic body", material.name));
     }
   }
   for (const std::string& name : body.bonded_to) {
     const auto other = std::find_if(scene.bodies.begin(), scene.bodies.end(),
                                     [&](const BodyConfig& item) { return item.name == name; });
     if (other == scene.bodies.end() || (other->type != BodyType::rigid && other->type != BodyType::fixed)) {
-      table.fault("bonded_to", fmt::format("'{}' in bonded_to is no rigid or static body declared before this one",
-                                           name));
+      table.fault("bonded_to",
+                  fmt::format("'{}' in bonded_to is no rigid or static body declared before this one", name));
     }
   }
 }
@@ -218,9 +218,8 @@ void read_contact(TomlTable& table, MaterialConfig& material) {
   material.kinetic_friction = table.number("kinetic_friction", {"", 0, 10}).value_or(material.friction);
   material.restitution = table.number("restitution", {"", 0, 1}).value_or(material.restitution);
   if (material.kinetic_friction > material.friction) {
-    table.fault("kinetic_friction",
-                fmt::format("kinetic_friction is {}, expected at most friction, which is {}", material.kinetic_friction,
-                            material.friction));
+    table.fault("kinetic_friction", fmt::format("kinetic_friction is {}, expected at most friction, which is {}",
+                                                material.kinetic_friction, material.friction));
   }
 }
 

@@ -19,12 +19,12 @@ struct MaterialConfig {
   std::string name;
   double density = 1000;    // rest density [kg/m^3]
   double viscosity = 1e-3;  // dynamic viscosity [Pa s]; fluids, and as the viscosity a wall shows to a fluid
-  std::optional<double> young_modulus;  // [Pa], elastic bodies need one
-  double poisson_ratio = 0.3;           // -0.9..0.495
-  double damping = 0;                   // viscosity of the elastic solid (Kelvin-Voigt) [Pa s]
-  double friction = 0.3;                // of solids, static coefficient
-  double kinetic_friction = 0.3;        // at most the static one
-  double restitution = 0.2;             // of solids, speed after over speed before a bounce
+  std::optional<double> young_modulus;           // [Pa], elastic bodies need one
+  double poisson_ratio = 0.3;                    // -0.9..0.495
+  double damping = 0;                            // viscosity of the elastic solid (Kelvin-Voigt) [Pa s]
+  double friction = 0.3;                         // of solids, static coefficient
+  double kinetic_friction = 0.3;                 // at most the static one
+  double restitution = 0.2;                      // of solids, speed after over speed before a bounce
   std::array<float, 3> color{0.3f, 0.5f, 0.9f};  // sRGB
   std::string where;                             // file:line, for messages
 };

@@ -101,7 +101,8 @@ Feature rounded(const Eigen::Vector3d& at, const std::vector<Eigen::Vector3d>& n
   Eigen::Vector3d inward = Eigen::Vector3d::Zero();
   for (int a = 0; a < 3; ++a) {
     const Eigen::Vector3d axis = solver.eigenvectors().col(a);
-    if (solver.eigenvalues()[a] > 1e-4 * solver.eigenvalues()[2]) inward += axis * axis.dot(b) / solver.eigenvalues()[a];
+    if (solver.eigenvalues()[a] > 1e-4 * solver.eigenvalues()[2])
+      inward += axis * axis.dot(b) / solver.eigenvalues()[a];
   }
   double reach = radius;
   for (const Eigen::Vector3d& n : normals) reach = std::min(reach, n.dot(inward));
@@ -162,9 +163,10 @@ void add_rings(const Part& part, double spacing, double ball, std::vector<Featur
       const double angle = 2 * kPi * i / around;
       const Eigen::Vector3d outward(std::cos(angle), std::sin(angle), 0);
       const double z = (2 * k / along - 1) * part.half_height, inner = part.half_height - ball;
-      out.push_back({part.pose * (part.radius * outward + z * Eigen::Vector3d::UnitZ()),
-                     part.pose * ((part.radius - ball) * outward + std::clamp(z, -inner, inner) * Eigen::Vector3d::UnitZ()),
-                     ball});
+      out.push_back(
+          {part.pose * (part.radius * outward + z * Eigen::Vector3d::UnitZ()),
+           part.pose * ((part.radius - ball) * outward + std::clamp(z, -inner, inner) * Eigen::Vector3d::UnitZ()),
+           ball});
     }
 }
 
@@ -202,8 +204,7 @@ void add_meeting_points(const Solid& solid, const SurfaceMesh& surface, double s
     for (const Part& part : solid.parts) {
       bool in = false, out = false;
       for (int a = 0; a < 3; ++a)
-        for (const double step : {-near, near})
-          (part.contains(x + step * Eigen::Vector3d::Unit(a)) ? in : out) = true;
+        for (const double step : {-near, near}) (part.contains(x + step * Eigen::Vector3d::Unit(a)) ? in : out) = true;
       parts += in && out ? 1 : 0;
     }
     if (parts > 1) shape.points.push_back({v, 0});

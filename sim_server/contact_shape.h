@@ -11,15 +11,15 @@ namespace palp {
 
 // Signed distances to a mesh at the nodes of a lattice, with unit normals, in the solid's frame.
 struct DistanceGrid {
-  Eigen::Vector3d origin;          // of node (0, 0, 0)
-  double cell = 0;                 // [m]
-  std::array<int, 3> n{};          // nodes per axis, x fastest
-  std::vector<float> distance;     // [m]
-  std::vector<float> normal;       // x y z
+  Eigen::Vector3d origin;       // of node (0, 0, 0)
+  double cell = 0;              // [m]
+  std::array<int, 3> n{};       // nodes per axis, x fastest
+  std::vector<float> distance;  // [m]
+  std::vector<float> normal;    // x y z
 };
 
-// Box: low and high corner in its own frame, +-1e30 where it has no end. Sphere: its radius in high.x. Cylinder along z:
-// its radius in high.x, half its height in high.z.
+// Box: low and high corner in its own frame, +-1e30 where it has no end. Sphere: its radius in high.x. Cylinder along
+// z: its radius in high.x, half its height in high.z.
 struct ContactPiece {
   ShapeType type = ShapeType::box;
   bool subtract = false;
@@ -36,8 +36,8 @@ struct ContactPoint {
 struct ContactShape {
   Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();  // of the solid in the body frame
   // Boxes along the solid's axes: the pieces that are added fill the solid, those that are subtracted all the space
-  // around it, so that distances are exact on both sides. Otherwise: pieces are added and subtracted in order, distances
-  // being exact where one piece is nearest.
+  // around it, so that distances are exact on both sides. Otherwise: pieces are added and subtracted in order,
+  // distances being exact where one piece is nearest.
   bool boxes = false;
   std::vector<ContactPiece> pieces;
   std::vector<DistanceGrid> grids;

@@ -24,7 +24,9 @@ double bounce(const BounceNumbers& n, double start) {
   double depth = -start, v = 1;
   for (int step = 0; step < 1000 && !(v < 0 && depth < -1); ++step) {
     const double half = 0.5 * std::abs(v);
-    const double mean = depth >= half ? std::max(0.0, depth) : depth > -half ? std::pow(depth + half, 2) / (4 * half) : 0;
+    const double mean = depth >= half   ? std::max(0.0, depth)
+                        : depth > -half ? std::pow(depth + half, 2) / (4 * half)
+                                        : 0;
     const double share = depth >= half ? 1 : depth > -half ? (depth + half) / (2 * half) : 0;
     if (v <= 0 && depth < -half) break;
     v -= std::max(0.0, n.stiffness * mean + n.damping * share * v);

@@ -213,8 +213,8 @@ class SimulationOn final : public Simulation {
     if (plan_.meets) {
       const double reach = (plan_.support + plan_.skin) / scene_.spacing;
       views_.sorted = allocate_particles("sorted");
-      views_.grid.start = back_end_.allocate_sort(views_.particles, views_.grid.cells(),
-                                                  4.0 / 3.0 * EIGEN_PI * reach * reach * reach);
+      views_.grid.start =
+          back_end_.allocate_sort(views_.particles, views_.grid.cells(), 4.0 / 3.0 * EIGEN_PI * reach * reach * reach);
     }
     views_.medium = make_medium(scene_, plan_);
     if (plan_.fluid) views_.acceleration = back_end_.template allocate<Packed>("acceleration", n);

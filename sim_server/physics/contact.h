@@ -6,14 +6,15 @@
 // D_i        depth, averaged over the sub-step at constant velocity                         m
 // N          (sum D)^2 / sum D^2 over the pair's points: how many share the load            -
 // normal     k_i D_i - c_i v.n >= 0,  k_i = kappa m_i / (N dt^2),  c_i = gamma m_i / (N dt)
-// tangential -k_t s - c_t v_t, at most mu times the normal force, s = what the point has moved since it stuck; k_t = 2/7
-//            k (Cundall & Strack 1979); static friction holds until it slips, kinetic while it slips
+// tangential -k_t s - c_t v_t, at most mu times the normal force, s = what the point has moved since it stuck; k_t =
+// 2/7
+//            k N D_i / sum D (Cundall & Strack 1979), so that the load that a point bears decides what it holds and all
+//            slip at once; static friction holds until it slips, kinetic while it slips
 //
 // k grows with the mass and falls with the sub-step so that k dt^2/m + 2 c dt/m keeps its share of the stability limit
 // of 4; dividing by N makes it independent of how many points touch. Where a body meets more than two others at once, N
-// grows in proportion. kappa and gamma of a pair follow from its
-// restitution (contact_store.cpp). The averaged depth makes a bounce independent, to first order in kappa, of the
-// moment within the sub-step at which it begins.
+// grows in proportion. kappa and gamma of a pair follow from its restitution (contact_store.cpp). The averaged depth
+// makes a bounce independent, to first order in kappa, of the moment within the sub-step at which it begins.
 //
 // A point remembers on which side it came near: past the middle of a thin plate its nearest surface would be the wrong
 // one, and its depth is then counted on from the last sub-step.
@@ -57,13 +58,11 @@ struct ContactViews {
   const std::uint32_t* part = nullptr;     // pair * 2, and 1 more where the body is b
 };
 
-PALP_HD inline PairWrench no_wrench() {
-  return {Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), real(0), real(1), false};
-}
+PALP_HD inline PairWrench no_wrench() { return {Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), real(0), real(1), false}; }
 PALP_HD inline ContactState no_contact() { return {{0, 0, 0, real(-1e30)}, {0, 0, 0, 0}}; }
 
-// Averages max(0, depth) over a sub-step, through which the depth grows at a constant rate and is `depth` in the middle.
-// half: how far it moves in half a sub-step.
+// Averages max(0, depth) over a sub-step, through which the depth grows at a constant rate and is `depth` in the
+// middle. half: how far it moves in half a sub-step.
 PALP_HD inline real mean_depth(real depth, real half) {
   if (depth >= half) return depth > real(0) ? depth : real(0);
   if (!(depth > -half)) return real(0);
@@ -142,14 +141,15 @@ struct PairPoints {
   }
 
   // What moves along n at the point, from both bodies.
-  PALP_HD static real moving_mass(const BodyState& owner, const BodyState& field, const Mat3& R_owner, const Mat3& R_field,
-                           const Touch& t) {
+  PALP_HD static real moving_mass(const BodyState& owner, const BodyState& field, const Mat3& R_owner,
+                                  const Mat3& R_field, const Touch& t) {
     const Vec3 a = R_owner.transpose() * t.r.cross(t.n), b = R_field.transpose() * t.other.cross(t.n);
     return real(1) / (inverse_mass(owner) + inverse_mass(field) + a.dot(owner.inverse_inertia * a) +
                       b.dot(field.inverse_inertia * b));
   }
 
-  PALP_HD Vec3 force(const ContactPair& pair, const Touch& t, real m, real sharing, const Mat3& R_field,
+  // part: of the pair's load that this point bears.
+  PALP_HD Vec3 force(const ContactPair& pair, const Touch& t, real m, real sharing, real part, const Mat3& R_field,
                      ContactState& state) const {
     const real k = pair.stiffness * m / (sharing * dt * dt), c = pair.damping * m / (sharing * dt);
     const real v_n = t.v.dot(t.n), push = k * t.mean - c * t.share * v_n;
@@ -158,8 +158,8 @@ struct PairPoints {
     const Vec3 v_t = t.v - v_n * t.n;
     Vec3 s = R_field * state.anchor.xyz() + dt * v_t;
     s -= s.dot(t.n) * t.n;
-    const real k_t = real(2) / real(7) * k;
-    const real c_t = real(0.6) * Eigen::numext::sqrt(k_t * m / sharing);
+    const real k_t = real(2) / real(7) * pair.stiffness * m * part / (dt * dt);
+    const real c_t = real(0.6) * Eigen::numext::sqrt(k_t * m * part);
     Vec3 f = -k_t * s - c_t * v_t;
     const real size = f.norm(), holds = (state.anchor.w > real(0) ? pair.kinetic : pair.friction) * N;
     real slips = 0;
@@ -269,7 +269,7 @@ struct MeetBodies {
         continue;
       }
       const real m = PairPoints::moving_mass(owner, field, R_owner, R_field, t);
-      const Vec3 f = all.force(pair, t, m, sharing, R_field, state);
+      const Vec3 f = all.force(pair, t, m, sharing, t.mean / (sharing * out.depth), R_field, state);
       const Vec3 on_a = mine ? f : Vec3(-f);
       force_a += on_a;
       torque_a += (mine ? t.r : t.other).cross(on_a);

@@ -1,5 +1,5 @@
-// Signed distance from solids and its gradient, in the solid's own frame [m]. Boxes, spheres and cylinders are exact, so
-// a plane is flat to the last bit; a mesh's distances and normals are stored at the nodes of a lattice (B1 of the
+// Signed distance from solids and its gradient, in the solid's own frame [m]. Boxes, spheres and cylinders are exact,
+// so a plane is flat to the last bit; a mesh's distances and normals are stored at the nodes of a lattice (B1 of the
 // references: interpolated normals of unit length kink less than a gradient of interpolated distances).
 #pragma once
 
@@ -35,10 +35,10 @@ struct Piece {
 struct ContactBody {
   Mat3 R;  // of the solid, to body axes about the centre of mass
   Vec3 c;
-  Vec3 low, high;  // bounds, the solid's frame
-  real reach;      // of the solid from the centre of mass
-  bool boxes;      // pieces: boxes that fill it, then boxes that fill all the rest of space
-  std::uint32_t first, solid, last;    // pieces: [first, solid) added, [solid, last) subtracted; not boxes: in order
+  Vec3 low, high;                    // bounds, the solid's frame
+  real reach;                        // of the solid from the centre of mass
+  bool boxes;                        // pieces: boxes that fill it, then boxes that fill all the rest of space
+  std::uint32_t first, solid, last;  // pieces: [first, solid) added, [solid, last) subtracted; not boxes: in order
   std::uint32_t first_point, points;
 };
 

@@ -39,15 +39,15 @@ struct BodyViews {
   Packed* local = nullptr;    // its position relative to the centre of mass, body axes [m]
 };
 
-// Contact between solids of which one has no distance field (elastic bodies, bodies of loose particles): a spring between particles closer than a spacing, damped, as stiff as the lighter body's mass
-// allows with this sub-step when all the contacts act that contact_mass reckons with: spring and damper then use
-// k dt^2/m + 2 b dt/m = 0.7 of the linear stability limit of 4, twice that between two bodies. Frictionless.
+// Contact between solids of which one has no distance field (elastic bodies, bodies of loose particles): a spring
+// between particles closer than a spacing, damped, as stiff as the lighter body's mass allows with this sub-step when
+// all the contacts act that contact_mass reckons with: spring and damper then use k dt^2/m + 2 b dt/m = 0.7 of the
+// linear stability limit of 4, twice that between two bodies. Frictionless.
 PALP_HD inline Vec3 contact_pair_force(const Medium& medium, const BodyState& a, const BodyState& b, const Vec3& v_ij,
                                        const Vec3& x_ij, real r2) {
   const real r = Eigen::numext::sqrt(r2);
   const real overlap = medium.spacing - r;
-  if (!(overlap > real(0)) || !(r > real(0)) || a.group == b.group || (a.shaped && b.shaped))
-    return Vec3(0, 0, 0);
+  if (!(overlap > real(0)) || !(r > real(0)) || a.group == b.group || (a.shaped && b.shaped)) return Vec3(0, 0, 0);
   const real m = a.contact_mass < b.contact_mass ? a.contact_mass : b.contact_mass;
   const real k = real(0.4) * m / (medium.dt * medium.dt);
   const real damping = real(0.15) * m / medium.dt;

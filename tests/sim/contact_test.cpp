@@ -1,9 +1,6 @@
 // Contact of rigid bodies by distance fields: friction, bounce, stacks, ripple, speed, conservation.
-#include <numeric>
-
 #include <gtest/gtest.h>
 
-#include "config/error.h"
 #include "tests/sim/scene_builder.h"
 #include "tests/support/backend.h"
 #include "tests/support/random_scene.h"
@@ -64,8 +61,8 @@ Slide slide(const Scene& scene, double slope, double tilting, double seconds) {
   const int steps = std::max(1, static_cast<int>(tilting * 100));
   for (int k = 1; k <= steps; ++k) {
     const double angle = slope * k / steps;
-    simulation->set_parameter("gravity", std::to_string(kGravity * std::sin(angle)) + " 0 " +
-                                             std::to_string(-kGravity * std::cos(angle)));
+    simulation->set_parameter(
+        "gravity", std::to_string(kGravity * std::sin(angle)) + " 0 " + std::to_string(-kGravity * std::cos(angle)));
     run(*simulation, k < steps ? 0.01 : seconds);
   }
   return {place_of_block(*simulation) - start, simulation->output().bodies[1].state.linear.x()};
@@ -85,7 +82,8 @@ double sliding_acceleration(const Scene& scene, double slope) {
 TEST(Contact, FrictionHoldsBelowItsAngleAndDragsAboveIt) {
   for (const double mu : {0.2, 0.5}) {
     SCOPED_TRACE(mu);
-    EXPECT_LT(std::abs(slide(level(mu), std::atan(0.98 * mu), 0.3, 0.5).way), 2e-4);
+    // it gives by the contact's elasticity, but does not slip
+    EXPECT_LT(std::abs(slide(level(mu), std::atan(0.98 * mu), 0.3, 0.5).way), 5e-4);
     EXPECT_GT(slide(level(mu), std::atan(1.02 * mu), 0.3, 0.5).way, 2e-3);
     const double slope = std::atan(1.5 * mu), a = kGravity * (std::sin(slope) - mu * std::cos(slope));
     EXPECT_TRUE(within(sliding_acceleration(level(mu), slope) / a - 1, tol::kFrictionSlide));
@@ -96,7 +94,7 @@ TEST(Contact, FrictionHoldsBelowItsAngleAndDragsAboveIt) {
 TEST(Contact, StaticFrictionIsMoreThanKinetic) {
   Scene scene = level(0.5);
   scene.config.materials[0].kinetic_friction = 0.2;
-  EXPECT_LT(std::abs(slide(scene, std::atan(0.4), 0.3, 0.3).way), 2e-4);
+  EXPECT_LT(std::abs(slide(scene, std::atan(0.4), 0.3, 0.3).way), 5e-4);
   const double steep = std::atan(0.6), a = kGravity * (std::sin(steep) - 0.2 * std::cos(steep));
   EXPECT_TRUE(within(sliding_acceleration(scene, steep) / a - 1, tol::kFrictionSlide));
 }
@@ -151,8 +149,8 @@ TEST(Contact, BodiesExchangeMomentum) {
     config.gravity.setZero();
     const ShapeConfig shape = round < 3 ? sphere(0.05) : box({0.1, 0.08, 0.06});
     for (int k = 0; k < 2; ++k) {
-      BodyConfig one = at(body(k ? "b" : "a", BodyType::rigid, shape), {k ? 0.09 : -0.09, 0, 0},
-                          {k ? -0.5 : 0.7, 0.1, 0});
+      BodyConfig one =
+          at(body(k ? "b" : "a", BodyType::rigid, shape), {k ? 0.09 : -0.09, 0, 0}, {k ? -0.5 : 0.7, 0.1, 0});
       one.position += random_vector(random, 0.01);
       if (round >= 3) one.orientation = random_rotation(random);
       if (round >= 3) one.angular_velocity = random_vector(random, 3);
@@ -330,7 +328,8 @@ TEST(Contact, ManySupportsAreStable) {
   EXPECT_LT(speed, 0.2);
   EXPECT_LT(simulation->output().bodies[6].state.linear.norm(), 1e-4);
   EXPECT_NEAR(simulation->output().bodies[6].state.position.z(), 0.01, 1e-3);
-  EXPECT_TRUE(within(simulation->output().bodies[6].force.z() / (scene.bodies[6].mass * kGravity) - 1, tol::kStackForce));
+  EXPECT_TRUE(
+      within(simulation->output().bodies[6].force.z() / (scene.bodies[6].mass * kGravity) - 1, tol::kStackForce));
 }
 
 // A belt carries a block along by its friction until it moves with it.

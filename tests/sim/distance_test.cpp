@@ -26,7 +26,8 @@ class Field {
     SceneConfig config = testing_support::scene(spacing);
     BodyConfig subject = testing_support::body("subject", BodyType::rigid, shapes[0]);
     subject.shapes = shapes;
-    config.bodies = {subject, testing_support::body("other", BodyType::fixed, box({0.05, 0.05, 0.05}, {0.9, 0.9, 0.9}))};
+    config.bodies = {subject,
+                     testing_support::body("other", BodyType::fixed, box({0.05, 0.05, 0.05}, {0.9, 0.9, 0.9}))};
     scene_ = sample_scene(config, 1000000);
     store_.emplace(scene_, make_plan(scene_));
     grids_ = store_->grids_at(store_->node.data());

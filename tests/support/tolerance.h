@@ -71,7 +71,8 @@ inline constexpr Tolerance kElasticSlope{3e-4, 1e-6, "of the largest force; cent
 inline constexpr Tolerance kRotation{2e-5, 1e-10, "orthonormality and optimality after convergence"};
 inline constexpr Tolerance kFrictionlessSlide{0.01, 0.01, "of the way; the block settles on the plate at first"};
 inline constexpr Tolerance kFrictionSlide{0.02, 0.02, "of the way, reference D14 and D16"};
-inline constexpr Tolerance kRestitution{0.02, 0.02, "of the speed, reference D16; the moment of arrival matters a little"};
+inline constexpr Tolerance kRestitution{0.02, 0.02,
+                                        "of the speed, reference D16; the moment of arrival matters a little"};
 inline constexpr Tolerance kContactMomentum{1e-6, 1e-12, "of the sum of |m v|, reference D16: one force, two signs"};
 inline constexpr Tolerance kContactSpin{3e-5, 1e-11, "of the sum of |L|: places are in float, levers short"};
 inline constexpr Tolerance kStackForce{0.01, 0.01, "of the weight, reference D16"};
