@@ -134,6 +134,7 @@ BodyConfig read_body(TomlTable& table, const SceneConfig& scene) {
   read_elastic(table, scene, type, body);
   body.color = table.color("color");
   read_shapes(table, scene, body);
+  body.hold_temperature = read_hold_temperature(table, body);
   return body;
 }
 
@@ -147,7 +148,8 @@ CouplingConfig read_coupling_limit(TomlTable table) {
   return limit;
 }
 
-// The body that a table names, or null. A name of no body is a fault.
+}  // namespace
+
 const BodyConfig* read_body_name(TomlTable& table, const SceneConfig& scene, Need need) {
   const auto name = table.text("body", need);
   if (!name) return nullptr;
@@ -159,8 +161,6 @@ const BodyConfig* read_body_name(TomlTable& table, const SceneConfig& scene, Nee
                                   near.empty() ? "" : "; did you mean '" + near + "'?"));
   return nullptr;
 }
-
-}  // namespace
 
 Eigen::Vector3d read_vector(TomlTable& table, std::string_view key, const char* unit, const Eigen::Vector3d& fallback,
                             Need need) {
@@ -236,6 +236,7 @@ void read_materials(TomlTable& root, SceneConfig& scene) {
     material.poisson_ratio = table.number("poisson_ratio", {"", -0.9, 0.495}).value_or(material.poisson_ratio);
     material.damping = table.number("damping", {"Pa s", 0, 1e9}).value_or(material.damping);
     read_contact(table, material);
+    read_heat_keys(table, material);
     material.color = table.color("color").value_or(material.color);
     scene.materials.push_back(material);
   }

@@ -159,6 +159,7 @@ SceneConfig read_scene(TomlFile& file, const std::string& path, const SceneOverr
   read_materials(root, scene);
   read_bodies(root, scene);
   read_proxies(root, scene);
+  read_heat(root, scene);
   read_probes(root, scene);
   scene.hash = hash_of_overrides(overrides, hash_of(file.text()));
   return scene;

@@ -25,6 +25,10 @@ struct MaterialConfig {
   double friction = 0.3;                         // of solids, static coefficient
   double kinetic_friction = 0.3;                 // at most the static one
   double restitution = 0.2;                      // of solids, speed after over speed before a bounce
+  double conductivity = 0;                       // [W/(m K)]; 0: an insulator
+  double heat_capacity = 0;                      // [J/(kg K)]; 0: not given
+  std::optional<double> melting_temperature;     // [K]; unset: does not melt
+  double latent_heat = 0;                        // [J/kg], above 0 when it melts
   std::array<float, 3> color{0.3f, 0.5f, 0.9f};  // sRGB
   std::string where;                             // file:line, for messages
 };
@@ -58,6 +62,7 @@ struct BodyConfig {
       Eigen::Vector3d::Zero();  // initial [m/s]; fixed: of the wall's surface, which does not move
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // initial [rad/s], rigid only
   std::optional<double> temperature;                           // initial [K]
+  bool hold_temperature = false;                               // it stays as at the start
   std::vector<std::string> bonded_to;                          // elastic only: rigid and static bodies it holds on to
   std::optional<std::array<float, 3>> color;                   // overrides the material's
   std::string where;
@@ -78,7 +83,27 @@ struct ProxyConfig {
   std::string where;
 };
 
-enum class Quantity { pressure, density, velocity, temperature, front, energy, extremes, body };
+// What the air takes from free surfaces, and how often heat is computed.
+struct HeatConfig {
+  double loss_to_air = 0;        // [W/(m^2 K)]
+  double air_temperature = 293;  // [K]
+  double rate_hz = 20;           // at least this often, or as often as there are haptic steps
+};
+
+// A box in which all particles are heated, or held at a temperature.
+struct HeatZoneConfig {
+  std::string name;
+  std::string body;                                    // whose frame it moves with, rigid or static; empty: the world
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // of its centre in that frame [m]
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();  // edge lengths [m]
+  double power = 0;                                // [W], shared by volume among the particles in it
+  std::optional<double> temperature;               // instead of power [K]
+  double start = 0, end = 1e300;                   // on from start to end [s]
+  std::string where;
+};
+
+enum class Quantity { pressure, density, velocity, temperature, front, energy, extremes, body, heat };
 
 struct ProbeConfig {
   std::string name;
@@ -128,6 +153,8 @@ struct SceneConfig {
   std::vector<MaterialConfig> materials;
   std::vector<BodyConfig> bodies;
   std::vector<ProxyConfig> proxies;
+  HeatConfig heat;
+  std::vector<HeatZoneConfig> heat_zones;
   std::vector<ProbeConfig> probes;
   std::uint64_t hash = 0;  // of the file's text and the overrides
 };

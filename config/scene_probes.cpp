@@ -8,8 +8,8 @@ namespace palp {
 
 namespace {
 
-const std::vector<std::string> kQuantities{"pressure", "density", "velocity", "temperature",
-                                           "front",    "energy",  "extremes", "body"};
+const std::vector<std::string> kQuantities{"pressure", "density",  "velocity", "temperature", "front",
+                                           "energy",   "extremes", "body",     "heat"};
 
 bool is_field(Quantity quantity) { return quantity <= Quantity::temperature; }
 
@@ -66,8 +66,8 @@ void check_body(TomlTable& table, const SceneConfig& scene, ProbeConfig& probe) 
     table.fault("body", fmt::format("body '{}' is a fluid, expected a rigid or static body, which has a pose", *name));
   }
   const bool of_fluid = probe.quantity == Quantity::front || probe.quantity == Quantity::extremes;
-  if (of_fluid && type != BodyType::fluid) {
-    table.fault("body", fmt::format("body '{}' is not a fluid, expected a fluid body", *name));
+  if (of_fluid && type != BodyType::fluid && type != BodyType::elastic) {
+    table.fault("body", fmt::format("body '{}' does not deform, expected a fluid or elastic body", *name));
   }
 }
 
@@ -83,13 +83,10 @@ void check_place(TomlTable& table, const SceneConfig& scene, const ProbeConfig& 
       break;
     }
   }
-  const bool warm = std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodyConfig& body) {
-    const bool from_file = std::any_of(body.shapes.begin(), body.shapes.end(),
-                                       [](const ShapeConfig& shape) { return shape.type == ShapeType::particles; });
-    return body.temperature.has_value() || from_file;
-  });
-  if (probe.quantity == Quantity::temperature && !warm) {
-    table.fault("quantity", "quantity is \"temperature\", but no body has a temperature");
+  const bool of_heat = probe.quantity == Quantity::temperature || probe.quantity == Quantity::heat;
+  if (of_heat && !has_temperature(scene)) {
+    table.fault("quantity", fmt::format("quantity is \"{}\", but no body has a temperature",
+                                        kQuantities[static_cast<std::size_t>(probe.quantity)]));
   }
 }
 

@@ -9,11 +9,20 @@ namespace palp {
 // Reads all tables of a scene and gathers faults in the file; TomlFile::finish is left to the caller.
 SceneConfig read_scene(TomlFile& file, const std::string& path, const SceneOverrides& overrides);
 
-// Each reads its tables from the root. Materials before bodies, bodies before proxies and probes.
+// Each reads its tables from the root. Materials before bodies, bodies before proxies, heat and probes.
 void read_materials(TomlTable& root, SceneConfig& scene);
 void read_bodies(TomlTable& root, SceneConfig& scene);
 void read_proxies(TomlTable& root, SceneConfig& scene);
+void read_heat(TomlTable& root, SceneConfig& scene);
 void read_probes(TomlTable& root, SceneConfig& scene);
+
+// The keys of a [[material]] and of a [[body]], all but these read, that concern heat.
+void read_heat_keys(TomlTable& table, MaterialConfig& material);
+bool read_hold_temperature(TomlTable& table, const BodyConfig& body);
+// Whether some body has a temperature; a file of particles may bring one.
+bool has_temperature(const SceneConfig& scene);
+// The body that a table names, or null. A name of no body is a fault.
+const BodyConfig* read_body_name(TomlTable& table, const SceneConfig& scene, Need need);
 
 // Orientation from `orientation` (quaternion x y z w) or `rotation_deg` (axis and angle), else none.
 Eigen::Quaterniond read_orientation(TomlTable& table);

@@ -11,6 +11,8 @@ namespace {
 
 // Shares of the largest eigenvalue below which a neighbourhood's moment counts as having no extent that way.
 constexpr double kFlat = 1e-3;
+// Of the support radius: a neighbour at its very edge weighs nothing, but could be all that a particle has.
+constexpr double kReach = 0.999;
 
 // What multiplies X_ji so that affine fields have their exact gradient, and onto what the neighbourhood spans.
 struct Correction {
@@ -36,6 +38,14 @@ double slope(double r, double H) {
   return 210 / (EIGEN_PI * std::pow(H, 5)) * u * u * u;
 }
 
+// A body's elastic material: a rigid or static one has that of the first elastic body that holds on to it.
+std::uint32_t material_of(const Scene& scene, const Plan& plan, std::uint32_t body) {
+  if (scene.bodies[body].type == BodyType::elastic) return scene.bodies[body].material;
+  for (const std::uint32_t b : plan.elastic_bodies)
+    if (plan.group[b] == plan.group[body]) return scene.bodies[b].material;
+  return scene.bodies[body].material;
+}
+
 }  // namespace
 
 ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
@@ -48,33 +58,46 @@ ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
   const PeriodicBox box{scene.bounds_min, scene.bounds_max, scene.config.periodic};
   std::vector<Eigen::Vector3d> place(particle.size());
   for (std::size_t i = 0; i < particle.size(); ++i) place[i] = scene.position[particle[i]];
-  const PointGrid grid(place, box, plan.support);
+  const double H = plan.elastic_support, reach = kReach * H;
+  const PointGrid grid(place, box, H);
   const auto body_of = [&](std::size_t i) -> const Body& { return scene.bodies[scene.body[particle[i]]]; };
+  // of one elastic body and what it is bonded to
+  const auto joined = [&](std::size_t i, std::size_t j) {
+    const std::uint32_t a = scene.body[particle[i]], b = scene.body[particle[j]];
+    const bool both_elastic = scene.bodies[a].type == BodyType::elastic && scene.bodies[b].type == BodyType::elastic;
+    return a == b || (plan.group[a] == plan.group[b] && !both_elastic);
+  };
   const bool paper = plan.method == Method::paper;
   bool flat = false;
   first.push_back(0);
   std::vector<std::uint32_t> near;
+  // bonded particles within reach of an elastic one: they are strained, and those next to them feel it
+  std::vector<bool> strained(particle.size());
+  for (std::uint32_t i = 0; i < particle.size(); ++i) {
+    strained[i] = body_of(i).type == BodyType::elastic;
+    grid.near(place[i], [&](std::uint32_t j) {
+      if (body_of(j).type == BodyType::elastic && joined(i, j) && box.between(place[j], place[i]).norm() < reach)
+        strained[i] = true;
+    });
+  }
   for (std::uint32_t i = 0; i < particle.size(); ++i) {
     const std::uint32_t from = particle[i], b = scene.body[from];
     const Body& body = body_of(i);
-    const bool elastic = body.type == BodyType::elastic;
     rest.push_back(pack(place[i].cast<real>(), static_cast<real>(scene.volume[from])));
-    tag.push_back(make_tag(static_cast<Kind>(body.type), body.material, b));
+    tag.push_back(make_tag(static_cast<Kind>(body.type), material_of(scene, plan, b), b));
     u.push_back(pack(Vec3(0, 0, 0), 0));
     v.push_back(pack(scene.velocity[from].cast<real>(), 0));
-    rotation.push_back(elastic ? Quat::Identity() : Quat(body.orientation.conjugate().cast<real>()));
+    rotation.push_back(Quat::Identity());
     near.clear();
     Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
     grid.near(place[i], [&](std::uint32_t j) {
       const Eigen::Vector3d X = box.between(place[j], place[i]);
       const double r = X.norm();
-      const bool same = scene.body[particle[j]] == b;
-      const bool joined = plan.group[scene.body[particle[j]]] == plan.group[b];
-      const bool internal = elastic ? same || (joined && body_of(j).type != BodyType::elastic)
-                                    : joined && body_of(j).type == BodyType::elastic;
-      if (j == i || !internal || !(r < plan.support) || !(r > 0)) return;
+      // on what does not move and is not asked for, forces need not be complete
+      if (!strained[i] && body.type == BodyType::fixed && !plan.probed[b]) return;
+      if (j == i || !joined(i, j) || !(strained[i] || strained[j]) || !(r < reach) || !(r > 0)) return;
       near.push_back(j);
-      moment += scene.volume[particle[j]] * slope(r, plan.support) * X * X.transpose();
+      moment += scene.volume[particle[j]] * slope(r, H) * X * X.transpose();
     });
     std::sort(near.begin(), near.end());
     neighbor.insert(neighbor.end(), near.begin(), near.end());
@@ -83,7 +106,7 @@ ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
     const Correction c = correct(moment);
     correction.push_back(c.inverse.cast<real>());
     projection.push_back(c.projection.cast<real>());
-    flat = flat || (elastic && !c.projection.isIdentity(1e-6));
+    flat = flat || !c.projection.isIdentity(1e-6);
   }
   if (!flat) projection.clear();
 }

@@ -1,7 +1,9 @@
 #include "sim_server/particle_store.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "sim_server/heat_plan.h"
 #include "sim_server/pack_frame.h"
 
 namespace palp {
@@ -130,6 +132,11 @@ ParticleStore::ParticleStore(const Scene& scene, const Plan& plan) {
     }
     if (plan.solids) bodies.push_back(fluid ? BodyState{} : initial_body(scene, plan, b));
   }
+  if (plan.heat) {
+    const HeatMedium medium = make_heat_medium(scene, plan);
+    enthalpy.resize(n);
+    for (std::size_t i = 0; i < n; ++i) enthalpy[i] = enthalpy_of(medium.material[tag[i].material()], temperature[i]);
+  }
   local.resize(plan.force_count);
   for (std::uint32_t b : plan.reactive) {
     const Body& body = scene.bodies[b];
@@ -156,6 +163,16 @@ void ParticleStore::scatter(const Medium& medium, Snapshot& out) const {
     out.density[to] = static_cast<float>(density_of(medium, tag[i], vp[i].w));
     out.pressure[to] = static_cast<float>(acting_pressure(medium, vp[i].w));
     if (!temperature.empty()) out.temperature[to] = static_cast<float>(temperature[i]);
+  }
+}
+
+void ParticleStore::scatter_heat(const std::vector<real>& start, const HeatMedium& medium, Snapshot& out) const {
+  out.heat.resize(enthalpy.size());
+  out.liquid.resize(enthalpy.size());
+  for (std::size_t i = 0; i < enthalpy.size(); ++i) {
+    const HeatMaterial& material = medium.material[tag[i].material()];
+    out.heat[id[i]] = static_cast<float>(mass[i] * (enthalpy[i] - start[id[i]]));
+    out.liquid[id[i]] = material.latent > 0 ? static_cast<float>(liquid_fraction(material, enthalpy[i])) : NAN;
   }
 }
 

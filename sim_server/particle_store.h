@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sim_server/physics/cell_grid.h"
-#include "sim_server/physics/rigid.h"
+#include "sim_server/physics/heat.h"
 #include "sim_server/plan.h"
 #include "sim_server/simulation.h"
 
@@ -16,7 +16,7 @@ struct ParticleStore {
   std::vector<real> mass;
   std::vector<Tag> tag;
   std::vector<std::uint32_t> id;
-  std::vector<real> temperature;
+  std::vector<real> temperature, enthalpy;
   std::vector<BodyState> bodies;
   std::vector<Packed> local;  // of the reactive bodies' particles
 
@@ -25,6 +25,8 @@ struct ParticleStore {
   ParticleStore(const Scene& scene, const Plan& plan);
   // Downloaded arrays into the scene's order.
   void scatter(const Medium& medium, Snapshot& out) const;
+  // What each particle took up since the start, when it had the enthalpies `start`, in the scene's order.
+  void scatter_heat(const std::vector<real>& start, const HeatMedium& medium, Snapshot& out) const;
 };
 
 CellGrid make_grid(const Scene& scene, const Plan& plan);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "config/error.h"
+#include "sim_server/heat_plan.h"
 #include "sim_server/physics/rigid.h"
 
 namespace palp {
@@ -146,6 +147,7 @@ void plan_bodies(const Scene& scene, Plan& plan) {
   for (const ProbeConfig& probe : scene.config.probes)
     for (std::size_t b = 0; b < scene.bodies.size(); ++b)
       if (probe.quantity == Quantity::body && probe.body == scene.bodies[b].name) probed[b] = true;
+  plan.probed = probed;
   bool solids = false;
   plan.force_first.assign(scene.bodies.size(), kNone);
   plan_elastic(scene, plan);
@@ -202,7 +204,7 @@ void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
 }
 
 void limit_by_elasticity(const Scene& scene, Plan& plan) {
-  const double dx = scene.spacing, ratio = plan.support / dx;
+  const double dx = scene.spacing, ratio = plan.elastic_support / dx;
   for (const std::uint32_t b : plan.elastic_bodies) {
     const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
     const double waves = elastic_limit(ratio) * dx / pressure_wave_speed(m);
@@ -281,7 +283,7 @@ double acoustic_limit(double support_over_spacing) {
 }
 
 double viscous_limit(double support_over_spacing) {
-  return interpolate({{{2.0, 0.323}, {2.6, 0.533}, {3.0, 0.697}, {4.0, 1.41}}}, support_over_spacing);
+  return interpolate({{{2.0, 0.311}, {2.6, 0.504}, {3.0, 0.654}, {4.0, 1.15}}}, support_over_spacing);
 }
 
 double shear_modulus(const MaterialConfig& m) { return *m.young_modulus / (2 * (1 + m.poisson_ratio)); }
@@ -306,6 +308,9 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan_bodies(scene, plan);
   plan.temperature = !scene.temperature.empty();
   plan.support = n.support_over_spacing.value_or(level.support_over_spacing) * scene.spacing;
+  // a short kernel sees more of a bent plate's strain than one that reaches across it
+  plan.elastic_support =
+      plan.method == Method::paper ? plan.support : n.support_over_spacing.value_or(2.0) * scene.spacing;
   plan.max_speed = n.max_speed.value_or(expected_speed(scene));
   plan.sound_speed = n.sound_speed.value_or(level.mach * plan.max_speed);
   plan.artificial = n.artificial_viscosity.value_or(level.artificial);
@@ -319,6 +324,7 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan.skin = skin_over_spacing * scene.spacing;
   plan_cells(scene, cells_per_reach, plan);
   plan_time(scene, plan);
+  plan_heat(scene, plan);
   return plan;
 }
 
@@ -332,7 +338,7 @@ std::string describe(const Plan& plan, const Scene& scene) {
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
   if (plan.fluid || plan.elastic || plan.fields)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
-  return text;
+  return text + describe_heat(plan, scene);
 }
 
 }  // namespace palp

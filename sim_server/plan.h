@@ -25,25 +25,33 @@ struct Plan {
   bool fields = false;       // contact by distance fields: a rigid body and another solid, both with one
   bool elastic = false;      // elastic bodies
   bool meets = false;        // anything whose neighbours change: a fluid, or bodies that can touch
-  bool temperature = false;  // carried, not yet conducted
+  bool temperature = false;  // carried
+  bool heat = false;         // conducted, lost and supplied
   // numerics
-  double support = 0;      // H [m]
-  double sound_speed = 0;  // c [m/s]
-  double max_speed = 0;    // expected [m/s]
-  double artificial = 0;   // alpha
-  double diffusion = 0;    // delta
+  double support = 0;          // H [m]
+  double elastic_support = 0;  // of elastic bodies [m]
+  double sound_speed = 0;      // c [m/s]
+  double max_speed = 0;        // expected [m/s]
+  double artificial = 0;       // alpha
+  double diffusion = 0;        // delta
   bool tension = false;
   int sub_steps = 1;       // per haptic step
   double dt = 0;           // sub-step [s]
   double dt_limit = 0;     // the largest stable sub-step by linear theory [s]
   std::string limited_by;  // "sound", "viscosity", "elasticity", "damping" or "contact"
   double skin = 0;         // how far stored neighbour lists reach past the support radius; 0: none are stored [m]
+  // heat runs at the end of every heat_interval-th haptic step, in heat_steps steps of heat_dt
+  int heat_interval = 1;
+  int heat_steps = 1;
+  double heat_dt = 0;     // [s]
+  double heat_limit = 0;  // the largest stable step by linear theory [s]
   // cells
   int cells[3] = {1, 1, 1};
   // bodies
   std::vector<std::uint32_t> reactive;  // bodies whose wrench is reduced
   std::vector<std::uint32_t> rigid;     // bodies that move
   std::vector<std::uint32_t> elastic_bodies;
+  std::vector<bool> probed;                // per body: somebody asks for its wrench
   std::vector<std::uint32_t> group;        // per body: those bonded to one another share a number
   std::uint32_t elastic_count = 0;         // particles of elastic bodies and those bonded to them: first in force order
   std::uint32_t force_count = 0;           // particles of the reactive bodies

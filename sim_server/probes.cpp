@@ -30,12 +30,17 @@ void add(ProbeRow& row, const Eigen::Vector3d& v) {
   for (int a = 0; a < 3; ++a) row.push_back(finite(v[a]));
 }
 
+// Two bodies in contact are at the mean of their temperatures with these weights, so a mean across a contact takes
+// them, too. Where nothing conducts they are all alike.
+double effusivity(const MaterialConfig& m) { return std::sqrt(m.conductivity * m.density * m.heat_capacity) + 1e-9; }
+
 bool is_line(const ProbeConfig& probe) { return probe.points.size() > 1; }
 
 }  // namespace
 
-// The fluid particles of a snapshot that have a place, and a grid to find them by.
+// The particles of a snapshot that have a place, and a grid to find them by.
 struct ProbeSampler::Fields {
+  bool ready = false;
   std::vector<Eigen::Vector3d> position;
   std::vector<std::uint32_t> index;
   std::optional<PointGrid> grid;
@@ -69,6 +74,9 @@ std::vector<std::string> probe_columns(const ProbeConfig& probe) {
     case Quantity::extremes:
       more({"max_speed_m_s", "min_pressure_Pa", "max_pressure_Pa", "min_density_kg_m3", "max_density_kg_m3"});
       break;
+    case Quantity::heat:
+      more({"heat_J", "min_temperature_K", "mean_temperature_K", "max_temperature_K", "liquid_fraction"});
+      break;
     case Quantity::body:
       more({"x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s",
             "wz_rad_s", "fx_N", "fy_N", "fz_N", "tx_N_m", "ty_N_m", "tz_N_m"});
@@ -79,13 +87,14 @@ std::vector<std::string> probe_columns(const ProbeConfig& probe) {
 
 bool needs_snapshot(const ProbeConfig& probe) { return probe.quantity != Quantity::body; }
 
-ProbeSampler::ProbeSampler(const Scene& scene) : scene_(scene), fields_(std::make_unique<Fields>()) {}
+ProbeSampler::ProbeSampler(const Scene& scene)
+    : scene_(scene), fluids_(std::make_unique<Fields>()), all_(std::make_unique<Fields>()) {}
 ProbeSampler::~ProbeSampler() = default;
 
 void ProbeSampler::load(const Snapshot* snapshot, const StepOutput& output) {
   snapshot_ = snapshot;
   output_ = &output;
-  fields_ready_ = false;
+  fluids_->ready = all_->ready = false;
 }
 
 std::vector<ProbeRow> ProbeSampler::evaluate(const ProbeConfig& probe) const {
@@ -103,6 +112,9 @@ std::vector<ProbeRow> ProbeSampler::evaluate(const ProbeConfig& probe) const {
     case Quantity::body:
       rows.push_back(body(probe));
       break;
+    case Quantity::heat:
+      rows.push_back(heat(probe));
+      break;
     default:
       for (const Eigen::Vector3d& point : probe.points) {
         rows.push_back(at_point(probe, point));
@@ -113,31 +125,42 @@ std::vector<ProbeRow> ProbeSampler::evaluate(const ProbeConfig& probe) const {
   return rows;
 }
 
+// Whether its particles move each on its own.
+static bool is_deformable(const Body& body) { return body.type == BodyType::fluid || body.type == BodyType::elastic; }
+
+void ProbeSampler::build(Fields& fields, bool solids) const {
+  const double reach = kReachOverSpacing * scene_.spacing;
+  fields.position.clear();
+  fields.index.clear();
+  for (std::uint32_t i = 0; i < scene_.position.size(); ++i) {
+    if (!solids && scene_.bodies[scene_.body[i]].type != BodyType::fluid) continue;
+    const Eigen::Vector3d p = vector_at(snapshot_->position, i);
+    // far strays have no place in the grid and no weight anywhere inside the domain
+    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > 1e9 * reach) continue;
+    fields.position.push_back(p);
+    fields.index.push_back(i);
+  }
+  fields.grid.emplace(fields.position, PeriodicBox{scene_.bounds_min, scene_.bounds_max, scene_.config.periodic},
+                      reach);
+  fields.ready = true;
+}
+
 ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d& point) const {
   const PeriodicBox box{scene_.bounds_min, scene_.bounds_max, scene_.config.periodic};
   const double reach = kReachOverSpacing * scene_.spacing;
-  if (!fields_ready_) {
-    fields_->position.clear();
-    fields_->index.clear();
-    for (std::uint32_t i = 0; i < scene_.position.size(); ++i) {
-      if (scene_.bodies[scene_.body[i]].type != BodyType::fluid) continue;
-      const Eigen::Vector3d p = vector_at(snapshot_->position, i);
-      // far strays have no place in the grid and no weight anywhere inside the domain
-      if (!p.allFinite() || p.cwiseAbs().maxCoeff() > 1e9 * reach) continue;
-      fields_->position.push_back(p);
-      fields_->index.push_back(i);
-    }
-    fields_->grid.emplace(fields_->position, box, reach);
-    fields_ready_ = true;
-  }
+  // a temperature goes on from the fluid into the solid
+  Fields& fields = probe.quantity == Quantity::temperature ? *all_ : *fluids_;
+  if (!fields.ready) build(fields, probe.quantity == Quantity::temperature);
   double weights = 0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  fields_->grid->near(point, [&](std::uint32_t n) {
-    const std::uint32_t i = fields_->index[n];
-    const double rest = scene_.config.materials[scene_.bodies[scene_.body[i]].material].density;
+  fields.grid->near(point, [&](std::uint32_t n) {
+    const std::uint32_t i = fields.index[n];
+    const MaterialConfig& material = scene_.config.materials[scene_.bodies[scene_.body[i]].material];
+    const double rest = material.density;
     const double density = snapshot_->density[i];
     const double volume = density > 0 ? scene_.volume[i] * rest / density : scene_.volume[i];
-    const double w = volume * wendland(box.between(point, fields_->position[n]).norm() / reach);
+    double w = volume * wendland(box.between(point, fields.position[n]).norm() / reach);
+    if (probe.quantity == Quantity::temperature) w *= effusivity(material);
     if (!(w > 0)) return;
     weights += w;
     switch (probe.quantity) {
@@ -171,7 +194,7 @@ ProbeRow ProbeSampler::front(const ProbeConfig& probe) const {
   double best = -std::numeric_limits<double>::infinity();
   for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
     const Body& body = scene_.bodies[b];
-    if (body.type != BodyType::fluid || !counts(probe, b)) continue;
+    if (!is_deformable(body) || !counts(probe, b)) continue;
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {
       const double value = sign * vector_at(snapshot_->position, i)[probe.axis];
       if (value > best) best = value;
@@ -185,7 +208,7 @@ ProbeRow ProbeSampler::energy(const ProbeConfig& probe) const {
   for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
     const Body& body = scene_.bodies[b];
     if (body.type == BodyType::fixed || !counts(probe, b)) continue;
-    if (body.type == BodyType::fluid) {
+    if (is_deformable(body)) {
       const double density = scene_.config.materials[body.material].density;
       for (std::size_t i = body.first; i < body.first + body.count; ++i) {
         const double mass = density * scene_.volume[i];
@@ -209,9 +232,10 @@ ProbeRow ProbeSampler::extremes(const ProbeConfig& probe) const {
   double speed = -kInf, pressure[2] = {kInf, -kInf}, density[2] = {kInf, -kInf};
   for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
     const Body& body = scene_.bodies[b];
-    if (body.type != BodyType::fluid || !counts(probe, b)) continue;
+    if (!is_deformable(body) || !counts(probe, b)) continue;
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {
       speed = std::max(speed, vector_at(snapshot_->velocity, i).norm());
+      if (body.type != BodyType::fluid) continue;
       pressure[0] = std::min<double>(pressure[0], snapshot_->pressure[i]);
       pressure[1] = std::max<double>(pressure[1], snapshot_->pressure[i]);
       density[0] = std::min<double>(density[0], snapshot_->density[i]);
@@ -219,6 +243,31 @@ ProbeRow ProbeSampler::extremes(const ProbeConfig& probe) const {
     }
   }
   return {finite(speed), finite(pressure[0]), finite(pressure[1]), finite(density[0]), finite(density[1])};
+}
+
+// Means are weighted by mass; the liquid fraction is that of what can melt.
+ProbeRow ProbeSampler::heat(const ProbeConfig& probe) const {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  double taken_up = 0, low = kInf, high = -kInf, mean = 0, mass = 0, liquid = 0, melting = 0;
+  const bool flows = !snapshot_->heat.empty();
+  for (std::size_t b = 0; b < scene_.bodies.size() && !snapshot_->temperature.empty(); ++b) {
+    const Body& body = scene_.bodies[b];
+    if (!counts(probe, b)) continue;
+    const MaterialConfig& material = scene_.config.materials[body.material];
+    for (std::size_t i = body.first; i < body.first + body.count; ++i) {
+      const double m = material.density * scene_.volume[i], T = snapshot_->temperature[i];
+      mass += m;
+      mean += m * T;
+      low = std::min(low, T);
+      high = std::max(high, T);
+      if (!flows) continue;
+      taken_up += snapshot_->heat[i];
+      if (!material.melting_temperature) continue;
+      melting += m;
+      liquid += m * snapshot_->liquid[i];
+    }
+  }
+  return {finite(flows ? taken_up : NAN), finite(low), finite(mean / mass), finite(high), finite(liquid / melting)};
 }
 
 BodyOutput ProbeSampler::body_state(std::size_t index) const {

@@ -18,8 +18,9 @@ std::vector<std::string> probe_columns(const ProbeConfig& probe);
 // False when StepOutput alone gives the probe's values.
 bool needs_snapshot(const ProbeConfig& probe);
 
-// Evaluates probes on one state. Fields at a point are interpolated over the fluid particles within two spacings
-// (Wendland C2 weights, divided by their sum), across periodic boundaries; missing where there is no fluid.
+// Evaluates probes on one state. Fields at a point are interpolated over the fluid particles (temperature: over all)
+// within two spacings (Wendland C2 weights, divided by their sum), across periodic boundaries; missing where there are
+// none.
 class ProbeSampler {
  public:
   explicit ProbeSampler(const Scene& scene);  // keeps a reference
@@ -34,18 +35,20 @@ class ProbeSampler {
  private:
   struct Fields;
   ProbeRow at_point(const ProbeConfig& probe, const Eigen::Vector3d& point) const;
+  void build(Fields& fields, bool solids) const;
   ProbeRow front(const ProbeConfig& probe) const;
   ProbeRow energy(const ProbeConfig& probe) const;
   ProbeRow extremes(const ProbeConfig& probe) const;
   ProbeRow body(const ProbeConfig& probe) const;
+  ProbeRow heat(const ProbeConfig& probe) const;
   BodyOutput body_state(std::size_t index) const;
   bool counts(const ProbeConfig& probe, std::size_t body) const;
 
   const Scene& scene_;
   const Snapshot* snapshot_ = nullptr;
   const StepOutput* output_ = nullptr;
-  std::unique_ptr<Fields> fields_;  // of the fluid particles, built when a point is first asked for
-  mutable bool fields_ready_ = false;
+  // of the fluid particles, and of all; each built when a point of it is first asked for
+  std::unique_ptr<Fields> fluids_, all_;
 };
 
 // Writes one CSV file per probe, each at its own rate: probe NAME into FOLDER/NAME.csv.

@@ -50,6 +50,7 @@ Body start_body(const SceneConfig& config, const BodyConfig& from) {
   body.orientation = from.orientation.normalized();
   body.velocity = from.velocity;
   body.angular_velocity = from.angular_velocity;
+  body.holds_temperature = from.hold_temperature;
   for (std::uint32_t b = 0; b < config.bodies.size(); ++b) {
     if (std::find(from.bonded_to.begin(), from.bonded_to.end(), config.bodies[b].name) != from.bonded_to.end())
       body.bonded_to.push_back(b);

@@ -35,6 +35,7 @@ struct Body {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // of the centre of mass [m/s]
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // world axes [rad/s]
+  bool holds_temperature = false;                              // of each of its particles, as at the start
   std::vector<std::uint32_t> bonded_to;                        // of an elastic body: bodies it holds on to
   std::array<float, 3> color{};
   SurfaceMesh surface;  // for the viewer; empty for fluids

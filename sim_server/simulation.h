@@ -82,12 +82,15 @@ struct Snapshot {
   std::vector<float> density;      // [kg/m^3]
   std::vector<float> pressure;     // [Pa]
   std::vector<float> temperature;  // [K]; empty when the scene has none
+  std::vector<float> heat;         // taken up by the particle since the start [J]; empty when nothing conducts
+  std::vector<float> liquid;       // fraction, 0..1; NaN: does not melt; empty when nothing conducts
 };
 
 // What a plan costs: for tests of lightness and for the printed report.
 struct Footprint {
   std::vector<std::pair<std::string, std::size_t>> arrays;  // name, bytes
-  std::vector<std::string> launches;  // stages of one haptic step, in order; known after the first step
+  std::vector<std::string>
+      launches;  // stages of one haptic step, in order; known after the first step (with heat: the first that conducts)
   std::size_t bytes() const {
     std::size_t sum = 0;
     for (const auto& [name, size] : arrays) sum += size;

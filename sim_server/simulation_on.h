@@ -8,6 +8,7 @@
 
 #include "sim_server/contact_store.h"
 #include "sim_server/elastic_store.h"
+#include "sim_server/heat_plan.h"
 #include "sim_server/pack_frame.h"
 #include "sim_server/parameters.h"
 #include "sim_server/particle_store.h"
@@ -52,14 +53,16 @@ class SimulationOn final : public Simulation {
     }
     scene_.config.numerics = numerics;
     views_.medium = make_medium(scene_, plan_);
+    if (plan_.heat) views_.heat_medium = make_heat_medium(scene_, plan_);
     back_end_.forget();
   }
 
   const StepOutput& step(const StepInput& input) override {
     results_.fill(input, output_.time, *input_.host);
-    back_end_.execute([this] {
+    const bool heat = plan_.heat && (output_.step + 1) % static_cast<unsigned>(plan_.heat_interval) == 0;
+    back_end_.execute(heat ? 1 : 0, plan_.heat ? 2 : 1, [this](int variant) {
       back_end_.push(input_);
-      palp::step(back_end_, plan_, views_);
+      palp::step(back_end_, plan_, views_, variant == 1);
       if (plan_.wrench) back_end_.pull(bodies_);
       back_end_.pull(health_);
     });
@@ -80,6 +83,11 @@ class SimulationOn final : public Simulation {
     back_end_.upload(s.tag, store.tag);
     back_end_.upload(s.id, store.id);
     if (plan_.temperature) back_end_.upload(s.temperature, store.temperature);
+    if (plan_.heat) {
+      back_end_.upload(s.enthalpy, store.enthalpy);
+      back_end_.upload(const_cast<std::uint32_t*>(views_.heat.held), held_bodies(scene_));
+      back_end_.upload(const_cast<HeatZone*>(views_.heat.zone), make_heat_zones(scene_));
+    }
     if (plan_.wrench) {
       back_end_.upload(views_.body.local, store.local);
       back_end_.upload(const_cast<std::uint32_t*>(views_.reactive), plan_.reactive);
@@ -100,6 +108,12 @@ class SimulationOn final : public Simulation {
     back_end_.download(store.id, s.id);
     if (plan_.temperature) back_end_.download(store.temperature, s.temperature);
     store.scatter(views_.medium, out);
+    if (plan_.heat) {
+      const std::vector<real> start = store.enthalpy;
+      back_end_.download(store.enthalpy, s.enthalpy);
+      back_end_.download(store.mass, s.mass);
+      store.scatter_heat(start, views_.heat_medium, out);
+    }
     out.time = output_.time;
   }
 
@@ -146,6 +160,7 @@ class SimulationOn final : public Simulation {
     v.tag = back_end_.template allocate<Tag>(set + " tag", n);
     v.id = back_end_.template allocate<std::uint32_t>(set + " id", n);
     if (plan_.temperature) v.temperature = back_end_.template allocate<real>(set + " temperature", n);
+    if (plan_.heat) v.enthalpy = back_end_.template allocate<real>(set + " enthalpy", n);
     return v;
   }
 
@@ -217,6 +232,7 @@ class SimulationOn final : public Simulation {
           back_end_.allocate_sort(views_.particles, views_.grid.cells(), 4.0 / 3.0 * EIGEN_PI * reach * reach * reach);
     }
     views_.medium = make_medium(scene_, plan_);
+    if (plan_.heat) allocate_heat();
     if (plan_.fluid) views_.acceleration = back_end_.template allocate<Packed>("acceleration", n);
     if (plan_.fluid && plan_.solids && plan_.method == Method::accurate)
       views_.wall = back_end_.template allocate<Packed>("wall", n);
@@ -243,6 +259,17 @@ class SimulationOn final : public Simulation {
     input_ = back_end_.template mirror<StepBlock>("input", 1);
     views_.forcing = &input_.device->forcing;
     views_.proxy = input_.device->proxy;
+    views_.heat.zones_on = &input_.device->heat_zones;
+  }
+
+  void allocate_heat() {
+    views_.heat_medium = make_heat_medium(scene_, plan_);
+    views_.heat.held = back_end_.template allocate<std::uint32_t>("heat held bodies", scene_.bodies.size());
+    const std::size_t zones = scene_.config.heat_zones.size();
+    if (zones == 0) return;
+    views_.heat.zones = static_cast<std::uint32_t>(zones);
+    views_.heat.zone = back_end_.template allocate<HeatZone>("heat zones", zones);
+    views_.heat.zone_volume = back_end_.template allocate<real>("heat zone volumes", zones);
   }
 
   Scene scene_;

@@ -5,6 +5,7 @@
 #include "sim_server/physics/boundary.h"
 #include "sim_server/physics/contact.h"
 #include "sim_server/physics/health.h"
+#include "sim_server/physics/heat.h"
 #include "sim_server/physics/integrate.h"
 #include "sim_server/physics/paper.h"
 #include "sim_server/physics/rigid.h"
@@ -31,11 +32,13 @@ struct StepViews {
   HealthSums* health = nullptr;
   const Forcing* forcing = nullptr;
   const ProxyInput* proxy = nullptr;
+  HeatMedium heat_medium;
+  HeatViews heat;
 };
 
 // Whether two particles ever act on each other: stored neighbour lists leave out the pairs that do not.
 struct Interacts {
-  bool all;  // method "paper": a solid's own particles count in its density
+  bool all;  // method "paper": a solid's own particles count in its density; heat: they conduct
   bool contact;
   PALP_HD bool operator()(Tag a, Tag b) const {
     if (all || a.is_fluid() || b.is_fluid()) return true;
@@ -70,10 +73,22 @@ void paper_stages(B& back_end, const StepViews& v) {
                          PaperForce{v.state, v.body, v.grid, kernel, v.medium, v.forcing, v.acceleration});
 }
 
+template <class B>
+void heat_stages(B& back_end, const Plan& plan, const StepViews& v) {
+  const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
+  const BodyState* bodies = v.body.body;
+  if (v.heat.zones > 0)
+    back_end.for_each_block("heat zones", v.heat.zones, MeasureHeatZones{v.state, v.grid, bodies, v.heat, v.particles});
+  for (int s = 0; s < plan.heat_steps; ++s) {
+    back_end.for_each_team("heat", v.particles, ConductHeat{v.state, v.grid, kernel, v.heat_medium, bodies, v.heat});
+    back_end.for_each("temperature", v.particles, UpdateTemperature{v.state, v.heat_medium, v.heat});
+  }
+}
+
 // Onto the forces from outside.
 template <class B>
 void elastic_stages(B& back_end, const Plan& plan, const StepViews& v) {
-  const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
+  const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.elastic_support));
   const std::uint32_t n = v.elastic.count;
   const bool accurate = plan.method == Method::accurate;
   if (accurate)
@@ -92,7 +107,7 @@ void meeting_stages(B& back_end, const Plan& plan, const StepViews& v) {
                              static_cast<real>(plan.skin), interacts);
   };
   if (plan.solids)
-    sort(Interacts{plan.method == Method::paper, plan.contact});
+    sort(Interacts{plan.method == Method::paper || plan.heat, plan.contact});
   else
     sort(EveryPair{});
   if (plan.method == Method::paper)
@@ -111,8 +126,9 @@ void contact_stages(B& back_end, const StepViews& v) {
 }
 
 template <class B>
-void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
+void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, bool heat) {
   if (plan.meets) meeting_stages(back_end, plan, v);
+  if (heat) heat_stages(back_end, plan, v);
   if (plan.elastic) elastic_stages(back_end, plan, v);
   if (plan.wrench) back_end.for_each_block("wrench", v.reactive_count, ReduceWrench{v.body, v.reactive});
   if (plan.fields) contact_stages(back_end, v);
@@ -128,10 +144,12 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
     back_end.for_each("move", v.particles, move);
 }
 
+// heat: this haptic step is the one in plan.heat_interval that conducts.
 template <class B>
-void step(B& back_end, const Plan& plan, const StepViews& v) {
+void step(B& back_end, const Plan& plan, const StepViews& v, bool heat) {
   if (plan.wrench) back_end.for_each("begin", v.bodies, BeginStep{v.body.body});
-  for (int s = 0; s < plan.sub_steps; ++s) sub_step(back_end, plan, v, static_cast<real>((s + 1) * plan.dt));
+  for (int s = 0; s < plan.sub_steps; ++s)
+    sub_step(back_end, plan, v, static_cast<real>((s + 1) * plan.dt), heat && s + 1 == plan.sub_steps);
   if (plan.elastic)
     back_end.for_each_block("elastic bodies", static_cast<std::uint32_t>(plan.elastic_bodies.size()),
                             MeasureElastic{v.elastic, v.body, v.elastic_bodies});

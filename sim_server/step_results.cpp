@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "sim_server/heat_plan.h"
+
 namespace palp {
 namespace {
 
@@ -68,6 +70,7 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
   for (int a = 0; a < 3; ++a)
     if (config.periodic[a]) level[a] = 0;
   block.forcing = {gravity.cast<real>(), level.cast<real>(), config.body_force.cast<real>()};
+  block.heat_zones = heat_zones_on(config, time + 0.5 * step_);
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
     // a device that sends nonsense counts as let go
     const DeviceInput in = input_[p] = is_sane(input[p]) ? input[p] : DeviceInput{};
@@ -81,7 +84,11 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
 void StepResults::read(const BodyState* bodies, const HealthSums& sums, std::uint32_t crowded, StepOutput& out) {
   judge(sums, crowded, out.health);
   if (bodies == nullptr || !plan_.wrench) return;
-  for (std::uint32_t b : plan_.reactive) read_body(b, bodies[b], out.bodies[b]);
+  for (std::uint32_t b : plan_.reactive) {
+    // of what elastic bodies hold on to nothing is complete unless asked for
+    if (scene_.bodies[b].type == BodyType::fixed && !plan_.probed[b]) continue;
+    read_body(b, bodies[b], out.bodies[b]);
+  }
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
     read_proxy(p, input_[p], bodies[scene_.proxies[p].body], out.proxies[p]);
   for (std::uint32_t b : plan_.rigid) {

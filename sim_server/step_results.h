@@ -14,6 +14,7 @@ namespace palp {
 struct StepBlock {
   Forcing forcing;
   ProxyInput proxy[kMaxProxies];
+  std::uint32_t heat_zones;  // that are on, one bit each
 };
 
 class StepResults {

@@ -134,13 +134,19 @@ class Cpu {
   void begin_transfer(const Mirror<A>&, const Mirror<A>&) {}
   bool transfer_done() const { return true; }
 
+  // One haptic step of `variants` that differ in their stages; the last has them all.
   template <class F>
-  void execute(F&& work) {
-    record_ = launches_.empty();
-    work();
+  void execute(int variant, int variants, F&& work) {
+    record_ = launches_.empty() || (variant + 1 == variants && !complete_);
+    if (record_) launches_.clear();
+    complete_ = complete_ || variant + 1 == variants;
+    work(variant);
     record_ = false;
   }
-  void forget() { launches_.clear(); }
+  void forget() {
+    launches_.clear();
+    complete_ = false;
+  }
 
   template <class F>
   void for_each(const char* name, std::uint32_t n, const F& f) {
@@ -223,6 +229,7 @@ class Cpu {
   std::vector<std::unique_ptr<std::byte, Free>> blocks_;
   std::vector<std::string> launches_;
   bool record_ = false;
+  bool complete_ = false;  // the launches are those of the last variant, which has all stages
   std::uint32_t *cell_ = nullptr, *start_ = nullptr;
   NeighborLists lists_;
 };

@@ -46,7 +46,7 @@ class Cuda {
   ~Cuda() {
     cudaStreamSynchronize(stream_);
     cudaStreamSynchronize(copy_stream_);
-    if (graph_ != nullptr) cudaGraphExecDestroy(graph_);
+    for (cudaGraphExec_t graph : graphs_) cudaGraphExecDestroy(graph);
     for (void* p : device_blocks_) cudaFree(p);
     for (void* p : host_blocks_) cudaFreeHost(p);
     cudaEventDestroy(packed_);
@@ -122,27 +122,30 @@ class Cuda {
     return error == cudaSuccess;
   }
 
-  // Captures the work into a graph the first time; then launches it and waits for it.
+  // One haptic step of `variants` that differ in their stages; the last has them all. Captures the work of each into a
+  // graph the first time; then launches the one asked for and waits for it.
   template <class F>
-  void execute(F&& work) {
-    if (graph_ == nullptr) {
+  void execute(int variant, int variants, F&& work) {
+    for (int k = static_cast<int>(graphs_.size()); k < variants; ++k) {
       cudaGraph_t graph = nullptr;
-      record_ = true;
+      record_ = k + 1 == variants;
       check(cudaStreamBeginCapture(stream_, cudaStreamCaptureModeThreadLocal), "capturing the step");
-      work();
+      work(k);
       check(cudaStreamEndCapture(stream_, &graph), "capturing the step");
       record_ = false;
-      check(cudaGraphInstantiate(&graph_, graph, 0), "building the step's graph");
+      cudaGraphExec_t ready = nullptr;
+      check(cudaGraphInstantiate(&ready, graph, 0), "building the step's graph");
+      graphs_.push_back(ready);
       cudaGraphDestroy(graph);
     }
-    check(cudaGraphLaunch(graph_, stream_), "launching the step");
+    check(cudaGraphLaunch(graphs_[static_cast<std::size_t>(variant)], stream_), "launching the step");
     check(cudaStreamSynchronize(stream_), "running the step");
   }
 
   // The captured step no longer holds: capture it again at the next.
   void forget() {
-    if (graph_ != nullptr) check(cudaGraphExecDestroy(graph_), "dropping the step's graph");
-    graph_ = nullptr;
+    for (cudaGraphExec_t graph : graphs_) check(cudaGraphExecDestroy(graph), "dropping the step's graph");
+    graphs_.clear();
     ask_for_lists();
     launches_.clear();
   }
@@ -278,7 +281,7 @@ class Cuda {
   std::string name_;
   cudaStream_t stream_ = nullptr, copy_stream_ = nullptr;
   cudaEvent_t packed_ = nullptr, copied_ = nullptr;
-  cudaGraphExec_t graph_ = nullptr;
+  std::vector<cudaGraphExec_t> graphs_;  // by variant
   std::vector<void*> device_blocks_, host_blocks_;
   std::vector<std::pair<std::string, std::size_t>> arrays_;
   std::vector<std::string> launches_;

@@ -193,10 +193,8 @@ __global__ void run_move(F f, ListWork w, real skin) {
   bool due = false;
   if (i < w.n) {
     f(i);
-    const Packed xV = w.from.xV[i];
-    w.to.xV[i] = xV;
-    w.to.vp[i] = w.from.vp[i];
-    due = !(real(4) * separation(w.grid, xV.xyz(), w.listed_at[i]).squaredNorm() < skin * skin);
+    copy_changing(w.from, i, w.to, i);
+    due = !(real(4) * separation(w.grid, w.from.xV[i].xyz(), w.listed_at[i]).squaredNorm() < skin * skin);
   }
   if (__syncthreads_or(due) && threadIdx.x == 0) *w.due = 1;
 }

@@ -39,6 +39,12 @@ struct CellGrid {
     }
     return x;
   }
+  // From anywhere: a body may have crossed a periodic domain many times, its centre is not wrapped.
+  PALP_HD Vec3 wrap_fully(Vec3 x) const {
+    for (int a = 0; a < 3; ++a)
+      if (periodic(a)) x[a] -= period[a] * Eigen::numext::floor((x[a] - origin[a]) / period[a]);
+    return x;
+  }
 };
 
 // The cells that x may reach along one axis, wrapped ones counted on past the domain's ends.

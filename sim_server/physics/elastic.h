@@ -27,23 +27,24 @@
 namespace palp {
 
 // Particles of elastic bodies, and of rigid and fixed bodies bonded to them, in the order of BodyViews::force, of which
-// they are the first. Bonded particles move with their body and have no stress of their own.
+// they are the first. Bonded particles move with their body, but are strained as if they were of the elastic body's
+// material: a clamp that felt nothing would be soft.
 struct ElasticViews {
   std::uint32_t count = 0;
-  const Packed* rest = nullptr;  // X, V [m, m^3]
-  const Tag* tag = nullptr;
-  const std::uint32_t* first = nullptr;     // [count + 1] of each particle's neighbours
-  const std::uint32_t* neighbor = nullptr;  // bonded particles list elastic ones only
-  const Mat3* correction = nullptr;         // L; null with method "paper"
+  const Packed* rest = nullptr;          // X, V [m, m^3]
+  const Tag* tag = nullptr;              // with the elastic material
+  const std::uint32_t* first = nullptr;  // [count + 1] of each particle's neighbours
+  const std::uint32_t* neighbor = nullptr;
+  const Mat3* correction = nullptr;  // L; null with method "paper"
   const Mat3* projection = nullptr;  // of neighbourhoods in a plane or line onto it, else I; null where all fill space
   Packed* u = nullptr;               // displacement [m]
   Packed* v = nullptr;               // velocity [m/s]
-  Quat* rotation = nullptr;          // R; of bonded particles the inverse of their body's orientation at rest
+  Quat* rotation = nullptr;          // R
   Mat3* gradient = nullptr;          // F; R with method "paper"
   Mat3* stress = nullptr;            // what X_ji is multiplied with in the force: P L, or R (I + G) s
 };
 
-inline constexpr real kHourglass = real(0.2);  // alpha
+inline constexpr real kHourglass = real(1);  // alpha
 
 PALP_HD inline Mat3 elastic_stress(const Material& m, const Mat3& F, const Mat3& R) {
   const real volume = (R.array() * F.array()).sum() - real(3);
@@ -72,12 +73,6 @@ struct ElasticStrain {
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag = elastic.tag[i];
-    if (tag.kind() != Kind::elastic) {
-      if (!team.leader()) return;
-      elastic.gradient[i] = (bodies.body[tag.body()].q * elastic.rotation[i]).toRotationMatrix();
-      elastic.stress[i] = Mat3::Zero();
-      return;
-    }
     const Packed X_i = elastic.rest[i];
     const Vec3 u_i = elastic.u[i].xyz();
     Mat3 displaced = Mat3::Zero();  // sum V F u_ji X_ji^T
@@ -114,10 +109,6 @@ struct PaperStrain {
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag = elastic.tag[i];
-    if (tag.kind() != Kind::elastic) {
-      if (team.leader()) elastic.stress[i] = Mat3::Zero();
-      return;
-    }
     const Packed X_i = elastic.rest[i];
     const Vec3 u_i = elastic.u[i].xyz();
     Mat3 A = Mat3::Zero(), at_rest = Mat3::Zero(), now = Mat3::Zero();
@@ -157,26 +148,24 @@ struct ElasticForce {
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
-    const Tag tag_i = elastic.tag[i];
+    const Material m = medium.material[elastic.tag[i].material()];
     const Packed X_i = elastic.rest[i];
     const Vec3 u_i = elastic.u[i].xyz(), v_i = elastic.v[i].xyz();
     const Mat3 stress_i = elastic.stress[i], F_i = elastic.gradient[i];
+    const real young = m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
     Vec3 force(0, 0, 0);
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
       const std::uint32_t j = elastic.neighbor[k];
       const Packed X_j = elastic.rest[j];
       const Vec3 X_ji = rest_separation(grid, X_i, X_j), x_ji = X_ji + elastic.u[j].xyz() - u_i;
       const real r = X_ji.norm(), VV = X_i.w * X_j.w, VVF = VV * kernel.F(r);
-      force += VVF * ((stress_i + elastic.stress[j]) * X_ji);
-      // the pair's elastic material: a bonded particle has none that counts
-      const Material& m = medium.material[(tag_i.kind() == Kind::elastic ? tag_i : elastic.tag[j]).material()];
+      force += VVF * times(stress_i + elastic.stress[j], X_ji);
       const real now = x_ji.norm();
       if (!(now > real(0))) continue;
       const Vec3 along = x_ji / now;
       real push = 0;
       if (hourglass) {
-        const real young = m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
-        const real error = (F_i * X_ji + elastic.gradient[j] * X_ji).dot(along) - real(2) * now;
+        const real error = times(F_i + elastic.gradient[j], X_ji).dot(along) - real(2) * now;
         push = kHourglass * young * VV * kernel.W(r) / (r * r) * error;
       }
       if (m.damping > real(0)) push -= real(10) * m.damping * VVF * (elastic.v[j].xyz() - v_i).dot(along);

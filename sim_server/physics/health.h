@@ -45,7 +45,8 @@ struct MeasureHealth {
       const Vec3 v = vp.xyz();
       const real speed2 = v.squaredNorm();
       // comparisons that are false for NaN: fmax and its kin would hide it
-      if (!(speed2 + xV.xyz().squaredNorm() + vp.w * vp.w < real(1e30))) {
+      const real T = state.temperature != nullptr ? state.temperature[i] : real(0);
+      if (!(speed2 + xV.xyz().squaredNorm() + vp.w * vp.w + T * T < real(1e30))) {
         ++s.non_finite;
         continue;
       }

@@ -14,13 +14,6 @@ struct MoveParticles {
   CellGrid grid;
   real dt;
 
-  // A body may have crossed a periodic domain many times: its centre is not wrapped.
-  PALP_HD Vec3 wrap_fully(Vec3 x) const {
-    for (int a = 0; a < 3; ++a)
-      if (grid.periodic(a)) x[a] -= grid.period[a] * Eigen::numext::floor((x[a] - grid.origin[a]) / grid.period[a]);
-    return x;
-  }
-
   PALP_HD void operator()(std::uint32_t i) const {
     const Tag tag = state.tag[i];
     if (tag.kind() == Kind::fixed) return;
@@ -34,11 +27,11 @@ struct MoveParticles {
       const std::uint32_t k = body.force_first + state.id[i] - body.first;
       if (tag.kind() == Kind::elastic) {
         v = elastic.v[k].xyz();
-        x = wrap_fully(elastic.rest[k].xyz() + elastic.u[k].xyz());
+        x = grid.wrap_fully(elastic.rest[k].xyz() + elastic.u[k].xyz());
       } else {
         const Vec3 r = body.q * bodies.local[k].xyz();
         v = body.v + body.w.cross(r);
-        x = wrap_fully(body.x + r);
+        x = grid.wrap_fully(body.x + r);
       }
     }
     state.xV[i] = pack(grid.wrap(x), xV.w);

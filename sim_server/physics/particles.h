@@ -5,6 +5,7 @@
 // v, p        velocity; pressure (the fluid's state: rho = rho0 + p/c^2)  m/s, Pa
 // m           mass                                                        kg
 // T           temperature                                                 K
+// h           specific enthalpy                                           J/kg
 #pragma once
 
 #include "sim_server/physics/real.h"
@@ -35,15 +36,22 @@ struct ParticleView {
   Tag* tag = nullptr;
   std::uint32_t* id = nullptr;  // index in the scene's order
   real* temperature = nullptr;
+  real* enthalpy = nullptr;
 };
 
-PALP_HD inline void copy_particle(const ParticleView& from, std::uint32_t i, const ParticleView& to, std::uint32_t j) {
+// What a step changes of a particle.
+PALP_HD inline void copy_changing(const ParticleView& from, std::uint32_t i, const ParticleView& to, std::uint32_t j) {
   to.xV[j] = from.xV[i];
   to.vp[j] = from.vp[i];
+  if (to.temperature != nullptr) to.temperature[j] = from.temperature[i];
+  if (to.enthalpy != nullptr) to.enthalpy[j] = from.enthalpy[i];
+}
+
+PALP_HD inline void copy_particle(const ParticleView& from, std::uint32_t i, const ParticleView& to, std::uint32_t j) {
+  copy_changing(from, i, to, j);
   to.mass[j] = from.mass[i];
   to.tag[j] = from.tag[i];
   to.id[j] = from.id[i];
-  if (to.temperature != nullptr) to.temperature[j] = from.temperature[i];
 }
 
 struct Material {

@@ -44,4 +44,10 @@ PALP_HD inline Packed fetch(const Packed* p) {
 
 PALP_HD inline Packed pack(const Vec3& v, real w) { return {v.x(), v.y(), v.z(), w}; }
 
+// m v, which Eigen leaves to a function call where it stands in a larger expression.
+PALP_HD inline Vec3 times(const Mat3& m, const Vec3& v) {
+  return {m(0, 0) * v.x() + m(0, 1) * v.y() + m(0, 2) * v.z(), m(1, 0) * v.x() + m(1, 1) * v.y() + m(1, 2) * v.z(),
+          m(2, 0) * v.x() + m(2, 1) * v.y() + m(2, 2) * v.z()};
+}
+
 }  // namespace palp

@@ -34,20 +34,35 @@ PALP_HD inline Quat closest_rotation(Mat3 A, Quat q) {
   const real size = A.norm();
   if (!(size > real(0))) return q;
   A /= size;
-  constexpr real kConverged = sizeof(real) == 4 ? real(1e-6) : real(1e-12);
+  constexpr real kConverged = sizeof(real) == 4 ? real(1e-6) : real(1e-12);  // [rad]
+  constexpr real kFlat = real(0.1) * kConverged;
   for (int round = 0; round < 60; ++round) {
     const Mat3 R = q.toRotationMatrix();
     const Mat3 S = R.transpose() * A;
     const Vec3 slope(S(2, 1) - S(1, 2), S(0, 2) - S(2, 0), S(1, 0) - S(0, 1));
-    Mat3 H = S.trace() * Mat3::Identity() - real(0.5) * (S + S.transpose());
-    const real minor = H(0, 0) * H(1, 1) - H(0, 1) * H(0, 1);
+    // the symmetric Hessian: diagonal a b c, off-diagonal d = 01, e = 02, f = 12
+    real a = S(1, 1) + S(2, 2), b = S(0, 0) + S(2, 2), c = S(0, 0) + S(1, 1);
+    const real d = real(-0.5) * (S(0, 1) + S(1, 0)), e = real(-0.5) * (S(0, 2) + S(2, 0)),
+               f = real(-0.5) * (S(1, 2) + S(2, 1));
+    const auto determinant = [&] { return a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e); };
+    const real minor = a * b - d * d;
     bool saddle = false;
-    if (!(H(0, 0) > real(0.01)) || !(minor > real(0.01) * H(0, 0)) || !(H.determinant() > real(0.01) * minor)) {
-      const real least = smallest_eigenvalue(H);
+    if (!(a > real(0.01)) || !(minor > real(0.01) * a) || !(determinant() > real(0.01) * minor)) {
+      Mat3 H;
+      H << a, d, e, d, b, f, e, f, c;
+      const real least = smallest_eigenvalue(H), shift = least < real(0.05) ? real(0.05) - least : real(0);
       saddle = least < real(-0.01);
-      if (least < real(0.05)) H += (real(0.05) - least) * Mat3::Identity();
+      a += shift;
+      b += shift;
+      c += shift;
+    } else if (slope.squaredNorm() < kFlat * kFlat) {
+      break;
     }
-    Vec3 turn = H.inverse() * slope;
+    const real inverse = real(1) / determinant();
+    const real A01 = e * f - d * c, A02 = d * f - b * e, A12 = d * e - a * f;  // of the adjugate
+    Vec3 turn = inverse * Vec3((b * c - f * f) * slope.x() + A01 * slope.y() + A02 * slope.z(),
+                               A01 * slope.x() + (a * c - e * e) * slope.y() + A12 * slope.z(),
+                               A02 * slope.x() + A12 * slope.y() + (a * b - d * d) * slope.z());
     // on a saddle, such as half a turn away, the slope vanishes, too
     if (saddle && !(slope.norm() > real(1e-4))) turn = Vec3(real(0.3), real(0.2), real(0.1));
     const real angle = turn.norm();

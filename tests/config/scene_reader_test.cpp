@@ -96,6 +96,19 @@ side = "min"                            # 78
 name = "spot"                           # 80
 quantity = "velocity"
 point = [0.5, 0, 0]                     # 82
+[heat]
+loss_to_air = 10                        # 84
+air_temperature = 290
+rate_hz = 25                            # 86
+[[heat_zone]]
+name = "flame"                          # 88
+body = "stick"
+position = [0, 0, -0.2]                 # 90
+rotation_deg = {axis = [0, 0, 1], angle = 45}
+size = [0.1, 0.2, 0.3]                  # 92
+power = 500
+start = 1                               # 94
+end = 2
 )";
 
 SceneConfig read(const std::string& text, const SceneOverrides& overrides = {}) {
@@ -172,6 +185,39 @@ TEST(SceneReader, TakesEveryKey) {
   EXPECT_EQ(s.probes[0].points[1], Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(s.probes[1].axis, 1);
   EXPECT_FALSE(s.probes[1].front_max);
+  EXPECT_EQ(s.heat.loss_to_air, 10);
+  EXPECT_EQ(s.heat.air_temperature, 290);
+  EXPECT_EQ(s.heat.rate_hz, 25);
+  ASSERT_EQ(s.heat_zones.size(), 1u);
+  EXPECT_EQ(s.heat_zones[0].body, "stick");
+  EXPECT_EQ(s.heat_zones[0].size, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_NEAR(s.heat_zones[0].orientation.angularDistance(Eigen::Quaterniond::Identity()), EIGEN_PI / 4, 1e-9);
+  EXPECT_EQ(s.heat_zones[0].power, 500);
+  EXPECT_FALSE(s.heat_zones[0].temperature);
+  EXPECT_EQ(s.heat_zones[0].end, 2);
+}
+
+TEST(SceneReader, TakesWhatMelts) {
+  const std::string melts =
+      "conductivity = 2\nheat_capacity = 2100\nmelting_temperature = 273.15\nlatent_heat = 3.3e5\ncolor = \"#102030\"";
+  SceneConfig s = read(replaced(kScene, "color = \"#102030\"", melts));
+  EXPECT_EQ(s.materials[0].conductivity, 2);
+  EXPECT_EQ(s.materials[0].heat_capacity, 2100);
+  EXPECT_EQ(s.materials[0].melting_temperature, 273.15);
+  EXPECT_EQ(s.materials[0].latent_heat, 3.3e5);
+  EXPECT_FALSE(s.bodies[1].hold_temperature);
+  s = read(replaced(kScene, "temperature = 310", "temperature = 310\nhold_temperature = true"));
+  EXPECT_TRUE(s.bodies[1].hold_temperature);
+  s = read(replaced(kScene, "power = 500", "temperature = 500"));
+  EXPECT_EQ(s.heat_zones[0].temperature, 500);
+}
+
+TEST(SceneReader, HeatNeedsTemperatures) {
+  const std::string cold = replaced(replaced(kScene, "temperature = 300", ""), "temperature = 310", "");
+  const std::vector<std::string> faults = faults_of(cold);
+  ASSERT_EQ(faults.size(), 2u);
+  EXPECT_NE(faults[0].find("84: heat: loss_to_air is given, but no body has a temperature"), std::string::npos);
+  EXPECT_NE(faults[1].find("there is a heat_zone, but no body has a temperature"), std::string::npos);
 }
 
 TEST(SceneReader, OverridesWinAndChangeTheHash) {
@@ -298,10 +344,35 @@ const BadRow kBad[] = {
      "79: probe 'spot': point is missing, expected a point or a line where to measure the velocity"},
     {"point = [0.5, 0, 0]", "point = [0.5, 0, 0]\nbody = \"pool\"",
      "83: probe 'spot': body does not apply to a probe of velocity"},
-    {"body = \"pool\"", "body = \"stick\"", "76: probe 'front': body 'stick' is not a fluid, expected a fluid body"},
+    {"body = \"pool\"", "body = \"stick\"",
+     "76: probe 'front': body 'stick' does not deform, expected a fluid or elastic body"},
     {"quantity = \"front\"", "quantity = \"body\"\n#",
      "77: probe 'front': body 'pool' is a fluid, expected a rigid or static body"},
     {"axis = \"y\"", "axis = \"w\"", "77: probe 'front': axis is \"w\", expected one of: x, y, z"},
+    {"density = 1000", "density = 1000\nconductivity = -1",
+     "31: material 'water': conductivity is -1, expected a number in W/(m K) from 0 to 1000000"},
+    {"density = 1000", "density = 1000\nconductivity = 1",
+     "31: material 'water': conductivity is given without heat_capacity, expected one in J/(kg K)"},
+    {"density = 1000", "density = 1000\nheat_capacity = 0",
+     "31: material 'water': heat_capacity is 0, expected a number in J/(kg K) above 0"},
+    {"density = 1000", "density = 1000\nheat_capacity = 1\nmelting_temperature = 300",
+     "32: material 'water': melting_temperature is given without latent_heat, expected both or none"},
+    {"density = 1000", "density = 1000\nlatent_heat = 300",
+     "31: material 'water': latent_heat is given without melting_temperature, expected both or none"},
+    {"temperature = 310", "hold_temperature = true",
+     "49: body 'stick': hold_temperature is true, but the body has no temperature; give it one"},
+    {"loss_to_air = 10 ", "loss_to_air = -1", "84: heat: loss_to_air is -1, expected a number in W/(m^2 K) from 0"},
+    {"loss_to_air = 10 ", "loss_to_air = 0",
+     "85: heat: air_temperature is given, but loss_to_air is 0; give a coefficient in W/(m^2 K)"},
+    {"air_temperature = 290", "air_temperature = -1",
+     "85: heat: air_temperature is -1, expected a number in K from 0 to 100000"},
+    {"power = 500", "", "87: heat_zone 'flame': neither power nor temperature is given, expected one of them"},
+    {"power = 500", "power = 500\ntemperature = 400",
+     "93: heat_zone 'flame': both power and temperature are given, expected one of them"},
+    {"end = 2\n", "end = 0.5\n", "95: heat_zone 'flame': end is 0.5, expected more than start, which is 1"},
+    {"body = \"stick\"\nposition = [0, 0, -0.2]", "body = \"pool\"\nposition = [0, 0, -0.2]",
+     "89: heat_zone 'flame': body 'pool' has no frame to move with, expected a rigid or static body"},
+    {"size = [0.1, 0.2, 0.3]", "", "87: heat_zone 'flame': size is missing, expected an array of 3 numbers"},
     {"[scene]\n", "[scene\n", "1: not valid TOML"},
     {"rate_hz = 1000", "rate_hz = 1000\nrate_hz = 1000", "10: not valid TOML"},
     {"duration = 2", "duration =", "10: not valid TOML"},

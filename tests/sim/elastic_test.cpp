@@ -66,7 +66,7 @@ class Elastic {
     e.stress = stress_.data();
     BodyViews bodies;
     bodies.force = force_.data();
-    const auto kernel = WendlandC2::with_support(medium_.support);
+    const auto kernel = WendlandC2::with_support(static_cast<real>(plan_.elastic_support));
     const ElasticStrain strain{e, bodies, grid_, kernel, medium_};
     const PaperStrain paper{e, bodies, grid_, kernel, medium_};
     for (std::uint32_t i = 0; i < e.count; ++i)
@@ -265,7 +265,7 @@ TEST_F(ElasticTest, ForcesAreTheEnergysSlope) {
       std::vector<Vector3d> more = x, less = x;
       more[i][a] += h;
       less[i][a] -= h;
-      const double H = elastic.plan().support;
+      const double H = elastic.plan().elastic_support;
       const double slope = (energy(scene, H, more) - energy(scene, H, less)) / (2 * h);
       EXPECT_TRUE(within((f[i][a] + slope) / size, tol::kElasticSlope));
     }

@@ -175,6 +175,36 @@ TEST_F(ProbesTest, BodiesGivePoseTwistAndWrench) {
   EXPECT_EQ(*r[19], 9);
 }
 
+// In solids too, and across a contact weighted as bodies in contact are.
+TEST_F(ProbesTest, TemperaturesReachIntoSolids) {
+  for (std::size_t i = 0; i < scene_.position.size(); ++i)
+    snapshot_.temperature.push_back(scene_.body[i] == 2 ? 400.f : scene_.position[i].x() < 0 ? 300.f : 310.f);
+  EXPECT_NEAR(*row(probe(Quantity::temperature, {{0, 0, 0.8}}))[1], 400, 1e-3);
+  EXPECT_NEAR(*row(probe(Quantity::temperature, {{0, 0, 0}}))[1], 305, 1e-3);
+  EXPECT_FALSE(row(probe(Quantity::temperature, {{-0.9, -0.9, 0.9}}))[1]);
+}
+
+TEST_F(ProbesTest, HeatIsAddedUp) {
+  MaterialConfig& material = scene_.config.materials[0];
+  snapshot_.temperature.assign(scene_.position.size(), 300);
+  snapshot_.temperature[3] = 280;
+  ProbeRow r = row(probe(Quantity::heat));
+  EXPECT_FALSE(r[1]) << "nothing conducts";
+  EXPECT_EQ(*r[2], 280);
+  EXPECT_NEAR(*r[3], 300, 1);
+  EXPECT_EQ(*r[4], 300);
+  EXPECT_FALSE(r[5]) << "nothing melts";
+  material.melting_temperature = 300;
+  snapshot_.heat.assign(scene_.position.size(), 2);
+  snapshot_.liquid.assign(scene_.position.size(), 0.25f);
+  ProbeConfig block = probe(Quantity::heat);
+  block.body = "block";
+  r = row(block);
+  EXPECT_NEAR(*r[1], 2.0 * scene_.bodies[2].count, 1e-9);
+  EXPECT_EQ(*r[2], 300);
+  EXPECT_NEAR(*r[5], 0.25, 1e-9);
+}
+
 TEST_F(ProbesTest, StraysAndNonFiniteParticlesDoNoHarm) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);

@@ -62,12 +62,26 @@ inline constexpr Tolerance kDraft{0.4, 0.4,
                                   "of a spacing: the gap at a solid and the level of a free surface; measured -0.26"};
 inline constexpr Tolerance kShearFlow{0.05, 0.05, "of the middle speed"};
 inline constexpr Tolerance kTaylorGreen{0.10, 0.10, "of the decay rate over the first 0.1 s at 20 particles a box"};
+// heat, reference C and D17
+inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature difference that drives it"};
+inline constexpr Tolerance kHeatDecay{0.02, 0.02, "of the decay rate of a sine of 20 particles"};
+inline constexpr Tolerance kMeltFront{1.0, 1.0, "of a spacing: the front is smeared over the particles that melt"};
+inline constexpr Tolerance kMeltSlope{0.03, 0.03, "of the front's slope over sqrt(t)"};
+inline constexpr Tolerance kHeatKept{1e-7, 1e-7,
+                                     "pair fluxes are equal and opposite up to round-off; read through float"};
+inline constexpr Tolerance kHeatGiven{5e-6, 5e-7, "as above over hundreds of steps; of the heat given"};
+inline constexpr Tolerance kPlaneLoss{0.01, 0.01, "of the rate: the surface of a lattice is calibrated"};
+inline constexpr Tolerance kCubeLoss{0.06, 0.06, "of the rate: edges and corners of a cube"};
 inline constexpr Tolerance kFreeFall{2e-6, 1e-12, "symplectic Euler of a constant acceleration, 1000 steps"};
 inline constexpr Tolerance kTopEnergy{1e-4, 1e-4, "relative, over 60 s at 1 ms"};
 inline constexpr Tolerance kElasticGradient{2e-5, 1e-12, "of an affine field; displacements of ten spacings in real"};
 inline constexpr Tolerance kElasticForce{2e-4, 1e-9, "of E dx^2 or of the exact force; strains in real"};
 inline constexpr Tolerance kElasticMomentum{3e-6, 1e-13, "of the sum of the sizes"};
 inline constexpr Tolerance kElasticSlope{3e-4, 1e-6, "of the largest force; central difference in double"};
+inline constexpr Tolerance kWaveSpeed{0.05, 0.05,
+                                      "of sqrt(E / rho): a pulse of thirty spacings in a bar of three across"};
+inline constexpr Tolerance kElasticStatics{0.03, 0.03,
+                                           "of the stretch over 16 layers: the strain's step at the clamp is smoothed"};
 inline constexpr Tolerance kRotation{2e-5, 1e-10, "orthonormality and optimality after convergence"};
 inline constexpr Tolerance kFrictionlessSlide{0.01, 0.01, "of the way; the block settles on the plate at first"};
 inline constexpr Tolerance kFrictionSlide{0.02, 0.02, "of the way, reference D14 and D16"};

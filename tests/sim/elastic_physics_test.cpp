@@ -1,0 +1,161 @@
+// Elastic bodies in motion.
+#include <gtest/gtest.h>
+
+#include "tests/support/backend.h"
+#include "tests/support/scenes.h"
+#include "tests/support/tolerance.h"
+
+namespace palp::testing {
+namespace {
+
+constexpr double kSpacing = 0.01;
+
+Scene with_material(double young, double poisson, double damping) {
+  Scene scene = empty_scene(kSpacing, {-1, -1, -1}, {2, 1, 1});
+  scene.config.gravity.setZero();
+  add_material(scene, 1000, 0);
+  scene.config.materials[0].young_modulus = young;
+  scene.config.materials[0].poisson_ratio = poisson;
+  scene.config.materials[0].damping = damping;
+  return scene;
+}
+
+// Of one component of a field over the particles that lay between two planes at the start.
+double mean(const Scene& scene, double from, double to, int axis, const std::vector<float>& field) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    if (scene.position[i].x() < from || scene.position[i].x() > to) continue;
+    sum += field[3 * i + static_cast<std::size_t>(axis)];
+    ++count;
+  }
+  return sum / count;
+}
+
+// One end of a thin bar is given a velocity: the pulse passes two places a wave's travel apart at sqrt(E / rho).
+TEST(ElasticBody, WavesRunAtTheSpeedOfYoungsModulus) {
+  constexpr double young = 1e5, speed = 10;
+  Scene scene = with_material(young, 0.3, 0);
+  add_body(scene, "bar", BodyType::elastic, 0, {0, 0, 0}, {1, 3 * kSpacing, 3 * kSpacing});
+  scene.config.rate_hz = 4000;
+  // a smooth pulse of thirty spacings, running to the right: v = f(x), strain = -f / c
+  const auto pulse = [](double x) { return 0.01 * std::pow(std::max(0.0, std::cos(M_PI * (x - 0.2) / 0.3)), 2); };
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    const double x = scene.position[i].x();
+    if (std::abs(x - 0.2) < 0.15) scene.velocity[i].x() = pulse(x);
+  }
+  const auto simulation = simulate(scene);
+  Snapshot snapshot;
+  // velocity alone splits into a wave to the left and one to the right; the latter's peak is watched
+  const auto peak_time = [&](double place) {
+    double best = 0, at = 0, before = 0, now = 0;
+    double found = 0;
+    for (int k = 0; k < 400; ++k) {
+      const StepOutput& out = simulation->step({});
+      EXPECT_TRUE(out.health.ok) << out.health.cause;
+      simulation->snapshot(snapshot);
+      const double next = mean(scene, place - 0.015, place + 0.015, 0, snapshot.velocity);
+      if (now > best && now >= before && now > next) {
+        const double shift = 0.5 * (before - next) / (before - 2 * now + next);
+        best = now;
+        at = out.time + (shift - 1) / scene.config.rate_hz;
+        found = at;
+        if (best > 0.003) break;
+      }
+      before = now;
+      now = next;
+    }
+    return found;
+  };
+  const double first = peak_time(0.5), second = peak_time(0.8);
+  const double measured = 0.3 / (second - first);
+  RecordProperty("speed_over_exact", std::to_string(measured / speed));
+  EXPECT_TRUE(within(measured / speed - 1, tol::kWaveSpeed));
+}
+
+// A column that hangs from a clamp is longer by rho g L^2 / 2 E, where nothing narrows it.
+TEST(ElasticBody, HangingColumnStretchesByItsWeight) {
+  constexpr double young = 2e4, length = 0.16;
+  Scene scene = with_material(young, 0, 20);
+  scene.config.gravity = {-9.81, 0, 0};
+  const auto clamp =
+      add_body(scene, "clamp", BodyType::fixed, 0, {length, 0, 0}, {length + 3 * kSpacing, 5 * kSpacing, 5 * kSpacing});
+  const auto column = add_body(scene, "column", BodyType::elastic, 0, {0, 0, 0}, {length, 5 * kSpacing, 5 * kSpacing});
+  scene.bodies[column].bonded_to = {clamp};
+  ProbeConfig probe;
+  probe.quantity = Quantity::body;
+  probe.body = "clamp";
+  scene.config.probes.push_back(probe);
+  const auto simulation = simulate(scene);
+  for (int k = 0; k < 1500; ++k) ASSERT_TRUE(simulation->step({}).health.ok);
+  Snapshot snapshot;
+  simulation->snapshot(snapshot);
+  // the lowest layer's centres hang by the weight of all but half a layer
+  const double lowest = mean(scene, 0, kSpacing, 0, snapshot.position);
+  const double stretch = 0.5 * kSpacing - lowest;
+  // the bond holds at the clamp's outer particles, half a spacing beyond its face
+  const double expected =
+      1000 * 9.81 * (length * length - 0.25 * kSpacing * kSpacing + kSpacing * length) / (2 * young);
+  RecordProperty("stretch_over_exact", std::to_string(stretch / expected));
+  EXPECT_TRUE(within(stretch / expected - 1, tol::kElasticStatics));
+  // and the clamp carries it
+  const double weight = scene.bodies[column].mass * 9.81;
+  EXPECT_TRUE(within(-simulation->output().bodies[clamp].force.x() / weight - 1, tol::kElasticStatics));
+}
+
+// Far-fetched, but hands do such things: a block turned inside out finds back to its shape.
+TEST(ElasticBody, InvertedBlockRecovers) {
+  Scene scene = with_material(1e4, 0.3, 10);
+  const auto block = add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, Eigen::Vector3d::Constant(6 * kSpacing));
+  // a throw that squeezes its ends through one another
+  for (std::size_t i = 0; i < scene.position.size(); ++i)
+    scene.velocity[i].x() = -60 * (scene.position[i].x() - 3 * kSpacing);
+  const auto simulation = simulate(scene);
+  for (int k = 0; k < 1500; ++k) {
+    const StepOutput& out = simulation->step({});
+    ASSERT_TRUE(out.health.ok) << out.health.cause;
+  }
+  Snapshot snapshot;
+  simulation->snapshot(snapshot);
+  const RigidState state = simulation->output().bodies[block].state;
+  double off = 0;
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    const Eigen::Vector3d rest = scene.position[i] - scene.bodies[block].position;
+    const Eigen::Vector3d now(snapshot.position[3 * i], snapshot.position[3 * i + 1], snapshot.position[3 * i + 2]);
+    off = std::max(off, (state.orientation.conjugate() * (now - state.position) - rest).norm());
+  }
+  EXPECT_LT(off, 0.05 * 6 * kSpacing);
+}
+
+TEST(ElasticBody, TooSmallOnesFallLikeStones) {
+  for (int count = 1; count <= 3; ++count) {
+    Scene scene = with_material(1e5, 0.3, 0);
+    scene.config.gravity = {0, 0, -9.81};
+    add_body(scene, "crumb", BodyType::elastic, 0, {0, 0, 0}, {count * kSpacing, kSpacing, kSpacing});
+    const auto simulation = simulate(scene);
+    for (int k = 0; k < 200; ++k) ASSERT_TRUE(simulation->step({}).health.ok);
+    Snapshot snapshot;
+    simulation->snapshot(snapshot);
+    const double t = simulation->output().time;
+    for (std::size_t i = 0; i < scene.position.size(); ++i) {
+      EXPECT_NEAR(snapshot.velocity[3 * i + 2], -9.81 * t, 1e-4);
+      EXPECT_NEAR(snapshot.velocity[3 * i], 0, 1e-4);
+    }
+  }
+}
+
+TEST(ElasticBody, AloneItLaunchesNothingForOthers) {
+  Scene scene = with_material(1e5, 0.3, 0);
+  add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, Eigen::Vector3d::Constant(4 * kSpacing));
+  const auto simulation = simulate(scene);
+  simulation->step({});
+  const Footprint footprint = simulation->footprint();
+  for (const std::string& launch : footprint.launches)
+    for (const char* other : {"sort", "density", "walls", "fluid force", "solid force", "bodies"})
+      EXPECT_NE(launch, other);
+  for (const auto& [name, bytes] : footprint.arrays)
+    for (const char* other : {"sorted", "sort", "wall", "acceleration"}) EXPECT_NE(name.rfind(other, 0), 0u) << name;
+}
+
+}  // namespace
+}  // namespace palp::testing
