@@ -110,46 +110,70 @@ BounceNumbers bounce_numbers(double restitution) {
   return damped((low + high) / 2);
 }
 
-ContactPair meet(const MaterialConfig& a, const MaterialConfig& b) {
+ContactLaw meet(const MaterialConfig& a, const MaterialConfig& b) {
   const BounceNumbers bounce = bounce_numbers(std::min(a.restitution, b.restitution));
-  ContactPair pair{};
-  pair.friction = static_cast<real>(std::sqrt(a.friction * b.friction));
-  pair.kinetic = static_cast<real>(std::sqrt(a.kinetic_friction * b.kinetic_friction));
-  pair.stiffness = static_cast<real>(bounce.stiffness);
-  pair.damping = static_cast<real>(bounce.damping);
-  return pair;
+  ContactLaw law{};
+  law.friction = static_cast<real>(std::sqrt(a.friction * b.friction));
+  law.kinetic = static_cast<real>(std::sqrt(a.kinetic_friction * b.kinetic_friction));
+  law.stiffness = static_cast<real>(bounce.stiffness);
+  law.damping = static_cast<real>(bounce.damping);
+  return law;
 }
 
-ContactStore::ContactStore(const Scene& scene, const Plan& plan) {
-  std::vector<std::uint32_t> shape_of(scene.bodies.size(), kNone);
-  std::vector<std::vector<std::uint32_t>> parts(scene.bodies.size());
+ContactStore::ContactStore(const Scene& scene, const Plan& plan) : shape_of_(scene.bodies.size(), kNone) {
+  Parts parts(scene.bodies.size());
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     if (scene.bodies[b].contact == nullptr) continue;
-    shape_of[b] = static_cast<std::uint32_t>(shape.size());
+    shape_of_[b] = static_cast<std::uint32_t>(shape.size());
     shape.push_back(add_shape(scene.bodies[b], *this));
   }
-  for (std::uint32_t a = 0; a < scene.bodies.size(); ++a)
-    for (std::uint32_t b = a + 1; b < scene.bodies.size(); ++b) {
-      const Body &first = scene.bodies[a], &second = scene.bodies[b];
-      if (shape_of[a] == kNone || shape_of[b] == kNone || plan.group[a] == plan.group[b]) continue;
-      if (first.type == BodyType::fixed && second.type == BodyType::fixed) continue;
-      ContactPair p = meet(scene.config.materials[first.material], scene.config.materials[second.material]);
-      p.a = a;
-      p.b = b;
-      p.shape_a = shape_of[a];
-      p.shape_b = shape_of[b];
-      p.first = static_cast<std::uint32_t>(states);
-      states += shape[p.shape_a].points + shape[p.shape_b].points;
-      const auto index = static_cast<std::uint32_t>(pair.size());
-      parts[a].push_back(2 * index);
-      parts[b].push_back(2 * index + 1);
-      pair.push_back(p);
-    }
+  add_rigid_pairs(scene, plan, parts);
+  add_elastic_parts(scene, plan, parts);
   of_body.push_back(0);
   for (const std::vector<std::uint32_t>& list : parts) {
     part.insert(part.end(), list.begin(), list.end());
     of_body.push_back(static_cast<std::uint32_t>(part.size()));
   }
+}
+
+void ContactStore::add_rigid_pairs(const Scene& scene, const Plan& plan, Parts& parts) {
+  for (std::uint32_t a = 0; a < scene.bodies.size(); ++a)
+    for (std::uint32_t b = a + 1; b < scene.bodies.size(); ++b) {
+      const Body &first = scene.bodies[a], &second = scene.bodies[b];
+      if (shape_of_[a] == kNone || shape_of_[b] == kNone || plan.group[a] == plan.group[b]) continue;
+      if (first.type == BodyType::fixed && second.type == BodyType::fixed) continue;
+      const auto index = static_cast<std::uint32_t>(pair.size());
+      pair.push_back({a, b, shape_of_[a], shape_of_[b], static_cast<std::uint32_t>(states),
+                      meet(scene.config.materials[first.material], scene.config.materials[second.material])});
+      states += shape[shape_of_[a]].points + shape[shape_of_[b]].points;
+      parts[a].push_back(2 * index);
+      parts[b].push_back(2 * index + 1);
+    }
+  rigid_pairs = static_cast<std::uint32_t>(pair.size());
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
+    few = few && (scene.bodies[b].type != BodyType::rigid || parts[b].size() <= 2);
+}
+
+void ContactStore::add_elastic_parts(const Scene& scene, const Plan& plan, Parts& parts) {
+  constexpr std::uint32_t kPart = 256;  // particles: enough for a block of threads, few enough for many blocks
+  for (const std::uint32_t a : plan.elastic_bodies)
+    for (std::uint32_t done = 0; done < scene.bodies[a].count; done += kPart) {
+      ElasticPart one{plan.force_first[a] + done, std::min(kPart, scene.bodies[a].count - done),
+                      static_cast<std::uint32_t>(pair.size()), 0};
+      for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+        if (shape_of_[b] == kNone || plan.group[a] == plan.group[b]) continue;
+        ContactLaw law =
+            meet(scene.config.materials[scene.bodies[a].material], scene.config.materials[scene.bodies[b].material]);
+        // its own elasticity makes it bounce; the layer that touches is only damped as springs are (rigid.h)
+        law.stiffness = real(0.4);
+        law.damping = real(0.15);
+        parts[b].push_back(2 * static_cast<std::uint32_t>(pair.size()) + 1);
+        pair.push_back({a, b, kNone, shape_of_[b], static_cast<std::uint32_t>(states), law});
+        states += one.count;
+        ++one.pairs;
+      }
+      if (one.pairs > 0) elastic_part.push_back(one);
+    }
 }
 
 std::vector<NodeGrid> ContactStore::grids_at(const Packed* from) const {

@@ -10,7 +10,10 @@
 namespace palp {
 
 struct ContactStore {
-  std::vector<ContactPair> pair;
+  std::vector<ContactPair> pair;  // of rigid and fixed bodies, then of elastic parts
+  std::uint32_t rigid_pairs = 0;
+  bool few = true;  // ContactViews::few
+  std::vector<ElasticPart> elastic_part;
   std::vector<ContactBody> shape;
   std::vector<Piece> piece;
   std::vector<NodeGrid> grid;  // without their nodes
@@ -22,6 +25,12 @@ struct ContactStore {
   ContactStore(const Scene& scene, const Plan& plan);
   // The grids with their nodes from `node` on.
   std::vector<NodeGrid> grids_at(const Packed* node) const;
+
+ private:
+  using Parts = std::vector<std::vector<std::uint32_t>>;  // of each body
+  void add_rigid_pairs(const Scene& scene, const Plan& plan, Parts& parts);
+  void add_elastic_parts(const Scene& scene, const Plan& plan, Parts& parts);
+  std::vector<std::uint32_t> shape_of_;  // per body, kNone
 };
 
 // kappa and gamma of physics/contact.h.
@@ -33,6 +42,6 @@ struct BounceNumbers {
 BounceNumbers bounce_numbers(double restitution);
 
 // Of two bodies: static and kinetic friction as the geometric mean of the materials', restitution as the smaller one.
-ContactPair meet(const MaterialConfig& a, const MaterialConfig& b);
+ContactLaw meet(const MaterialConfig& a, const MaterialConfig& b);
 
 }  // namespace palp

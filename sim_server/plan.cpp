@@ -137,8 +137,10 @@ void plan_contact(const Scene& scene, Plan& plan) {
       const Body &a = scene.bodies[i], &b = scene.bodies[j];
       const bool fluid = a.type == BodyType::fluid || b.type == BodyType::fluid;
       if (fluid || !(moves(a) || moves(b)) || plan.group[i] == plan.group[j]) continue;
-      const bool both = plan.method == Method::accurate && a.contact != nullptr && b.contact != nullptr;
-      (both ? plan.fields : plan.contact) = true;
+      const auto soft = [](const Body& body) { return body.type == BodyType::elastic; };
+      const bool shaped = a.contact != nullptr && b.contact != nullptr;
+      const bool by_field = shaped || (a.contact != nullptr && soft(b)) || (b.contact != nullptr && soft(a));
+      (plan.method == Method::accurate && by_field ? plan.fields : plan.contact) = true;
     }
 }
 

@@ -21,8 +21,8 @@ struct Plan {
   bool solids = false;       // any rigid or fixed particles
   bool wrench = false;       // a body whose wrench is asked for: rigid ones, and fixed ones with a probe
   bool moving = false;       // rigid bodies
-  bool contact = false;      // springs between the particles of solids: a pair of which one has no distance field
-  bool fields = false;       // contact by distance fields: a rigid body and another solid, both with one
+  bool contact = false;      // springs between the particles of solids that no distance field serves
+  bool fields = false;       // contact by distance fields: of two bodies that have one, or of an elastic body with one
   bool elastic = false;      // elastic bodies
   bool meets = false;        // anything whose neighbours change: a fluid, or bodies that can touch
   bool temperature = false;  // carried

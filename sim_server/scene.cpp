@@ -78,8 +78,8 @@ void move(Particles& particles, const Eigen::Isometry3d& pose) {
 bool something_moves(const SceneConfig& config) {
   std::size_t moving = 0, solids = 0;
   for (const BodyConfig& body : config.bodies) {
-    moving += body.type == BodyType::rigid ? 1 : 0;
-    solids += body.type == BodyType::rigid || body.type == BodyType::fixed ? 1 : 0;
+    moving += body.type == BodyType::rigid || body.type == BodyType::elastic ? 1 : 0;
+    solids += body.type != BodyType::fluid ? 1 : 0;
   }
   return moving > 0 && solids > 1;
 }

@@ -201,23 +201,27 @@ class SimulationOn final : public Simulation {
   void allocate_contact() {
     const ContactStore store(scene_, plan_);
     ContactViews& c = views_.contact;
-    c.pairs = static_cast<std::uint32_t>(store.pair.size());
+    c.pairs = store.rigid_pairs;
+    c.elastic_parts = static_cast<std::uint32_t>(store.elastic_part.size());
+    c.few = store.few;
+    contact_pairs_ = store.pair.size();
     c.pair = allocate_copy("contact pairs", store.pair);
     c.shape = allocate_copy("contact shapes", store.shape);
     c.piece = allocate_copy("contact pieces", store.piece);
     const Packed* node = allocate_copy("contact distances", store.node);
     c.grid = allocate_copy("contact grids", store.grids_at(node));
     c.point = allocate_copy("contact points", store.point);
-    c.of_body = allocate_copy("contact of bodies", store.of_body);
-    c.part = allocate_copy("contact parts", store.part);
+    c.elastic_part = allocate_copy("contact elastic parts", store.elastic_part);
+    c.by.of_body = allocate_copy("contact of bodies", store.of_body);
+    c.by.part = allocate_copy("contact parts", store.part);
     c.state = back_end_.template allocate<ContactState>("contact states", store.states);
-    c.wrench = back_end_.template allocate<PairWrench>("contact wrenches", c.pairs);
+    c.by.wrench = back_end_.template allocate<PairWrench>("contact wrenches", contact_pairs_);
     contact_states_ = store.states;
   }
 
   void reset_contact() {
     back_end_.upload(views_.contact.state, std::vector<ContactState>(contact_states_, no_contact()));
-    back_end_.upload(views_.contact.wrench, std::vector<PairWrench>(views_.contact.pairs, no_wrench()));
+    back_end_.upload(views_.contact.by.wrench, std::vector<PairWrench>(contact_pairs_, no_wrench()));
   }
 
   void allocate() {
@@ -242,7 +246,8 @@ class SimulationOn final : public Simulation {
       views_.body.body = bodies_.device;
     }
     if (plan_.wrench) {
-      views_.body.force = back_end_.template allocate<Packed>("solid force", plan_.force_count);
+      if (plan_.meets || plan_.elastic)
+        views_.body.force = back_end_.template allocate<Packed>("solid force", plan_.force_count);
       views_.body.local = back_end_.template allocate<Packed>("solid local", plan_.force_count);
       views_.reactive = back_end_.template allocate<std::uint32_t>("reactive bodies", plan_.reactive.size());
       views_.reactive_count = static_cast<std::uint32_t>(plan_.reactive.size());
@@ -277,7 +282,7 @@ class SimulationOn final : public Simulation {
   StepResults results_;
   B back_end_;
   StepViews views_;
-  std::size_t contact_states_ = 0;
+  std::size_t contact_states_ = 0, contact_pairs_ = 0;
   typename B::template Mirror<StepBlock> input_;
   typename B::template Mirror<BodyState> bodies_;
   typename B::template Mirror<HealthSums> health_;

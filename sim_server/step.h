@@ -3,7 +3,7 @@
 #pragma once
 
 #include "sim_server/physics/boundary.h"
-#include "sim_server/physics/contact.h"
+#include "sim_server/physics/elastic_contact.h"
 #include "sim_server/physics/health.h"
 #include "sim_server/physics/heat.h"
 #include "sim_server/physics/integrate.h"
@@ -116,13 +116,16 @@ void meeting_stages(B& back_end, const Plan& plan, const StepViews& v) {
     fluid_stages(back_end, plan, v);
 }
 
-// Onto the wrenches.
+// By distance fields: wrenches of pairs, and forces on elastic particles, onto those that act already.
 template <class B>
 void contact_stages(B& back_end, const StepViews& v) {
   const PairPoints points{v.contact, v.body.body, v.grid, v.medium.dt};
-  back_end.for_each_block("contact depth", v.contact.pairs, MeasureContact{points});
-  back_end.for_each_block("contact force", v.contact.pairs, MeetBodies{points});
-  back_end.for_each("contact wrench", v.reactive_count, AddContact{v.contact, v.body.body, v.reactive});
+  if (v.contact.pairs > 0 && !v.contact.few)
+    back_end.for_each_block("contact depth", v.contact.pairs, MeasureContact{points});
+  if (v.contact.pairs > 0) back_end.for_each_block("contact", v.contact.pairs, MeetBodies{points});
+  if (v.contact.elastic_parts > 0)
+    back_end.for_each_block("elastic contact", v.contact.elastic_parts,
+                            MeetElastic{points, v.elastic, v.body, v.medium});
 }
 
 template <class B>
@@ -130,8 +133,8 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
   if (plan.meets) meeting_stages(back_end, plan, v);
   if (heat) heat_stages(back_end, plan, v);
   if (plan.elastic) elastic_stages(back_end, plan, v);
-  if (plan.wrench) back_end.for_each_block("wrench", v.reactive_count, ReduceWrench{v.body, v.reactive});
   if (plan.fields) contact_stages(back_end, v);
+  if (plan.wrench) back_end.for_each_block("wrench", v.reactive_count, ReduceWrench{v.body, v.contact.by, v.reactive});
   if (plan.moving)
     back_end.for_each("bodies", v.rigid_count,
                       AdvanceBodies{v.body.body, v.rigid, v.proxy, v.forcing, v.medium.dt, elapsed});
