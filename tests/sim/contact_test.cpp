@@ -1,8 +1,7 @@
 // Contact of rigid bodies by distance fields: friction, bounce, stacks, ripple, speed, conservation.
 #include <gtest/gtest.h>
 
-#include "tests/sim/scene_builder.h"
-#include "tests/support/backend.h"
+#include "tests/sim/contact_scenes.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
 
@@ -14,37 +13,12 @@ using testing_support::body;
 using testing_support::box;
 using testing_support::sphere;
 
-constexpr double kGravity = 9.81;
-
-SceneConfig contact_scene(double spacing, double friction, double restitution) {
-  SceneConfig config = testing_support::scene(spacing);
-  config.gravity = {0, 0, -kGravity};
-  config.materials[0].friction = config.materials[0].kinetic_friction = friction;
-  config.materials[0].restitution = restitution;
-  return config;
-}
-
-Scene sampled(const SceneConfig& config) { return sample_scene(config, 1000000); }
-
-BodyConfig at(BodyConfig config, const Vector3d& position, const Vector3d& velocity = Vector3d::Zero()) {
-  config.position = position;
-  config.velocity = velocity;
-  return config;
-}
-
 // A block on a level plate.
 Scene level(double friction) {
   SceneConfig config = contact_scene(0.02, friction, 0.2);
   config.bodies.push_back(at(body("plate", BodyType::fixed, box({1.9, 0.4, 0.04})), {0, 0, -0.02}));
   config.bodies.push_back(at(body("block", BodyType::rigid, box({0.1, 0.1, 0.06})), {-0.85, 0, 0.03}));
   return sampled(config);
-}
-
-void run(Simulation& simulation, double seconds) {
-  for (int k = 0; k < static_cast<int>(seconds * 1000 + 0.5); ++k) {
-    const StepOutput& out = simulation.step({});
-    ASSERT_TRUE(out.health.ok) << out.health.cause;
-  }
 }
 
 double place_of_block(const Simulation& simulation) { return simulation.output().bodies[1].state.position.x(); }
@@ -116,27 +90,6 @@ TEST(Contact, BallsBounceByTheirRestitution) {
       for (int k = 0; k < 150; ++k) simulation->step({});
       EXPECT_TRUE(within(simulation->output().bodies[1].state.linear.z() / v - e, tol::kRestitution)) << "e " << e;
     }
-}
-
-struct Momenta {
-  Vector3d linear = Vector3d::Zero(), angular = Vector3d::Zero();
-  double linear_size = 0, angular_size = 0;
-};
-
-Momenta momenta(const Scene& scene, const StepOutput& out) {
-  Momenta m;
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    const Body& from = scene.bodies[b];
-    const RigidState& s = out.bodies[b].state;
-    const Vector3d center = s.position + s.orientation * from.center;
-    const Vector3d p = from.mass * (s.linear + s.angular.cross(s.orientation * from.center));
-    const Vector3d L = center.cross(p) + s.orientation * (from.inertia * (s.orientation.conjugate() * s.angular));
-    m.linear += p;
-    m.angular += L;
-    m.linear_size += p.norm();
-    m.angular_size += L.norm();
-  }
-  return m;
 }
 
 // Two balls, then two turned boxes, thrown at each other off centre, with friction.
