@@ -60,7 +60,7 @@ TEST(ContactMotion, CupsHoldABall) {
   for (const std::vector<ShapeConfig>& shapes : cups())
     for (const bool free : {false, true}) {
       SCOPED_TRACE(std::to_string(static_cast<int>(shapes[0].type)) + (free ? ", on a floor" : ", fixed"));
-      SceneConfig config = contact_scene(0.01, 0.3, 0.4);
+      SceneConfig config = contact_scene(0.02, 0.3, 0.4);
       config.numerics.max_speed = 2;
       BodyConfig cup = at(body("cup", free ? BodyType::rigid : BodyType::fixed, shapes[0]), {0, 0, 0});
       cup.shapes = shapes;
@@ -69,6 +69,7 @@ TEST(ContactMotion, CupsHoldABall) {
       if (free) config.bodies.push_back(at(body("floor", BodyType::fixed, box({0.8, 0.8, 0.04})), {0, 0, -0.04}));
       const Scene scene = sampled(config);
       const auto simulation = simulate(scene);
+      double carried = 0;  // what holds the ball, on the mean over the last second: it may still roll along the wall
       for (int k = 0; k < 3000; ++k) {
         const StepOutput& out = simulation->step({});
         ASSERT_TRUE(out.health.ok) << out.health.cause;
@@ -76,10 +77,11 @@ TEST(ContactMotion, CupsHoldABall) {
             out.bodies[0].state.orientation.conjugate() * (out.bodies[1].state.position - out.bodies[0].state.position);
         ASSERT_LT(std::hypot(x.x(), x.y()), (shapes.size() == 2 && shapes[0].type == ShapeType::box ? 1.5 : 1) * kCup);
         ASSERT_GT(x.z(), 0.8 * kBall) << k;
+        if (k >= 2000) carried += out.bodies[1].force.z() / 1000;
       }
       const BodyOutput& ball = simulation->output().bodies[1];
       EXPECT_NEAR(ball.state.position.z() - simulation->output().bodies[0].state.position.z(), kBall, 1e-3);
-      EXPECT_NEAR(ball.force.z(), scene.bodies[1].mass * kGravity, 0.02 * scene.bodies[1].mass * kGravity);
+      EXPECT_TRUE(within(carried / (scene.bodies[1].mass * kGravity) - 1, tol::kCarried));
     }
 }
 
@@ -147,9 +149,45 @@ TEST(ContactMotion, AMinuteOfRest) {
   for (std::size_t b = 1; b < scene.bodies.size(); ++b) {
     const RigidState& now = simulation->output().bodies[b].state;
     EXPECT_LT((now.position - settled[b].state.position).norm(), 0.1 * dx) << scene.bodies[b].name;
-    EXPECT_LT(now.orientation.angularDistance(settled[b].state.orientation), 0.01) << scene.bodies[b].name;
+    // nothing keeps a ball from turning where it lies
+    if (scene.bodies[b].name != "ball") {
+      EXPECT_LT(now.orientation.angularDistance(settled[b].state.orientation), 0.01) << scene.bodies[b].name;
+    }
   }
   EXPECT_LE(energy(scene, simulation->output()) - before, 1e-3 * scene.bodies[1].mass * kGravity * dx);
+}
+
+// The paper's section 6.1 in the scene of its figure 6: the ladle is lowered until the hand feels 5 N, drawn to the
+// side for 1.6 s and raised. What the hand feels while it slides is flat.
+TEST(ContactMotion, ALadleSlidesOverTheBlockInATray) {
+  SceneOverrides fast;
+  fast.accuracy = Accuracy::fast;
+  const Scene scene = sample_scene(load_scene(PALP_SOURCE_DIR "/config/scenes/tray_rigid.toml", fast), 1000000);
+  const auto simulation = simulate(scene);
+  StepInput input;
+  input[0].engaged = true;
+  input[0].gains = {2000, 40, 20, 0.4};
+  double height = 0.62, pressed = 0, drawn = 0, low = 1e30, high = -1e30, friction = 0;
+  for (int k = 0; k < 3600; ++k) {
+    const bool lowering = pressed < 5 && drawn == 0, drawing = !lowering && drawn < 1.6, raising = drawn >= 1.6;
+    height += lowering ? -5e-5 : raising ? 1e-4 : 0;
+    drawn += drawing ? 1e-3 : 0;
+    input[0].state.position = {-0.1 + 0.1 * drawn, 0, height};
+    input[0].state.linear = {drawing ? 0.1 : 0, 0, lowering ? -0.05 : raising ? 0.1 : 0};
+    const StepOutput& out = simulation->step(input);
+    ASSERT_TRUE(out.health.ok) << out.health.cause;
+    pressed = out.proxies[0].contact_force.z();
+    if (drawing && drawn > 0.8) {
+      low = std::min(low, pressed);
+      high = std::max(high, pressed);
+      friction = std::max(friction, std::abs(-out.proxies[0].contact_force.x() / pressed - 0.3));
+    }
+  }
+  EXPECT_GT(drawn, 1.59);
+  EXPECT_GT(low, 3);
+  EXPECT_TRUE(within((high - low) / low, tol::kRipple));
+  EXPECT_TRUE(within(friction / 0.3, tol::kFrictionSlide));
+  EXPECT_EQ(pressed, 0) << "raised again";
 }
 
 }  // namespace

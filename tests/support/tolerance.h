@@ -91,9 +91,12 @@ inline constexpr Tolerance kContactMomentum{1e-6, 1e-12, "of the sum of |m v|, r
 inline constexpr Tolerance kContactSpin{3e-5, 1e-11, "of the sum of |L|: places are in float, levers short"};
 inline constexpr Tolerance kStackForce{0.01, 0.01, "of the weight, reference D16"};
 inline constexpr Tolerance kContactEnergy{1e-4, 1e-4, "of what the bodies began with: bounces end within a sub-step"};
+inline constexpr Tolerance kCarried{0.05, 0.05,
+                                    "of the weight, over a second in which a ball may still hop by a millimetre"};
 inline constexpr Tolerance kSoftSlide{0.02, 0.02, "of the acceleration, reference D16"};
-inline constexpr Tolerance kSoftMomentum{3e-6, 1e-6, "of the sum of |m v|; read through float snapshots"};
-inline constexpr Tolerance kSoftSpin{3e-4, 3e-4, "of |m v| times 10 cm: the box's own is read at mid-step"};
+inline constexpr Tolerance kSoftMomentum{5e-5, 1e-6,
+                                         "of the sum of |m v|: rounding of the block's own forces; measured to 2e-5"};
+inline constexpr Tolerance kSoftSpin{1e-4, 1e-4, "of |m v| times 10 cm, as above; the box's own is read at mid-step"};
 inline constexpr Tolerance kRipple{1e-3, 1e-3, "of the normal force, reference D19"};
 inline constexpr Tolerance kRippleOfContact{1e-3, 1e-3, "as above, before hand and tool smooth it"};
 inline constexpr Tolerance kDistance{3e-7, 1e-12, "m, of solids a metre large"};
