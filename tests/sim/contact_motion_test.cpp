@@ -160,32 +160,39 @@ TEST(ContactMotion, AMinuteOfRest) {
 // The paper's section 6.1 in the scene of its figure 6: the ladle is lowered until the hand feels 5 N, drawn to the
 // side for 1.6 s and raised. What the hand feels while it slides is flat.
 TEST(ContactMotion, ALadleSlidesOverTheBlockInATray) {
-  SceneOverrides fast;
-  fast.accuracy = Accuracy::fast;
-  const Scene scene = sample_scene(load_scene(PALP_SOURCE_DIR "/config/scenes/tray_rigid.toml", fast), 1000000);
+  SceneOverrides balanced;
+  balanced.accuracy = Accuracy::balanced;
+  const Scene scene = sample_scene(load_scene(PALP_SOURCE_DIR "/config/scenes/tray_rigid.toml", balanced), 1000000);
   const auto simulation = simulate(scene);
   StepInput input;
   input[0].engaged = true;
   input[0].gains = {2000, 40, 20, 0.4};
-  double height = 0.62, pressed = 0, drawn = 0, low = 1e30, high = -1e30, friction = 0;
-  for (int k = 0; k < 3600; ++k) {
-    const bool lowering = pressed < 5 && drawn == 0, drawing = !lowering && drawn < 1.6, raising = drawn >= 1.6;
-    height += lowering ? -5e-5 : raising ? 1e-4 : 0;
+  double height = 0.62, pressed = 0, mean = 0, drawn = 0, low = 1e30, high = -1e30, friction = 0;
+  double felt_low = 1e30, felt_high = -1e30;
+  for (int k = 0; k < 4200; ++k) {
+    mean += 0.05 * (pressed - mean);  // the knock at the first touch is not the hand's 5 N
+    const bool lowering = mean < 5 && drawn == 0, drawing = !lowering && drawn < 1.6, raising = drawn >= 1.6;
+    const double vertical = lowering ? (height > 0.575 ? -0.05 : -0.02) : raising ? 0.1 : 0;
+    height += 1e-3 * vertical;
     drawn += drawing ? 1e-3 : 0;
     input[0].state.position = {-0.1 + 0.1 * drawn, 0, height};
-    input[0].state.linear = {drawing ? 0.1 : 0, 0, lowering ? -0.05 : raising ? 0.1 : 0};
+    input[0].state.linear = {drawing ? 0.1 : 0, 0, vertical};
     const StepOutput& out = simulation->step(input);
     ASSERT_TRUE(out.health.ok) << out.health.cause;
     pressed = out.proxies[0].contact_force.z();
-    if (drawing && drawn > 0.8) {
+    // hand and ladle have stopped swinging from the start; five centimetres are left
+    if (drawing && drawn > 1.1) {
       low = std::min(low, pressed);
       high = std::max(high, pressed);
+      felt_low = std::min(felt_low, out.proxies[0].force.z());
+      felt_high = std::max(felt_high, out.proxies[0].force.z());
       friction = std::max(friction, std::abs(-out.proxies[0].contact_force.x() / pressed - 0.3));
     }
   }
   EXPECT_GT(drawn, 1.59);
   EXPECT_GT(low, 3);
-  EXPECT_TRUE(within((high - low) / low, tol::kRipple));
+  EXPECT_TRUE(within((felt_high - felt_low) / low, tol::kRipple));
+  EXPECT_TRUE(within((high - low) / low, tol::kRippleOfContact));
   EXPECT_TRUE(within(friction / 0.3, tol::kFrictionSlide));
   EXPECT_EQ(pressed, 0) << "raised again";
 }

@@ -309,5 +309,37 @@ TEST(Contact, RunsRepeatBitForBit) {
   EXPECT_EQ(place_of_block(*simulation), before);
 }
 
+bool pays(const Scene& scene) {
+  const auto simulation = simulate(scene);
+  simulation->step({});
+  const Footprint footprint = simulation->footprint();
+  for (const auto& [name, bytes] : footprint.arrays)
+    if (name.rfind("contact", 0) == 0) return true;
+  for (const std::string& launch : footprint.launches)
+    if (launch.find("contact") != std::string::npos) return true;
+  return false;
+}
+
+// What cannot touch another solid costs nothing; two that can are one more launch, and no neighbours.
+TEST(Contact, ScenesWithoutItPayNothing) {
+  SceneConfig config = contact_scene(0.05, 0.3, 0.2);
+  const BodyConfig water = at(body("water", BodyType::fluid, box({0.4, 0.4, 0.4})), {0.5, 0.5, 0});
+  const BodyConfig block = body("block", BodyType::rigid, box({0.2, 0.2, 0.2}));
+  const BodyConfig floor = at(body("floor", BodyType::fixed, box({1, 1, 0.1})), {0, 0, -0.5});
+  const BodyConfig wall = at(body("wall", BodyType::fixed, box({1, 0.1, 1})), {0, 0.9, 0});
+  config.bodies = {water, block};
+  EXPECT_FALSE(pays(sampled(config)));
+  config.bodies = {water, floor, wall};
+  EXPECT_FALSE(pays(sampled(config)));
+  config.bodies = {block, floor};
+  EXPECT_TRUE(pays(sampled(config)));
+  const auto simulation = simulate(sampled(config));
+  simulation->step({});
+  EXPECT_EQ(simulation->footprint().launches,
+            (std::vector<std::string>{"begin", "contact", "wrench", "bodies", "move", "health", "health"}));
+  config.method = Method::paper;
+  EXPECT_FALSE(pays(sampled(config)));
+}
+
 }  // namespace
 }  // namespace palp::testing
