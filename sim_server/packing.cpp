@@ -89,6 +89,12 @@ bool inside_a_body(const Packing& p, const Vector3d& place) {
   return false;
 }
 
+// Number c of the steps of a cube that reaches as many steps to either side.
+Vector3d lattice_steps(int c, int reach) {
+  const int edge = 2 * reach + 1, x = c % edge, y = c / edge % edge, z = c / (edge * edge);
+  return Vector3d(x, y, z) - Vector3d::Constant(reach);
+}
+
 // The lattice of the active particles goes on into open space, so that they do not spread into it.
 std::vector<Vector3d> open_sites(const Packing& p, const std::vector<std::uint32_t>& active) {
   const std::vector<Vector3d>& x = p.scene.position;
@@ -97,7 +103,7 @@ std::vector<Vector3d> open_sites(const Packing& p, const std::vector<std::uint32
   for (const std::uint32_t i : active) {
     const Eigen::Matrix3d axes = p.axes(i) * p.dx;
     for (int c = 0; c < 125; ++c) {
-      const Vector3d steps(c % 5 - 2, c / 5 % 5 - 2, c / 25 - 2);
+      const Vector3d steps = lattice_steps(c, 2);
       if (steps.norm() > kSupport) continue;
       const Vector3d site = p.box.wrapped(x[i] + axes * steps);
       bool filled = false;
@@ -140,7 +146,7 @@ Neighbors list_neighbors(const Packing& p, const std::vector<std::uint32_t>& act
 double lattice_sum() {
   double sum = 0;
   for (int c = 0; c < 343; ++c) {
-    const Vector3d steps(c % 7 - 3, c / 7 % 7 - 3, c / 49 - 3);
+    const Vector3d steps = lattice_steps(c, 3);
     sum += kernel(steps.norm() / kSupport);
   }
   return sum;

@@ -43,7 +43,7 @@ std::string format_time(double seconds) {
   if (s >= 1) return fmt::format("{:.1f} s", seconds);
   if (s >= 0.01) return fmt::format("{:.0f} ms", 1e3 * seconds);
   if (s >= 0.1e-3) return fmt::format("{:.2f} ms", 1e3 * seconds);
-  return fmt::format("{:.0f} µs", 1e6 * seconds);
+  return fmt::format("{:.0f} us", 1e6 * seconds);
 }
 
 std::vector<HudRow> hud_rows(const HudData& d) {

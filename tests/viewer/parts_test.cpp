@@ -130,7 +130,7 @@ TEST(HudText, UnknownFiguresAreDashesAndBadOnesWarn) {
 }
 
 TEST(HudText, TimesHaveTheUnitThatSuits) {
-  EXPECT_EQ(format_time(42e-6), "42 µs");
+  EXPECT_EQ(format_time(42e-6), "42 us");
   EXPECT_EQ(format_time(0.42e-3), "0.42 ms");
   EXPECT_EQ(format_time(0.123), "123 ms");
   EXPECT_EQ(format_time(1.26), "1.3 s");
