@@ -102,7 +102,7 @@ TEST(ContactMotion, EnergyNeverGrows) {
       config.bodies.push_back(room);
       for (int k = 0; k < 4; ++k) {
         const ShapeConfig shape = k == 0 ? sphere(0.05) : k == 1 ? cylinder(0.04, 0.1) : box({0.1, 0.08, 0.06});
-        BodyConfig one = at(body("b" + std::to_string(k), BodyType::rigid, shape),
+        BodyConfig one = at(body("body " + std::to_string(k), BodyType::rigid, shape),
                             {0.13 * (k % 2 ? 1 : -1), 0.13 * (k / 2 ? 1 : -1), 0}, random_vector(random, 1.5));
         one.orientation = random_rotation(random);
         one.angular_velocity = random_vector(random, 10);
@@ -155,6 +155,69 @@ TEST(ContactMotion, AMinuteOfRest) {
     }
   }
   EXPECT_LE(energy(scene, simulation->output()) - before, 1e-3 * scene.bodies[1].mass * kGravity * dx);
+}
+
+// Balls, cans and boxes, turned at random, fall into a tray and come to rest there, hardly in one another.
+TEST(ContactMotion, ManyBodiesSettleInATray) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Random random(seed);
+  constexpr double dx = 0.02;
+  SceneConfig config = contact_scene(dx, 0.4, 0.2);
+  BodyConfig tray = body("tray", BodyType::fixed, box({0.5, 0.5, 0.3}));
+  tray.shapes.push_back(cut(box({0.4, 0.4, 0.3}, {0, 0, 0.05})));
+  config.bodies.push_back(tray);
+  for (int k = 0; k < 27; ++k) {
+    const ShapeConfig shape = k % 3 == 0 ? sphere(0.04) : k % 3 == 1 ? cylinder(0.03, 0.08) : box({0.08, 0.06, 0.05});
+    BodyConfig one =
+        at(body("body " + std::to_string(k), BodyType::rigid, shape),
+           Vector3d(0.12 * (k % 3 - 1), 0.12 * (k / 3 % 3 - 1), 0.12 * (k / 9)) + random_vector(random, 0.005));
+    one.orientation = random_rotation(random);
+    config.bodies.push_back(one);
+  }
+  const Scene scene = sampled(config);
+  const auto simulation = simulate(scene);
+  const double start = energy(scene, simulation->step({}));
+  run(*simulation, 4);
+  const StepOutput& out = simulation->output();
+  double weight = 0, slow = 0;
+  for (std::size_t b = 1; b < scene.bodies.size(); ++b) {
+    const Vector3d x = out.bodies[b].state.position;
+    weight += scene.bodies[b].mass * kGravity;
+    slow += out.bodies[b].state.linear.norm() < 0.02 ? 1 : 0;
+    EXPECT_LT(std::max(std::abs(x.x()), std::abs(x.y())), 0.2) << scene.bodies[b].name;
+    EXPECT_GT(x.z(), -0.1 + 0.02) << scene.bodies[b].name;
+  }
+  EXPECT_LT(energy(scene, out), start);
+  EXPECT_GE(slow, 24) << "a ball may still roll";
+}
+
+// A flat tool on a plate that is a mesh.
+TEST(ContactMotion, AMeshIsFlatToo) {
+  SceneConfig config = contact_scene(0.01, 0, 0.2);
+  config.bodies = {
+      at(body("plate", BodyType::fixed, as_mesh({box({0.6, 0.12, 0.02})}, "contact_plate.obj", 0.01)), {0, 0, -0.01}),
+      at(body("tool", BodyType::rigid, box({0.05, 0.05, 0.05})), {-0.15, 0, 0.026})};
+  ProxyConfig proxy;
+  proxy.body = "tool";
+  config.proxies.push_back(proxy);
+  const auto simulation = simulate(sampled(config));
+  StepInput input;
+  input[0].engaged = true;
+  input[0].gains = {1000, 20, 10, 0.2};
+  double low = 1e30, high = -1e30;
+  for (int k = 0; k < 2000; ++k) {
+    const double t = std::max(0, k - 500) * 1e-3;
+    input[0].state.position = {-0.15 + 0.2 * t, 0, 0.02};
+    input[0].state.linear = {k < 500 ? 0 : 0.2, 0, 0};
+    const StepOutput& out = simulation->step(input);
+    ASSERT_TRUE(out.health.ok) << out.health.cause;
+    if (k < 800) continue;
+    low = std::min(low, out.proxies[0].contact_force.z());
+    high = std::max(high, out.proxies[0].contact_force.z());
+  }
+  EXPECT_GT(low, 4);
+  EXPECT_TRUE(within((high - low) / low, tol::kRippleOfContact));
 }
 
 // The paper's section 6.1 in the scene of its figure 6: the ladle is lowered until the hand feels 5 N, drawn to the
