@@ -25,6 +25,9 @@ struct MaterialConfig {
   std::optional<double> yield_stress;            // [Pa], of elastic bodies; unset: does not yield
   std::optional<double> tear_strain;             // of elastic bodies; unset: does not tear
   double hardening = 0;                          // [Pa], more yield stress for each unit of plastic strain
+  double friction = 0.3;                         // of solids, static coefficient
+  double kinetic_friction = 0.3;                 // at most the static one
+  double restitution = 0.2;                      // of solids, speed after over speed before a bounce
   double conductivity = 0;                       // [W/(m K)]; 0: an insulator
   double heat_capacity = 0;                      // [J/(kg K)]; 0: not given
   std::optional<double> melting_temperature;     // [K]; unset: does not melt
