@@ -14,6 +14,7 @@ namespace palp {
 
 enum class Method { paper, accurate };
 enum class Accuracy { fast, balanced, accurate };
+enum class ViscosityScheme { explicit_, staged };
 
 struct MaterialConfig {
   std::string name;
@@ -121,6 +122,7 @@ struct NumericsConfig {
   std::optional<double> max_speed;             // expected largest speed [m/s], from which the sound speed follows
   std::optional<double> artificial_viscosity;  // alpha, 0..1
   std::optional<double> density_diffusion;     // delta, 0..0.5
+  std::optional<ViscosityScheme> viscosity;    // unset: what costs less
   std::optional<bool> tension;                 // let fluid pressure be negative
   std::optional<int> sub_steps;                // per haptic step; refused when unstable
   double safety = 0.5;                         // fraction of the linear stability limit that a sub-step uses, 0.05..1

@@ -9,6 +9,7 @@
 #include "config/error.h"
 #include "sim_server/heat_plan.h"
 #include "sim_server/physics/rigid.h"
+#include "sim_server/viscosity_plan.h"
 
 namespace palp {
 namespace {
@@ -205,28 +206,7 @@ void limit_by_elasticity(const Scene& scene, Plan& plan) {
   }
 }
 
-void plan_time(const Scene& scene, Plan& plan) {
-  const SceneConfig& config = scene.config;
-  const double dx = scene.spacing, ratio = plan.support / dx;
-  double nu = plan.artificial * plan.sound_speed * 0.5 * plan.support / 10;  // what the artificial viscosity amounts to
-  double physical = 0, lightest = 1e30, heaviest = 0;
-  for (const Body& body : scene.bodies) {
-    if (body.type != BodyType::fluid) continue;
-    const MaterialConfig& m = config.materials[body.material];
-    physical = std::max(physical, m.viscosity / m.density);
-    lightest = std::min(lightest, m.density);
-    heaviest = std::max(heaviest, m.density);
-  }
-  nu += physical;
-  // Where a light fluid meets a heavy one its particles feel the heavy one's pressure: from a contrast of about a
-  // hundred on that limits the step (tests/sim/stability_test.cpp: 100 holds at half the limit, 1000 needs a fifth of
-  // that).
-  const double contrast = std::min(1.0, std::sqrt(30 * lightest / std::max(heaviest, 1e-30)));
-  const double sound = acoustic_limit(ratio) * dx / (plan.sound_speed + plan.max_speed) * contrast;
-  const double viscous = nu > 0 ? viscous_limit(ratio) * dx * dx / nu : 1e30;
-  plan.dt_limit = plan.fluid ? std::min(sound, viscous) : 1e30;
-  plan.limited_by = sound < viscous ? "sound" : "viscosity";
-  limit_by_elasticity(scene, plan);
+void choose_sub_steps(const SceneConfig& config, Plan& plan) {
   const double step = 1.0 / config.rate_hz;
   const double needed = std::ceil(step / (config.numerics.safety * plan.dt_limit) - 1e-9);
   if (needed > 10000)
@@ -244,6 +224,36 @@ void plan_time(const Scene& scene, Plan& plan) {
                       config.path, plan.sub_steps, std::ceil(step / plan.dt_limit), plan.limited_by));
   }
   plan.dt = step / plan.sub_steps;
+}
+
+void plan_time(const Scene& scene, Plan& plan) {
+  const SceneConfig& config = scene.config;
+  const double dx = scene.spacing, ratio = plan.support / dx;
+  double nu = plan.artificial * plan.sound_speed * 0.5 * plan.support / 10;  // what the artificial viscosity amounts to
+  double physical = 0, lightest = 1e30, heaviest = 0;
+  for (const Body& body : scene.bodies) {
+    if (body.type != BodyType::fluid) continue;
+    const MaterialConfig& m = config.materials[body.material];
+    physical = std::max(physical, m.viscosity / m.density);
+    lightest = std::min(lightest, m.density);
+    heaviest = std::max(heaviest, m.density);
+  }
+  // Where a light fluid meets a heavy one its particles feel the heavy one's pressure: from a contrast of about a
+  // hundred on that limits the step (tests/sim/stability_test.cpp: 100 holds at half the limit, 1000 needs a fifth of
+  // that).
+  const double contrast = std::min(1.0, std::sqrt(30 * lightest / std::max(heaviest, 1e-30)));
+  const double sound = acoustic_limit(ratio) * dx / (plan.sound_speed + plan.max_speed) * contrast;
+  const auto viscous = [&](double n) { return n > 0 ? viscous_limit(ratio) * dx * dx / n : 1e30; };
+  plan.dt_limit = plan.fluid ? std::min(sound, viscous(nu)) : 1e30;
+  plan.limited_by = sound < viscous(nu) ? "sound" : "viscosity";
+  limit_by_elasticity(scene, plan);
+  const double all = plan.fluid ? std::min(plan.dt_limit, viscous(nu + physical)) : plan.dt_limit;
+  plan_viscosity(scene, plan.dt_limit, all, plan);
+  if (plan.viscous_stages == 0 && all < plan.dt_limit) {
+    plan.dt_limit = all;
+    plan.limited_by = "viscosity";
+  }
+  choose_sub_steps(config, plan);
 }
 
 }  // namespace
@@ -308,7 +318,7 @@ std::string describe(const Plan& plan, const Scene& scene) {
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
   if (plan.fluid || plan.elastic)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
-  return text + describe_heat(plan, scene);
+  return text + describe_viscosity(plan) + describe_heat(plan, scene);
 }
 
 }  // namespace palp

@@ -62,6 +62,11 @@ inline constexpr Tolerance kDraft{0.4, 0.4,
                                   "of a spacing: the gap at a solid and the level of a free surface; measured -0.26"};
 inline constexpr Tolerance kShearFlow{0.05, 0.05, "of the middle speed"};
 inline constexpr Tolerance kTaylorGreen{0.10, 0.10, "of the decay rate over the first 0.1 s at 20 particles a box"};
+// viscosity in stages
+inline constexpr Tolerance kStagedFine{1e-3, 1e-3,
+                                       "of the largest speed; both forms are of first order in the sub-step"};
+inline constexpr Tolerance kStagedCoarse{0.05, 0.05, "as above, one sub-step instead of forty"};
+inline constexpr Tolerance kStagedMomentum{2e-5, 1e-6, "pair forces are equal and opposite; read through float"};
 // heat, reference C and D17
 inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature difference that drives it"};
 inline constexpr Tolerance kHeatDecay{0.02, 0.02, "of the decay rate of a sine of 20 particles"};
