@@ -18,8 +18,10 @@ enum class ViscosityScheme { explicit_, staged };
 
 struct MaterialConfig {
   std::string name;
-  double density = 1000;    // rest density [kg/m^3]
-  double viscosity = 1e-3;  // dynamic viscosity [Pa s]; fluids, and as the viscosity a wall shows to a fluid
+  double density = 1000;       // rest density [kg/m^3]
+  double viscosity = 1e-3;     // dynamic viscosity [Pa s]; fluids, and as the viscosity a wall shows to a fluid
+  double surface_tension = 0;  // [N/m]; fluids
+  double adhesion = 0;         // to solids [N/m]; fluids
   std::optional<double> young_modulus;           // [Pa], elastic bodies need one
   double poisson_ratio = 0.3;                    // -0.9..0.495
   double damping = 0;                            // viscosity of the elastic solid (Kelvin-Voigt) [Pa s]

@@ -100,6 +100,11 @@ double expected_speed(const Scene& scene) {
     if (!config.periodic[a] && config.gravity[a] != 0)
       speed = std::max(speed, std::sqrt(2 * std::abs(config.gravity[a]) *
                                         fall_along(scene, a, fluid ? BodyType::fluid : BodyType::rigid)));
+  for (const Body& body : scene.bodies) {  // of a drop of a spacing, by its own pressure
+    const MaterialConfig& m = config.materials[body.material];
+    const double strength = std::max(m.surface_tension, m.adhesion);
+    if (body.type == BodyType::fluid) speed = std::max(speed, std::sqrt(2 * strength / (m.density * scene.spacing)));
+  }
   if (!scene.proxies.empty()) speed = std::max(speed, 1.0);
   return speed;
 }
@@ -226,6 +231,25 @@ void choose_sub_steps(const SceneConfig& config, Plan& plan) {
   plan.dt = step / plan.sub_steps;
 }
 
+// The shortest capillary wave, of length 2 dx, limits the step (Brackbill, Kothe & Zemach 1992).
+void limit_by_tension(const Scene& scene, Plan& plan) {
+  for (const Body& body : scene.bodies) {
+    if (body.type != BodyType::fluid) continue;
+    const MaterialConfig& m = scene.config.materials[body.material];
+    const double strength = std::max(m.surface_tension, m.adhesion);
+    if (strength == 0) continue;
+    plan.cohesion = true;
+    const double limit = std::sqrt(m.density * std::pow(scene.spacing, 3) / (2 * EIGEN_PI * strength));
+    if (limit >= plan.dt_limit) continue;
+    plan.dt_limit = limit;
+    plan.limited_by = "surface tension";
+  }
+  if (plan.cohesion && plan.method == Method::paper)
+    throw ConfigError(fmt::format(
+        "{}: a material has surface_tension or adhesion, which method \"paper\" does not know: use method \"accurate\"",
+        scene.config.path));
+}
+
 void plan_time(const Scene& scene, Plan& plan) {
   const SceneConfig& config = scene.config;
   const double dx = scene.spacing, ratio = plan.support / dx;
@@ -247,6 +271,7 @@ void plan_time(const Scene& scene, Plan& plan) {
   plan.dt_limit = plan.fluid ? std::min(sound, viscous(nu)) : 1e30;
   plan.limited_by = sound < viscous(nu) ? "sound" : "viscosity";
   limit_by_elasticity(scene, plan);
+  limit_by_tension(scene, plan);
   const double all = plan.fluid ? std::min(plan.dt_limit, viscous(nu + physical)) : plan.dt_limit;
   plan_viscosity(scene, plan.dt_limit, all, plan);
   if (plan.viscous_stages == 0 && all < plan.dt_limit) {

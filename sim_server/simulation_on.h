@@ -52,6 +52,7 @@ class SimulationOn final : public Simulation {
     }
     scene_.config.numerics = numerics;
     views_.medium = make_medium(scene_, plan_);
+    views_.cohesion = make_cohesion(scene_, plan_);
     if (plan_.viscous_stages > 0) allocate_viscosity();
     if (plan_.heat) views_.heat_medium = make_heat_medium(scene_, plan_);
     back_end_.forget();
@@ -209,6 +210,7 @@ class SimulationOn final : public Simulation {
           back_end_.allocate_sort(views_.particles, views_.grid.cells(), 4.0 / 3.0 * EIGEN_PI * reach * reach * reach);
     }
     views_.medium = make_medium(scene_, plan_);
+    views_.cohesion = make_cohesion(scene_, plan_);
     if (plan_.heat) allocate_heat();
     if (plan_.viscous_stages > 0) allocate_viscosity();
     if (plan_.fluid) views_.acceleration = back_end_.template allocate<Packed>("acceleration", n);

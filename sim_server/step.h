@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sim_server/physics/boundary.h"
+#include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/health.h"
 #include "sim_server/physics/heat.h"
 #include "sim_server/physics/integrate.h"
@@ -34,6 +35,7 @@ struct StepViews {
   HeatMedium heat_medium;
   HeatViews heat;
   ViscosityViews viscosity;
+  CohesionMedium cohesion;
 };
 
 // Whether two particles ever act on each other: stored neighbour lists leave out the pairs that do not.
@@ -92,6 +94,9 @@ void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapse
                            FluidForce{v.state, v.wall, v.grid, kernel, medium, v.forcing, v.acceleration});
   if (plan.wrench)
     back_end.for_each_team("solid force", n, SolidForce{v.state, v.wall, v.body, v.grid, kernel, medium, plan.contact});
+  if (plan.cohesion)
+    back_end.for_each_team(
+        "cohesion", n, Cohere{v.state, v.body, v.grid, kernel.support, v.medium.uniform, v.cohesion, v.acceleration});
   if (plan.viscous_stages > 0) viscous_stages(back_end, plan, v, elapsed);
 }
 

@@ -67,6 +67,10 @@ inline constexpr Tolerance kStagedFine{1e-3, 1e-3,
                                        "of the largest speed; both forms are of first order in the sub-step"};
 inline constexpr Tolerance kStagedCoarse{0.05, 0.05, "as above, one sub-step instead of forty"};
 inline constexpr Tolerance kStagedMomentum{2e-5, 1e-6, "pair forces are equal and opposite; read through float"};
+inline constexpr Tolerance kStokesBalance{0.02, 0.02, "of the force that drives the flow"};
+inline constexpr Tolerance kStokesDrag{0.15, 0.15, "of Hasimoto's drag for a sphere of radius 4 dx"};
+inline constexpr Tolerance kSteadyPull{0.01, 0.01, "of the force, from step to step: below what a hand tells apart"};
+inline constexpr Tolerance kLinearDrag{0.1, 0.1, "of the force: the slower tool has not come as far"};
 // heat, reference C and D17
 inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature difference that drives it"};
 inline constexpr Tolerance kHeatDecay{0.02, 0.02, "of the decay rate of a sine of 20 particles"};
