@@ -231,23 +231,29 @@ void choose_sub_steps(const SceneConfig& config, Plan& plan) {
   plan.dt = step / plan.sub_steps;
 }
 
+bool has_cohesion(const Scene& scene) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) {
+    const MaterialConfig& m = scene.config.materials[body.material];
+    return body.type == BodyType::fluid && (m.surface_tension > 0 || m.adhesion > 0);
+  });
+}
+
 // The shortest capillary wave, of length 2 dx, limits the step (Brackbill, Kothe & Zemach 1992).
 void limit_by_tension(const Scene& scene, Plan& plan) {
+  if (!plan.cohesion) return;
+  if (plan.method == Method::paper)
+    throw ConfigError(fmt::format(
+        "{}: a material has surface_tension or adhesion, which method \"paper\" does not know: use method \"accurate\"",
+        scene.config.path));
   for (const Body& body : scene.bodies) {
-    if (body.type != BodyType::fluid) continue;
     const MaterialConfig& m = scene.config.materials[body.material];
     const double strength = std::max(m.surface_tension, m.adhesion);
-    if (strength == 0) continue;
-    plan.cohesion = true;
+    if (body.type != BodyType::fluid || strength == 0) continue;
     const double limit = std::sqrt(m.density * std::pow(scene.spacing, 3) / (2 * EIGEN_PI * strength));
     if (limit >= plan.dt_limit) continue;
     plan.dt_limit = limit;
     plan.limited_by = "surface tension";
   }
-  if (plan.cohesion && plan.method == Method::paper)
-    throw ConfigError(fmt::format(
-        "{}: a material has surface_tension or adhesion, which method \"paper\" does not know: use method \"accurate\"",
-        scene.config.path));
 }
 
 void plan_time(const Scene& scene, Plan& plan) {
@@ -312,7 +318,10 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan.method = config.method;
   plan_bodies(scene, plan);
   plan.temperature = !scene.temperature.empty();
-  plan.support = n.support_over_spacing.value_or(level.support_over_spacing) * scene.spacing;
+  plan.cohesion = has_cohesion(scene);
+  // with two spacings attraction freezes the particles on their lattice: a cube does not become a ball
+  const double least = plan.cohesion ? 3 : 0;
+  plan.support = n.support_over_spacing.value_or(std::max(least, level.support_over_spacing)) * scene.spacing;
   // a short kernel sees more of a bent plate's strain than one that reaches across it
   plan.elastic_support =
       plan.method == Method::paper ? plan.support : n.support_over_spacing.value_or(2.0) * scene.spacing;
@@ -338,8 +347,8 @@ std::string describe(const Plan& plan, const Scene& scene) {
                                  to_string(plan.method), to_string(scene.config.accuracy), scene.position.size(),
                                  1e3 * scene.spacing, plan.support / scene.spacing);
   if (plan.fluid)
-    text += fmt::format("c {:.3g} m/s for speeds to {:.3g} m/s, alpha {:.3g}, delta {:.3g}, ", plan.sound_speed,
-                        plan.max_speed, plan.artificial, plan.diffusion);
+    text += fmt::format("c {:.3g} m/s for speeds to {:.3g} m/s, alpha {:.3g}, delta {:.3g}, {}", plan.sound_speed,
+                        plan.max_speed, plan.artificial, plan.diffusion, plan.cohesion ? "surface tension, " : "");
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
   if (plan.fluid || plan.elastic)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
 
 #include "config/error.h"
 #include "sim_server/physics/cohesion.h"
@@ -41,6 +42,16 @@ TEST(Cohesion, IntegralIsThatOfItsShape) {
   EXPECT_NEAR(sum, kCohesionIntegral, 1e-6);
 }
 
+// With two spacings a drop keeps the lattice that it starts with: measured, a cube stays one.
+TEST(Cohesion, ReachesThreeSpacings) {
+  Scene scene = drop(3, 0.1, 3e-3, nullptr);
+  scene.config.numerics.support_over_spacing.reset();
+  scene.config.accuracy = Accuracy::fast;
+  EXPECT_NEAR(make_plan(scene).support, 3 * kSpacing, 1e-9);
+  scene.config.materials[0].surface_tension = 0;
+  EXPECT_NEAR(make_plan(scene).support, 2 * kSpacing, 1e-9);
+}
+
 TEST(Cohesion, IsRefusedWhereTheMethodHasNone) {
   Scene scene = drop(3, 0.1, 3e-3, nullptr);
   EXPECT_TRUE(make_plan(scene).cohesion);
@@ -48,50 +59,137 @@ TEST(Cohesion, IsRefusedWhereTheMethodHasNone) {
   EXPECT_THROW(make_plan(scene), ConfigError);
 }
 
-// A cube becomes a ball. What remains inside is the pressure of the ball's surface and that which balances attraction,
-// which is the same in balls of all sizes.
-double pressure_within(double support, double edge, double& radius, double& speed) {
-  const Scene scene = drop(support, 0.1, edge / 2, nullptr);
+// Mechanical pressure within `core` of the centre (Irving & Kirkwood): what the pair forces of pressure and of
+// attraction press through it.
+double pressure_within(const Scene& scene, const Snapshot& s, const Eigen::Vector3d& center, double core) {
+  const Plan plan = make_plan(scene);
+  const double strength = kTension / (M_PI / 8 * kCohesionIntegral * std::pow(plan.support, 5));
+  double virial = 0, volume = 0;
+  const auto V = [&](std::size_t i) { return scene.volume[i] * 1000 / s.density[i]; };
+  const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.support));
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    const Eigen::Vector3d x = vector_at(s.position, i);
+    if ((x - center).norm() > core) continue;
+    volume += V(i);
+    for (std::size_t j = 0; j < scene.position.size(); ++j) {
+      const double r = (x - vector_at(s.position, j)).norm();
+      if (j == i || r >= plan.support) continue;
+      const double push = (s.pressure[i] + s.pressure[j]) * kernel.F(static_cast<real>(r)) * r -
+                          strength * cohesion_phi(static_cast<real>(r / plan.support));
+      virial += 0.5 * V(i) * V(j) * push * r;
+    }
+  }
+  return virial / (3 * volume);
+}
+
+class Drop : public ::testing::TestWithParam<double> {};
+
+// A cube becomes a ball, and the pressure in it that of its surface, 2 sigma / R. The strength of the pair force is
+// that of a medium of uniformly scattered particles, so with few neighbours the surface tension that comes out is not
+// quite the one asked for: the tolerance states by how much.
+TEST_P(Drop, IsRoundAndHasThePressureOfLaplace) {
+  const Scene scene = drop(GetParam(), 0.1, 5.5e-3, nullptr);
   const auto simulation = simulate(scene);
-  while (simulation->output().time < 0.25) {
+  while (simulation->output().time < 0.2) {
+    const StepOutput& out = simulation->step({});
+    ASSERT_TRUE(out.health.ok) << out.health.cause;
+  }
+  double p = 0, longest = 0, radius = 0;
+  Snapshot s;
+  for (int k = 0; k < 100; ++k) {
+    simulation->step({});
+    if (k % 20 != 19) continue;
+    simulation->snapshot(s);
+    const std::size_t n = scene.position.size();
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < n; ++i) center += vector_at(s.position, i) / static_cast<double>(n);
+    Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
+    for (std::size_t i = 0; i < n; ++i) {
+      const Eigen::Vector3d d = vector_at(s.position, i) - center;
+      square += d * d.transpose() / static_cast<double>(n);
+    }
+    const Eigen::Vector3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(square).eigenvalues().cwiseSqrt();
+    longest = axes[2] / axes[0];
+    radius = std::sqrt(5 * square.trace() / 3);
+    p += pressure_within(scene, s, center, radius - (GetParam() + 0.5) * kSpacing) / 5;
+  }
+  const double whole = std::cbrt(scene.bodies[0].volume * 3 / (4 * M_PI));
+  RecordProperty("laplace_over_exact", std::to_string(p / (2 * kTension / radius)));
+  RecordProperty("longest_over_shortest_axis", std::to_string(longest));
+  RecordProperty("radius_over_that_of_its_volume", std::to_string(radius / whole));
+  RecordProperty("speed", std::to_string(simulation->output().health.max_speed));
+  EXPECT_TRUE(within(p / (2 * kTension / radius) - 1, tol::kLaplace));
+  EXPECT_TRUE(within(longest - 1, tol::kRoundness));
+  EXPECT_TRUE(within(radius / whole - 1, tol::kDropRadius));
+}
+
+INSTANTIATE_TEST_SUITE_P(Supports, Drop, ::testing::Values(3.0, 3.5),
+                         [](const auto& param) { return "H_" + std::to_string(static_cast<int>(10 * param.param)); });
+
+// Momentum and angular momentum of a lump that pulls itself together.
+TEST(Cohesion, KeepsMomenta) {
+  Random random(3);
+  Scene scene = drop(2.5, 0, 4e-3, nullptr);
+  scene.config.numerics.artificial_viscosity = 0.1;
+  Eigen::Vector3d moved = Eigen::Vector3d::Zero(), turned = Eigen::Vector3d::Zero();
+  double size = 0, turning = 0;
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    scene.position[i] += random_vector(random, 2e-4);
+    scene.velocity[i] = random_vector(random, 0.1);
+    moved += scene.velocity[i];
+    turned += scene.position[i].cross(scene.velocity[i]);
+    size += scene.velocity[i].norm();
+    turning += scene.position[i].cross(scene.velocity[i]).norm();
+  }
+  const auto simulation = simulate(scene);
+  for (int k = 0; k < 60; ++k) ASSERT_TRUE(simulation->step({}).health.ok) << simulation->output().health.cause;
+  Snapshot s;
+  simulation->snapshot(s);
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    moved -= vector_at(s.velocity, i);
+    turned -= vector_at(s.position, i).cross(vector_at(s.velocity, i));
+  }
+  EXPECT_TRUE(within(moved.norm() / size, tol::kMomentumOfSnapshot));
+  EXPECT_TRUE(within(turned.norm() / turning, tol::kAngularMomentum));
+}
+
+// Height over width of half a ball laid on a plate, after it has spread or drawn itself together.
+double lying(double adhesion, double& foot) {
+  constexpr double R = 6e-3;
+  Scene scene = drop(3, 0.05, R, [](const Eigen::Vector3d& x) { return x.z() > 0 && x.norm() < R; });
+  scene.config.gravity = {0, 0, -1};  // holds what does not wet
+  scene.config.materials[0].adhesion = adhesion;
+  add_body(scene, "plate", BodyType::fixed, 0, {-11e-3, -11e-3, -3e-3}, {11e-3, 11e-3, 0});
+  const auto simulation = simulate(scene);
+  while (simulation->output().time < 0.2) {
     const StepOutput& out = simulation->step({});
     EXPECT_TRUE(out.health.ok) << out.health.cause;
-    if (!out.health.ok) break;
-    speed = out.health.max_speed;
+    if (!out.health.ok) return 0;
   }
   Snapshot s;
   simulation->snapshot(s);
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  const std::size_t n = scene.position.size();
-  for (std::size_t i = 0; i < n; ++i) center += vector_at(s.position, i) / static_cast<double>(n);
-  double volume = 0, farthest = 0, nearest = 1, p = 0, weight = 0;
-  for (std::size_t i = 0; i < n; ++i) volume += scene.volume[i] * 1000 / s.density[i];
-  radius = std::cbrt(volume * 3 / (4 * M_PI));
-  Eigen::Vector3d square = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector3d d = vector_at(s.position, i) - center;
-    square += d.cwiseAbs2() / static_cast<double>(n);
-    farthest = std::max(farthest, d.norm());
-    if (d.norm() > radius - (support + 1) * kSpacing) continue;
-    p += s.pressure[i];
-    weight += 1;
+  double high = 0;
+  foot = 0;
+  Eigen::Vector2d center(0, 0);
+  const double n = scene.bodies[0].count;
+  for (std::uint32_t i = 0; i < n; ++i) center += vector_at(s.position, i).head<2>() / n;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    high = std::max<double>(high, s.position[3 * i + 2]);
+    if (s.position[3 * i + 2] < kSpacing) foot = std::max(foot, (vector_at(s.position, i).head<2>() - center).norm());
   }
-  const double mean = 1e3 * std::sqrt(5 * square.sum() / 3);
-  printf("support %g edge %g: R %.3f mm (gyration %.3f, %.3f %.3f %.3f) farthest %.3f p %.2f Pa of %g, speed %.2g\n", support, edge,
-         1e3 * radius, mean, 1e3 * std::sqrt(5 * square.x()), 1e3 * std::sqrt(5 * square.y()), 1e3 * std::sqrt(5 * square.z()), 1e3 * farthest, p / weight, weight, speed);
-  (void)nearest;
-  return p / weight;
+  ::testing::Test::RecordProperty("height_mm_at_" + std::to_string(adhesion), std::to_string(1e3 * high));
+  ::testing::Test::RecordProperty("foot_mm_at_" + std::to_string(adhesion), std::to_string(1e3 * foot));
+  return high;
 }
 
-TEST(Drop, HasThePressureOfLaplace) {
-  for (const double support : {2.0, 3.0}) {
-    double R[3], speed = 0, p[3];
-    const double edge[3] = {8e-3, 11e-3, 15e-3};
-    for (int k = 0; k < 3; ++k) p[k] = pressure_within(support, edge[k], R[k], speed);
-    for (int k = 0; k < 2; ++k)
-      printf("sigma from %d,%d: %.4f\n", k, k + 1, (p[k] - p[k + 1]) / 2 / (1 / R[k] - 1 / R[k + 1]));
-    printf("from 0,2: %.4f\n", (p[0] - p[2]) / 2 / (1 / R[0] - 1 / R[2]));
-  }
+// The more a plate attracts the water the wider it spreads and the lower it lies.
+TEST(Adhesion, OrdersHowADropLies) {
+  double foot[3];
+  const double repelled = lying(0, foot[0]), upright = lying(kTension / 2, foot[1]), wetting = lying(kTension, foot[2]);
+  EXPECT_GT(repelled, upright + 0.5 * kSpacing);
+  EXPECT_GT(upright, wetting + 0.5 * kSpacing);
+  EXPECT_LT(foot[0], foot[1]);
+  EXPECT_LT(foot[1], foot[2]);
 }
 
 }  // namespace

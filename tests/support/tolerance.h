@@ -71,6 +71,11 @@ inline constexpr Tolerance kStokesBalance{0.02, 0.02, "of the force that drives 
 inline constexpr Tolerance kStokesDrag{0.15, 0.15, "of Hasimoto's drag for a sphere of radius 4 dx"};
 inline constexpr Tolerance kSteadyPull{0.01, 0.01, "of the force, from step to step: below what a hand tells apart"};
 inline constexpr Tolerance kLinearDrag{0.1, 0.1, "of the force: the slower tool has not come as far"};
+// surface tension
+inline constexpr Tolerance kLaplace{0.3, 0.3, "of 2 sigma / R"};
+inline constexpr Tolerance kRoundness{0.05, 0.05, "longest over shortest axis of inertia"};
+inline constexpr Tolerance kDropRadius{0.05, 0.05, "of the radius"};
+inline constexpr Tolerance kAngularMomentum{1e-4, 1e-5, "central forces; positions and velocities of different times"};
 // heat, reference C and D17
 inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature difference that drives it"};
 inline constexpr Tolerance kHeatDecay{0.02, 0.02, "of the decay rate of a sine of 20 particles"};
