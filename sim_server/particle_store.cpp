@@ -201,7 +201,7 @@ Material to_material(const MaterialConfig& from) {
 
 CohesionMedium make_cohesion(const Scene& scene, const Plan& plan) {
   CohesionMedium m{};
-  const double N = EIGEN_PI / 8 * kCohesionIntegral * std::pow(plan.support, 5);
+  const double N = cohesion_norm(plan.support);
   for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i) {
     m.tension[i] = static_cast<real>(scene.config.materials[i].surface_tension / N);
     m.adhesion[i] = static_cast<real>(scene.config.materials[i].adhesion / N);

@@ -8,6 +8,7 @@
 
 #include "config/error.h"
 #include "sim_server/heat_plan.h"
+#include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/rigid.h"
 #include "sim_server/viscosity_plan.h"
 
@@ -102,7 +103,7 @@ double expected_speed(const Scene& scene) {
                                         fall_along(scene, a, fluid ? BodyType::fluid : BodyType::rigid)));
   for (const Body& body : scene.bodies) {  // of a drop of a spacing, by its own pressure
     const MaterialConfig& m = config.materials[body.material];
-    const double strength = std::max(m.surface_tension, m.adhesion);
+    const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
     if (body.type == BodyType::fluid) speed = std::max(speed, std::sqrt(2 * strength / (m.density * scene.spacing)));
   }
   if (!scene.proxies.empty()) speed = std::max(speed, 1.0);
@@ -247,7 +248,7 @@ void limit_by_tension(const Scene& scene, Plan& plan) {
         scene.config.path));
   for (const Body& body : scene.bodies) {
     const MaterialConfig& m = scene.config.materials[body.material];
-    const double strength = std::max(m.surface_tension, m.adhesion);
+    const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
     if (body.type != BodyType::fluid || strength == 0) continue;
     const double limit = std::sqrt(m.density * std::pow(scene.spacing, 3) / (2 * EIGEN_PI * strength));
     if (limit >= plan.dt_limit) continue;
