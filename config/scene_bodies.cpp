@@ -211,6 +211,20 @@ std::string read_name(TomlTable& table, const std::string& kind, const std::vect
   return *name;
 }
 
+namespace {
+
+void read_contact(TomlTable& table, MaterialConfig& material) {
+  material.friction = table.number("friction", {"", 0, 10}).value_or(material.friction);
+  material.kinetic_friction = table.number("kinetic_friction", {"", 0, 10}).value_or(material.friction);
+  material.restitution = table.number("restitution", {"", 0, 1}).value_or(material.restitution);
+  if (material.kinetic_friction > material.friction) {
+    table.fault("kinetic_friction", fmt::format("kinetic_friction is {}, expected at most friction, which is {}",
+                                                material.kinetic_friction, material.friction));
+  }
+}
+
+}  // namespace
+
 void read_materials(TomlTable& root, SceneConfig& scene) {
   for (TomlTable& table : root.tables("material")) {
     MaterialConfig material;
@@ -223,6 +237,7 @@ void read_materials(TomlTable& root, SceneConfig& scene) {
     material.young_modulus = table.number("young_modulus", {"Pa", 0, 1e12, true});
     material.poisson_ratio = table.number("poisson_ratio", {"", -0.9, 0.495}).value_or(material.poisson_ratio);
     material.damping = table.number("damping", {"Pa s", 0, 1e9}).value_or(material.damping);
+    read_contact(table, material);
     read_heat_keys(table, material);
     material.color = table.color("color").value_or(material.color);
     scene.materials.push_back(material);

@@ -25,6 +25,9 @@ struct MaterialConfig {
   std::optional<double> young_modulus;           // [Pa], elastic bodies need one
   double poisson_ratio = 0.3;                    // -0.9..0.495
   double damping = 0;                            // viscosity of the elastic solid (Kelvin-Voigt) [Pa s]
+  double friction = 0.3;                         // of solids, static coefficient
+  double kinetic_friction = 0.3;                 // at most the static one
+  double restitution = 0.2;                      // of solids, speed after over speed before a bounce
   double conductivity = 0;                       // [W/(m K)]; 0: an insulator
   double heat_capacity = 0;                      // [J/(kg K)]; 0: not given
   std::optional<double> melting_temperature;     // [K]; unset: does not melt

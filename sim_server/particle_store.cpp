@@ -93,6 +93,7 @@ BodyState initial_body(const Scene& scene, const Plan& plan, std::uint32_t index
   b.contact_mass = real(1e30);
   if (b.kind == Kind::rigid) b.contact_mass = static_cast<real>(body.mass / contacts_at_once(scene, body));
   b.group = plan.group[index];
+  b.shaped = plan.fields && body.contact != nullptr;
   if (b.kind == Kind::elastic) {
     // each particle moves on its own, and the body's rotation is counted from its start
     b.contact_mass = static_cast<real>(body.mass / body.count);

@@ -136,13 +136,28 @@ void plan_elastic(const Scene& scene, Plan& plan) {
   plan.elastic_count = plan.force_count;
 }
 
+// Which kinds of contact can come about.
+void plan_contact(const Scene& scene, Plan& plan) {
+  const auto moves = [](const Body& body) { return body.type == BodyType::rigid || body.type == BodyType::elastic; };
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const Body &a = scene.bodies[i], &b = scene.bodies[j];
+      const bool fluid = a.type == BodyType::fluid || b.type == BodyType::fluid;
+      if (fluid || !(moves(a) || moves(b)) || plan.group[i] == plan.group[j]) continue;
+      const auto soft = [](const Body& body) { return body.type == BodyType::elastic; };
+      const bool shaped = a.contact != nullptr && b.contact != nullptr;
+      const bool by_field = shaped || (a.contact != nullptr && soft(b)) || (b.contact != nullptr && soft(a));
+      (plan.method == Method::accurate && by_field ? plan.fields : plan.contact) = true;
+    }
+}
+
 void plan_bodies(const Scene& scene, Plan& plan) {
   std::vector<bool> probed(scene.bodies.size(), false);
   for (const ProbeConfig& probe : scene.config.probes)
     for (std::size_t b = 0; b < scene.bodies.size(); ++b)
       if (probe.quantity == Quantity::body && probe.body == scene.bodies[b].name) probed[b] = true;
   plan.probed = probed;
-  std::size_t solids = 0;
+  bool solids = false;
   plan.force_first.assign(scene.bodies.size(), kNone);
   plan_elastic(scene, plan);
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
@@ -151,7 +166,7 @@ void plan_bodies(const Scene& scene, Plan& plan) {
       plan.fluid = true;
       continue;
     }
-    ++solids;
+    solids = true;
     if (body.type == BodyType::rigid) plan.rigid.push_back(b);
     const bool held = plan.force_first[b] != kNone;
     if (body.type != BodyType::rigid && !probed[b] && !held) continue;
@@ -160,10 +175,10 @@ void plan_bodies(const Scene& scene, Plan& plan) {
     plan.force_first[b] = plan.force_count;
     plan.force_count += body.count;
   }
-  plan.solids = solids > 0;
+  plan.solids = solids;
   plan.wrench = !plan.reactive.empty();
   plan.moving = !plan.rigid.empty();
-  plan.contact = (plan.moving || plan.elastic) && solids > 1;
+  plan_contact(scene, plan);
   plan.meets = plan.fluid || plan.contact;
 }
 
@@ -210,6 +225,22 @@ void limit_by_elasticity(const Scene& scene, Plan& plan) {
       plan.limited_by = name;
     }
   }
+}
+
+// Not stability, which contact has at any step, but how far solids enter one another. Like the others it is halved by
+// the default safety.
+void limit_by_contact(const Scene& scene, Plan& plan) {
+  if (!plan.fields) return;
+  // a bounce reaches a depth of 1.6 v dt (physics/contact.h): at the default share less than a spacing
+  double limit = scene.spacing / plan.max_speed;
+  // under a hand: an edge, behind which there is a quarter of the tool's mass, is ten times as stiff as the coupling
+  for (const Proxy& proxy : scene.proxies) {
+    const double stiffness = std::clamp(proxy.limit.stiffness, 1.0, 3000.0);
+    limit = std::min(limit, 2 * std::sqrt(0.1 * scene.bodies[proxy.body].mass / (10 * stiffness)));
+  }
+  if (limit >= plan.dt_limit) return;
+  plan.dt_limit = limit;
+  plan.limited_by = "contact";
 }
 
 void choose_sub_steps(const SceneConfig& config, Plan& plan) {
@@ -279,6 +310,7 @@ void plan_time(const Scene& scene, Plan& plan) {
   plan.limited_by = sound < viscous(nu) ? "sound" : "viscosity";
   limit_by_elasticity(scene, plan);
   limit_by_tension(scene, plan);
+  limit_by_contact(scene, plan);
   const double all = plan.fluid ? std::min(plan.dt_limit, viscous(nu + physical)) : plan.dt_limit;
   plan_viscosity(scene, plan.dt_limit, all, plan);
   if (plan.viscous_stages == 0 && all < plan.dt_limit) {
@@ -351,7 +383,7 @@ std::string describe(const Plan& plan, const Scene& scene) {
     text += fmt::format("c {:.3g} m/s for speeds to {:.3g} m/s, alpha {:.3g}, delta {:.3g}, {}", plan.sound_speed,
                         plan.max_speed, plan.artificial, plan.diffusion, plan.cohesion ? "surface tension, " : "");
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
-  if (plan.fluid || plan.elastic)
+  if (plan.fluid || plan.elastic || plan.fields)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
   return text + describe_viscosity(plan) + describe_heat(plan, scene);
 }

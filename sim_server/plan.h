@@ -21,7 +21,8 @@ struct Plan {
   bool solids = false;       // any rigid or fixed particles
   bool wrench = false;       // a body whose wrench is asked for: rigid ones, and fixed ones with a probe
   bool moving = false;       // rigid bodies
-  bool contact = false;      // a rigid body and another solid
+  bool contact = false;      // springs between the particles of solids that no distance field serves
+  bool fields = false;       // contact by distance fields: of two bodies that have one, or of an elastic body with one
   bool elastic = false;      // elastic bodies
   bool meets = false;        // anything whose neighbours change: a fluid, or bodies that can touch
   bool temperature = false;  // carried
@@ -40,7 +41,7 @@ struct Plan {
   int sub_steps = 1;              // per haptic step
   double dt = 0;                  // sub-step [s]
   double dt_limit = 0;            // the largest stable sub-step by linear theory [s]
-  std::string limited_by;         // "sound", "viscosity", "surface tension", "elasticity" or "damping"
+  std::string limited_by;         // "sound", "viscosity", "surface tension", "elasticity", "damping", "contact"
   double skin = 0;  // how far stored neighbour lists reach past the support radius; 0: none are stored [m]
   // heat runs at the end of every heat_interval-th haptic step, in heat_steps steps of heat_dt
   int heat_interval = 1;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "config/error.h"
+#include "sim_server/contact_shape.h"
 #include "sim_server/packing.h"
 #include "sim_server/particle_csv.h"
 #include "sim_server/sampling.h"
@@ -73,6 +74,16 @@ void move(Particles& particles, const Eigen::Isometry3d& pose) {
   for (Eigen::Vector3d& v : particles.velocity) v = pose.linear() * v;
 }
 
+// Whether any solid can run into another.
+bool something_moves(const SceneConfig& config) {
+  std::size_t moving = 0, solids = 0;
+  for (const BodyConfig& body : config.bodies) {
+    moving += body.type == BodyType::rigid || body.type == BodyType::elastic ? 1 : 0;
+    solids += body.type != BodyType::fluid ? 1 : 0;
+  }
+  return moving > 0 && solids > 1;
+}
+
 // Particles in the body frame; for a solid body also its volume, mass properties and surface.
 Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::size_t room, Body& body,
                       std::optional<Solid>& solid) {
@@ -106,6 +117,8 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     move(particles, solid->frame);
     moments = moments.moved(solid->frame);
     if (body.type == BodyType::rigid || body.type == BodyType::fixed) body.surface = solid_surface(*solid, spacing / 2);
+    if (!body.surface.triangles.empty() && config.method == Method::accurate && something_moves(config))
+      body.contact = make_contact_shape(*solid, body.surface, spacing);
     // the particles of a solid that is not filled exactly share its exact volume
     if (body.type != BodyType::fluid && !particles.exact) {
       std::fill(particles.volume.begin(), particles.volume.end(),

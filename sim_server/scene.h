@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +18,8 @@ struct SurfaceMesh {
   std::vector<Eigen::Vector3d> vertices;                // body frame [m]
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from outside
 };
+
+struct ContactShape;
 
 struct Body {
   std::string name;
@@ -36,6 +39,8 @@ struct Body {
   std::vector<std::uint32_t> bonded_to;                        // of an elastic body: bodies it holds on to
   std::array<float, 3> color{};
   SurfaceMesh surface;  // for the viewer; empty for fluids
+  // What contact.h needs (contact_shape.h); none for fluids, elastic bodies, loose particles and method "paper".
+  std::shared_ptr<const ContactShape> contact;
 };
 
 struct Proxy {

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "sim_server/contact_store.h"
 #include "sim_server/elastic_store.h"
 #include "sim_server/heat_plan.h"
 #include "sim_server/pack_frame.h"
@@ -95,6 +96,7 @@ class SimulationOn final : public Simulation {
     }
     if (plan_.moving) back_end_.upload(const_cast<std::uint32_t*>(views_.rigid), plan_.rigid);
     if (plan_.elastic) reset_elastic();
+    if (plan_.fields) reset_contact();
     if (plan_.solids) back_end_.upload(views_.body.body, store.bodies);
     results_.reset(store.bodies, output_);
   }
@@ -198,6 +200,32 @@ class SimulationOn final : public Simulation {
     back_end_.upload(views_.elastic.rotation, store.rotation);
   }
 
+  void allocate_contact() {
+    const ContactStore store(scene_, plan_);
+    ContactViews& c = views_.contact;
+    c.pairs = store.rigid_pairs;
+    c.elastic_parts = static_cast<std::uint32_t>(store.elastic_part.size());
+    c.few = store.few;
+    contact_pairs_ = store.pair.size();
+    c.pair = allocate_copy("contact pairs", store.pair);
+    c.shape = allocate_copy("contact shapes", store.shape);
+    c.piece = allocate_copy("contact pieces", store.piece);
+    const Packed* node = allocate_copy("contact distances", store.node);
+    c.grid = allocate_copy("contact grids", store.grids_at(node));
+    c.point = allocate_copy("contact points", store.point);
+    c.elastic_part = allocate_copy("contact elastic parts", store.elastic_part);
+    c.by.of_body = allocate_copy("contact of bodies", store.of_body);
+    c.by.part = allocate_copy("contact parts", store.part);
+    c.state = back_end_.template allocate<ContactState>("contact states", store.states);
+    c.by.wrench = back_end_.template allocate<PairWrench>("contact wrenches", contact_pairs_);
+    contact_states_ = store.states;
+  }
+
+  void reset_contact() {
+    back_end_.upload(views_.contact.state, std::vector<ContactState>(contact_states_, no_contact()));
+    back_end_.upload(views_.contact.by.wrench, std::vector<PairWrench>(contact_pairs_, no_wrench()));
+  }
+
   void allocate() {
     const std::size_t n = scene_.position.size();
     views_.particles = static_cast<std::uint32_t>(n);
@@ -222,7 +250,8 @@ class SimulationOn final : public Simulation {
       views_.body.body = bodies_.device;
     }
     if (plan_.wrench) {
-      views_.body.force = back_end_.template allocate<Packed>("solid force", plan_.force_count);
+      if (plan_.meets || plan_.elastic)
+        views_.body.force = back_end_.template allocate<Packed>("solid force", plan_.force_count);
       views_.body.local = back_end_.template allocate<Packed>("solid local", plan_.force_count);
       views_.reactive = back_end_.template allocate<std::uint32_t>("reactive bodies", plan_.reactive.size());
       views_.reactive_count = static_cast<std::uint32_t>(plan_.reactive.size());
@@ -232,6 +261,7 @@ class SimulationOn final : public Simulation {
       views_.rigid_count = static_cast<std::uint32_t>(plan_.rigid.size());
     }
     if (plan_.elastic) allocate_elastic();
+    if (plan_.fields) allocate_contact();
     views_.health_part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
     health_ = back_end_.template mirror<HealthSums>("health", 1);
     views_.health = health_.device;
@@ -267,6 +297,7 @@ class SimulationOn final : public Simulation {
   StepResults results_;
   B back_end_;
   StepViews views_;
+  std::size_t contact_states_ = 0, contact_pairs_ = 0;
   typename B::template Mirror<StepBlock> input_;
   typename B::template Mirror<BodyState> bodies_;
   typename B::template Mirror<HealthSums> health_;

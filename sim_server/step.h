@@ -4,6 +4,7 @@
 
 #include "sim_server/physics/boundary.h"
 #include "sim_server/physics/cohesion.h"
+#include "sim_server/physics/elastic_contact.h"
 #include "sim_server/physics/health.h"
 #include "sim_server/physics/heat.h"
 #include "sim_server/physics/integrate.h"
@@ -23,6 +24,7 @@ struct StepViews {
   Medium medium;
   BodyViews body;
   ElasticViews elastic;
+  ContactViews contact;
   const std::uint32_t* reactive = nullptr;
   const std::uint32_t* rigid = nullptr;
   const std::uint32_t* elastic_bodies = nullptr;
@@ -151,12 +153,25 @@ void meeting_stages(B& back_end, const Plan& plan, const StepViews& v, real elap
     fluid_stages(back_end, plan, v, elapsed);
 }
 
+// By distance fields: wrenches of pairs, and forces on elastic particles, onto those that act already.
+template <class B>
+void contact_stages(B& back_end, const StepViews& v) {
+  const PairPoints points{v.contact, v.body.body, v.grid, v.medium.dt};
+  if (v.contact.pairs > 0 && !v.contact.few)
+    back_end.for_each_block("contact depth", v.contact.pairs, MeasureContact{points});
+  if (v.contact.pairs > 0) back_end.for_each_block("contact", v.contact.pairs, MeetBodies{points});
+  if (v.contact.elastic_parts > 0)
+    back_end.for_each_block("elastic contact", v.contact.elastic_parts,
+                            MeetElastic{points, v.elastic, v.body, v.medium});
+}
+
 template <class B>
 void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, bool heat) {
   if (plan.meets) meeting_stages(back_end, plan, v, elapsed);
   if (heat) heat_stages(back_end, plan, v);
   if (plan.elastic) elastic_stages(back_end, plan, v);
-  if (plan.wrench) back_end.for_each_block("wrench", v.reactive_count, ReduceWrench{v.body, v.reactive});
+  if (plan.fields) contact_stages(back_end, v);
+  if (plan.wrench) back_end.for_each_block("wrench", v.reactive_count, ReduceWrench{v.body, v.contact.by, v.reactive});
   if (plan.moving)
     back_end.for_each("bodies", v.rigid_count,
                       AdvanceBodies{v.body.body, v.rigid, v.proxy, v.forcing, v.medium.dt, elapsed});

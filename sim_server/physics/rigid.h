@@ -26,6 +26,7 @@ struct BodyState {
   Vec3 handle;                 // coupling point relative to the centre of mass, body axes [m]
   real contact_mass;           // a contact's share of the mass, from which its stiffness follows [kg]
   std::uint32_t group;         // bodies of one group are bonded: no contact among them
+  bool shaped;                 // it has a distance field
   Vec3 force, torque;          // of this sub-step, about the centre of mass [N, N m]
   Vec3 force_sum, torque_sum;  // over the sub-steps of this haptic step
   Vec3 coupling_force, coupling_torque;  // on the proxy, about the handle, of this sub-step [N, N m]
@@ -34,18 +35,38 @@ struct BodyState {
 
 struct BodyViews {
   BodyState* body = nullptr;  // one per body of the scene, fluids included (unused)
-  Packed* force = nullptr;    // per particle of bodies whose wrench is asked for [N]
+  Packed* force = nullptr;    // per particle of bodies whose wrench is asked for; null where nothing acts on any [N]
   Packed* local = nullptr;    // its position relative to the centre of mass, body axes [m]
 };
 
-// Contact between solids: a spring between particles closer than a spacing, damped, as stiff as the lighter body's mass
-// allows with this sub-step when all the contacts act that contact_mass reckons with: spring and damper then use
+// What contact by distance fields does to a pair of bodies (contact.h).
+struct PairWrench {
+  Vec3 force, torque_a, torque_b;  // on a by b; about a's centre; on b about b's centre
+  real depth, sharing;             // sum D^2 / sum D of this sub-step; N
+  bool near;                       // whether any state of the pair may be in use
+};
+
+// Of all pairs, and which of them are a body's; null without such contact.
+struct PairWrenches {
+  PairWrench* wrench = nullptr;
+  const std::uint32_t* of_body = nullptr;  // [bodies + 1] first of each body's in part
+  const std::uint32_t* part = nullptr;     // pair * 2, and 1 more where the body is b
+};
+
+// Whether two bodies meet by the distance field of one of them: then no springs act between their particles.
+PALP_HD inline bool meet_by_field(const BodyState& a, const BodyState& b) {
+  return (a.shaped && (b.shaped || b.kind == Kind::elastic)) || (b.shaped && a.kind == Kind::elastic);
+}
+
+// Contact between solids that no distance field serves (elastic bodies among each other, bodies of loose particles,
+// method "paper"): a spring between particles closer than a spacing, damped, as stiff as the lighter body's mass allows
+// with this sub-step when all the contacts act that contact_mass reckons with: spring and damper then use
 // k dt^2/m + 2 b dt/m = 0.7 of the linear stability limit of 4, twice that between two bodies. Frictionless.
 PALP_HD inline Vec3 contact_pair_force(const Medium& medium, const BodyState& a, const BodyState& b, const Vec3& v_ij,
                                        const Vec3& x_ij, real r2) {
   const real r = Eigen::numext::sqrt(r2);
   const real overlap = medium.spacing - r;
-  if (!(overlap > real(0)) || !(r > real(0)) || a.group == b.group) return Vec3(0, 0, 0);
+  if (!(overlap > real(0)) || !(r > real(0)) || a.group == b.group || meet_by_field(a, b)) return Vec3(0, 0, 0);
   const real m = a.contact_mass < b.contact_mass ? a.contact_mass : b.contact_mass;
   const real k = real(0.4) * m / (medium.dt * medium.dt);
   const real damping = real(0.15) * m / medium.dt;
@@ -87,21 +108,32 @@ struct SolidForce {
   }
 };
 
-// Adds up a body's forces and torques; one team, in a fixed order, for each entry of the list.
+// Adds up a body's forces and torques, of its particles and of contact; one team, in a fixed order, for each entry of
+// the list.
 struct ReduceWrench {
   BodyViews bodies;
+  PairWrenches contact;
   const std::uint32_t* reactive;  // bodies whose wrench is asked for
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t k, Team team) const {
-    BodyState& body = bodies.body[reactive[k]];
+    const std::uint32_t index = reactive[k];
+    BodyState& body = bodies.body[index];
     const Mat3 R = body.q.toRotationMatrix();
     Vec3 force(0, 0, 0), torque(0, 0, 0);
-    for (std::uint32_t p = body.force_first + team.lane(); p < body.force_first + body.count; p += team.size()) {
+    const std::uint32_t particles = bodies.force != nullptr ? body.count : 0;
+    for (std::uint32_t p = body.force_first + team.lane(); p < body.force_first + particles; p += team.size()) {
       const Vec3 f = bodies.force[p].xyz();
       force += f;
       torque += (R * bodies.local[p].xyz()).cross(f);
     }
+    if (contact.wrench != nullptr)
+      for (std::uint32_t p = contact.of_body[index] + team.lane(); p < contact.of_body[index + 1]; p += team.size()) {
+        const PairWrench& w = contact.wrench[contact.part[p] / 2];
+        const bool second = (contact.part[p] & 1u) != 0;
+        force += second ? Vec3(-w.force) : w.force;
+        torque += second ? w.torque_b : w.torque_a;
+      }
     force = team.sum(force);
     torque = team.sum(torque);
     if (!team.leader()) return;

@@ -197,6 +197,16 @@ TEST(SceneReader, TakesEveryKey) {
   EXPECT_EQ(s.heat_zones[0].end, 2);
 }
 
+TEST(SceneReader, TakesWhatTouches) {
+  const std::string rough = "density = 1000\nfriction = 0.6\nkinetic_friction = 0.4\nrestitution = 0.5";
+  const SceneConfig given = read(replaced(kScene, "density = 1000", rough));
+  EXPECT_EQ(given.materials[0].friction, 0.6);
+  EXPECT_EQ(given.materials[0].kinetic_friction, 0.4);
+  EXPECT_EQ(given.materials[0].restitution, 0.5);
+  const SceneConfig smooth = read(replaced(kScene, "density = 1000", "density = 1000\nfriction = 0.1"));
+  EXPECT_EQ(smooth.materials[0].kinetic_friction, 0.1);
+}
+
 TEST(SceneReader, TakesWhatMelts) {
   const std::string melts =
       "conductivity = 2\nheat_capacity = 2100\nmelting_temperature = 273.15\nlatent_heat = 3.3e5\ncolor = \"#102030\"";
@@ -349,6 +359,12 @@ const BadRow kBad[] = {
     {"quantity = \"front\"", "quantity = \"body\"\n#",
      "77: probe 'front': body 'pool' is a fluid, expected a rigid or static body"},
     {"axis = \"y\"", "axis = \"w\"", "77: probe 'front': axis is \"w\", expected one of: x, y, z"},
+    {"density = 1000", "density = 1000\nfriction = -0.1",
+     "31: material 'water': friction is -0.1, expected a number from 0 to 10"},
+    {"density = 1000", "density = 1000\nfriction = 0.2\nkinetic_friction = 0.3",
+     "32: material 'water': kinetic_friction is 0.3, expected at most friction, which is 0.2"},
+    {"density = 1000", "density = 1000\nrestitution = 1.1",
+     "31: material 'water': restitution is 1.1, expected a number from 0 to 1"},
     {"density = 1000", "density = 1000\nconductivity = -1",
      "31: material 'water': conductivity is -1, expected a number in W/(m K) from 0 to 1000000"},
     {"density = 1000", "density = 1000\nconductivity = 1",

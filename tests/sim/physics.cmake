@@ -1,16 +1,17 @@
 # The solver's tests. The CPU's binaries are physics_unit_test (seconds) and physics_test (minutes); the same sources,
 # but those that call kernels on the host, make the GPU's, whose tests skip themselves where there is no GPU.
 set(physics_support ../support/backend.cpp ../support/equations.cpp)
-set(physics_host_sources elastic_test.cpp kernels_test.cpp neighbors_test.cpp)
+set(physics_host_sources distance_test.cpp elastic_test.cpp kernels_test.cpp neighbors_test.cpp)
 set(physics_unit_sources
-  conservation_test.cpp equations_test.cpp health_test.cpp heat_test.cpp kept_lists_test.cpp plan_test.cpp proxy_test.cpp
-  rigid_test.cpp viscosity_test.cpp)
+  conservation_test.cpp contact_test.cpp equations_test.cpp health_test.cpp heat_test.cpp kept_lists_test.cpp plan_test.cpp
+  proxy_test.cpp rigid_test.cpp viscosity_test.cpp)
 set(physics_sources
-  batter_test.cpp buoyancy_test.cpp cohesion_test.cpp dam_break_test.cpp density_ratio_test.cpp elastic_physics_test.cpp heat_flow_test.cpp hydrostatics_test.cpp resting_noise_test.cpp
+  batter_test.cpp buoyancy_test.cpp cohesion_test.cpp contact_motion_test.cpp dam_break_test.cpp density_ratio_test.cpp
+  elastic_contact_test.cpp elastic_physics_test.cpp heat_flow_test.cpp hydrostatics_test.cpp resting_noise_test.cpp
   shear_flow_test.cpp stability_test.cpp)
 
 palp_test(NAME physics_unit_test SOURCES ${physics_unit_sources} ${physics_host_sources} ${physics_support}
-  LIBS palp_simulation palp_config LABELS unit)
+  LIBS palp_simulation palp_scene palp_config LABELS unit)
 palp_test(NAME physics_test SOURCES ${physics_sources} ${physics_support}
   LIBS palp_simulation palp_scene palp_config LABELS physics TIMEOUT 300)
 

@@ -101,6 +101,24 @@ inline constexpr Tolerance kWaveSpeed{0.05, 0.05,
 inline constexpr Tolerance kElasticStatics{0.03, 0.03,
                                            "of the stretch over 16 layers: the strain's step at the clamp is smoothed"};
 inline constexpr Tolerance kRotation{2e-5, 1e-10, "orthonormality and optimality after convergence"};
+inline constexpr Tolerance kFrictionlessSlide{0.01, 0.01, "of the way; the block settles on the plate at first"};
+inline constexpr Tolerance kFrictionSlide{0.02, 0.02, "of the way, reference D14 and D16"};
+inline constexpr Tolerance kRestitution{0.02, 0.02,
+                                        "of the speed, reference D16; the moment of arrival matters a little"};
+inline constexpr Tolerance kContactMomentum{1e-6, 1e-12, "of the sum of |m v|, reference D16: one force, two signs"};
+inline constexpr Tolerance kContactSpin{3e-5, 1e-11, "of the sum of |L|: places are in float, levers short"};
+inline constexpr Tolerance kStackForce{0.01, 0.01, "of the weight, reference D16"};
+inline constexpr Tolerance kContactEnergy{1e-4, 1e-4, "of what the bodies began with: bounces end within a sub-step"};
+inline constexpr Tolerance kCarried{0.05, 0.05,
+                                    "of the weight, over a second in which a ball may still hop by a millimetre"};
+inline constexpr Tolerance kSoftSlide{0.02, 0.02, "of the acceleration, reference D16"};
+inline constexpr Tolerance kSoftMomentum{5e-5, 1e-6,
+                                         "of the sum of |m v|: rounding of the block's own forces; measured to 2e-5"};
+inline constexpr Tolerance kSoftSpin{1e-4, 1e-4, "of |m v| times 10 cm, as above; the box's own is read at mid-step"};
+inline constexpr Tolerance kRipple{1e-3, 1e-3, "of the normal force, reference D19"};
+inline constexpr Tolerance kRippleOfContact{
+    2e-3, 1e-3, "as above, before hand and tool smooth it: the last bit of a place in float is 0.05 % of 5 N"};
+inline constexpr Tolerance kDistance{3e-7, 1e-12, "m, of solids a metre large"};
 inline constexpr Tolerance kCouplingForce{1e-4, 1e-9, "of the weight of the tool"};
 inline constexpr Tolerance kCouplingEnergy{2e-3, 1e-3, "first-order time integration of the device's motion"};
 }  // namespace tol

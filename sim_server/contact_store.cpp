@@ -1,0 +1,188 @@
+#include "sim_server/contact_store.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim_server/contact_shape.h"
+
+namespace palp {
+namespace {
+
+constexpr double kStiffest = 0.4;  // kappa
+// Of kappa + 2 gamma, whose limit is 4: between two movable bodies, and with one on either side, it counts twice.
+constexpr double kMostOfLimit = 1.6;
+
+// kappa and gamma for a share of critical damping.
+BounceNumbers damped(double zeta) {
+  const double root = std::sqrt(4 * zeta * zeta + kMostOfLimit) - 2 * zeta;
+  const double kappa = std::min(kStiffest, root * root);
+  return {kappa, 2 * zeta * std::sqrt(kappa)};
+}
+
+// Speed after over speed before, of a ball that first is `start` of its step away, in units of mass, step and speed.
+double bounce(const BounceNumbers& n, double start) {
+  double depth = -start, v = 1;
+  for (int step = 0; step < 1000 && !(v < 0 && depth < -1); ++step) {
+    const double half = 0.5 * std::abs(v);
+    const double mean = depth >= half   ? std::max(0.0, depth)
+                        : depth > -half ? std::pow(depth + half, 2) / (4 * half)
+                                        : 0;
+    const double share = depth >= half ? 1 : depth > -half ? (depth + half) / (2 * half) : 0;
+    if (v <= 0 && depth < -half) break;
+    v -= std::max(0.0, n.stiffness * mean + n.damping * share * v);
+    depth += v;
+  }
+  return -v;
+}
+
+double mean_bounce(const BounceNumbers& n) {
+  constexpr int kStarts = 32;
+  double sum = 0;
+  for (int s = 0; s < kStarts; ++s) sum += bounce(n, 1 + (s + 0.5) / kStarts) / kStarts;
+  return sum;
+}
+
+Piece to_piece(const ContactPiece& from, std::size_t first_grid) {
+  Piece p{};
+  p.R = from.pose.linear().cast<real>();
+  p.c = from.pose.translation().cast<real>();
+  p.low = from.low.cast<real>();
+  p.high = from.high.cast<real>();
+  p.type = from.type == ShapeType::sphere     ? PieceType::sphere
+           : from.type == ShapeType::cylinder ? PieceType::cylinder
+           : from.type == ShapeType::mesh     ? PieceType::grid
+                                              : PieceType::box;
+  p.subtract = from.subtract;
+  if (from.grid >= 0) p.grid = static_cast<std::uint32_t>(first_grid + static_cast<std::size_t>(from.grid));
+  return p;
+}
+
+void add_grid(const DistanceGrid& from, ContactStore& store) {
+  NodeGrid g{};
+  g.origin = from.origin.cast<real>();
+  g.cell = static_cast<real>(from.cell);
+  g.inv_cell = static_cast<real>(1 / from.cell);
+  std::copy(from.n.begin(), from.n.end(), g.n);
+  g.node = nullptr;
+  store.grid.push_back(g);
+  for (std::size_t k = 0; k < from.distance.size(); ++k)
+    store.node.push_back({from.normal[3 * k], from.normal[3 * k + 1], from.normal[3 * k + 2], from.distance[k]});
+}
+
+ContactBody add_shape(const Body& body, ContactStore& store) {
+  const ContactShape& from = *body.contact;
+  ContactBody to{};
+  to.R = from.frame.linear().cast<real>();
+  to.c = (from.frame.translation() - body.center).cast<real>();
+  to.low = from.bounds.min().cast<real>();
+  to.high = from.bounds.max().cast<real>();
+  to.boxes = from.boxes;
+  to.first = to.solid = static_cast<std::uint32_t>(store.piece.size());
+  const std::size_t first_grid = store.grid.size();
+  for (const ContactPiece& piece : from.pieces) {
+    to.solid += piece.subtract ? 0 : 1;
+    store.piece.push_back(to_piece(piece, first_grid));
+  }
+  for (const DistanceGrid& grid : from.grids) add_grid(grid, store);
+  to.last = static_cast<std::uint32_t>(store.piece.size());
+  to.first_point = static_cast<std::uint32_t>(store.point.size());
+  to.points = static_cast<std::uint32_t>(from.points.size());
+  for (const ContactPoint& p : from.points)
+    store.point.push_back(pack((p.position - body.center).cast<real>(), static_cast<real>(p.radius)));
+  double reach = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto which = static_cast<Eigen::AlignedBox3d::CornerType>(corner);
+    reach = std::max(reach, (from.frame * from.bounds.corner(which) - body.center).norm());
+  }
+  to.reach = static_cast<real>(reach);
+  return to;
+}
+
+}  // namespace
+
+BounceNumbers bounce_numbers(double restitution) {
+  double low = 0, high = 1.2;
+  if (mean_bounce(damped(high)) > restitution) return damped(high);
+  for (int halving = 0; halving < 50; ++halving) {
+    const double middle = (low + high) / 2;
+    (mean_bounce(damped(middle)) > restitution ? low : high) = middle;
+  }
+  return damped((low + high) / 2);
+}
+
+ContactLaw meet(const MaterialConfig& a, const MaterialConfig& b) {
+  const BounceNumbers bounce = bounce_numbers(std::min(a.restitution, b.restitution));
+  ContactLaw law{};
+  law.friction = static_cast<real>(std::sqrt(a.friction * b.friction));
+  law.kinetic = static_cast<real>(std::sqrt(a.kinetic_friction * b.kinetic_friction));
+  law.stiffness = static_cast<real>(bounce.stiffness);
+  law.damping = static_cast<real>(bounce.damping);
+  return law;
+}
+
+ContactStore::ContactStore(const Scene& scene, const Plan& plan) : shape_of_(scene.bodies.size(), kNone) {
+  Parts parts(scene.bodies.size());
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    if (scene.bodies[b].contact == nullptr) continue;
+    shape_of_[b] = static_cast<std::uint32_t>(shape.size());
+    shape.push_back(add_shape(scene.bodies[b], *this));
+  }
+  add_rigid_pairs(scene, plan, parts);
+  add_elastic_parts(scene, plan, parts);
+  of_body.push_back(0);
+  for (const std::vector<std::uint32_t>& list : parts) {
+    part.insert(part.end(), list.begin(), list.end());
+    of_body.push_back(static_cast<std::uint32_t>(part.size()));
+  }
+}
+
+void ContactStore::add_rigid_pairs(const Scene& scene, const Plan& plan, Parts& parts) {
+  for (std::uint32_t a = 0; a < scene.bodies.size(); ++a)
+    for (std::uint32_t b = a + 1; b < scene.bodies.size(); ++b) {
+      const Body &first = scene.bodies[a], &second = scene.bodies[b];
+      if (shape_of_[a] == kNone || shape_of_[b] == kNone || plan.group[a] == plan.group[b]) continue;
+      if (first.type == BodyType::fixed && second.type == BodyType::fixed) continue;
+      const auto index = static_cast<std::uint32_t>(pair.size());
+      pair.push_back({a, b, shape_of_[a], shape_of_[b], static_cast<std::uint32_t>(states),
+                      meet(scene.config.materials[first.material], scene.config.materials[second.material])});
+      states += shape[shape_of_[a]].points + shape[shape_of_[b]].points;
+      parts[a].push_back(2 * index);
+      parts[b].push_back(2 * index + 1);
+    }
+  rigid_pairs = static_cast<std::uint32_t>(pair.size());
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
+    few = few && (scene.bodies[b].type != BodyType::rigid || parts[b].size() <= 2);
+}
+
+void ContactStore::add_elastic_parts(const Scene& scene, const Plan& plan, Parts& parts) {
+  constexpr std::uint32_t kPart = 256;  // particles: enough for a block of threads, few enough for many blocks
+  for (const std::uint32_t a : plan.elastic_bodies)
+    for (std::uint32_t done = 0; done < scene.bodies[a].count; done += kPart) {
+      ElasticPart one{plan.force_first[a] + done, std::min(kPart, scene.bodies[a].count - done),
+                      static_cast<std::uint32_t>(pair.size()), 0};
+      for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+        if (shape_of_[b] == kNone || plan.group[a] == plan.group[b]) continue;
+        ContactLaw law =
+            meet(scene.config.materials[scene.bodies[a].material], scene.config.materials[scene.bodies[b].material]);
+        // its own elasticity makes it bounce; the layer that touches is only damped as springs are (rigid.h)
+        law.stiffness = real(0.4);
+        law.damping = real(0.15);
+        parts[b].push_back(2 * static_cast<std::uint32_t>(pair.size()) + 1);
+        pair.push_back({a, b, kNone, shape_of_[b], static_cast<std::uint32_t>(states), law});
+        states += one.count;
+        ++one.pairs;
+      }
+      if (one.pairs > 0) elastic_part.push_back(one);
+    }
+}
+
+std::vector<NodeGrid> ContactStore::grids_at(const Packed* from) const {
+  std::vector<NodeGrid> out = grid;
+  for (NodeGrid& g : out) {
+    g.node = from;
+    from += static_cast<std::size_t>(g.n[0]) * static_cast<std::size_t>(g.n[1]) * static_cast<std::size_t>(g.n[2]);
+  }
+  return out;
+}
+
+}  // namespace palp

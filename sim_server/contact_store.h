@@ -1,0 +1,47 @@
+// The bodies' solids and the pairs that can touch, as the contact kernels want them. Host only.
+#pragma once
+
+#include <vector>
+
+#include "sim_server/physics/contact.h"
+#include "sim_server/plan.h"
+#include "sim_server/scene.h"
+
+namespace palp {
+
+struct ContactStore {
+  std::vector<ContactPair> pair;  // of rigid and fixed bodies, then of elastic parts
+  std::uint32_t rigid_pairs = 0;
+  bool few = true;  // ContactViews::few
+  std::vector<ElasticPart> elastic_part;
+  std::vector<ContactBody> shape;
+  std::vector<Piece> piece;
+  std::vector<NodeGrid> grid;  // without their nodes
+  std::vector<Packed> node;    // of all grids, one after another
+  std::vector<Packed> point;
+  std::vector<std::uint32_t> of_body, part;
+  std::size_t states = 0;
+
+  ContactStore(const Scene& scene, const Plan& plan);
+  // The grids with their nodes from `node` on.
+  std::vector<NodeGrid> grids_at(const Packed* node) const;
+
+ private:
+  using Parts = std::vector<std::vector<std::uint32_t>>;  // of each body
+  void add_rigid_pairs(const Scene& scene, const Plan& plan, Parts& parts);
+  void add_elastic_parts(const Scene& scene, const Plan& plan, Parts& parts);
+  std::vector<std::uint32_t> shape_of_;  // per body, kNone
+};
+
+// kappa and gamma of physics/contact.h.
+struct BounceNumbers {
+  double stiffness = 0, damping = 0;
+};
+// So that a ball bounces with this restitution, 0 to 1, on the mean over the moments within a sub-step at which it may
+// arrive. Below about 0.1 it is as small as stable damping makes it.
+BounceNumbers bounce_numbers(double restitution);
+
+// Of two bodies: static and kinetic friction as the geometric mean of the materials', restitution as the smaller one.
+ContactLaw meet(const MaterialConfig& a, const MaterialConfig& b);
+
+}  // namespace palp

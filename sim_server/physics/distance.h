@@ -1,0 +1,163 @@
+// Signed distance from solids and its gradient, in the solid's own frame [m]. Boxes, spheres and cylinders are exact,
+// so a plane is flat to the last bit; a mesh's distances and normals are stored at the nodes of a lattice (B1 of the
+// references: interpolated normals of unit length kink less than a gradient of interpolated distances).
+#pragma once
+
+#include "sim_server/physics/real.h"
+
+namespace palp {
+
+struct Distance {
+  real d;  // below zero inside
+  Vec3 n;  // unit, outwards
+};
+
+// Nodes of a lattice, x fastest, a cell apart.
+struct NodeGrid {
+  Vec3 origin;
+  real cell, inv_cell;
+  int n[3];
+  const Packed* node;  // normal, distance
+};
+
+enum class PieceType : std::uint32_t { box, sphere, cylinder, grid };
+
+struct Piece {
+  Mat3 R;  // to the solid's frame
+  Vec3 c;
+  Vec3 low, high;  // box: corners; sphere: high.x the radius; cylinder: high.x the radius, high.z half the height
+  PieceType type;
+  bool subtract;
+  std::uint32_t grid;
+};
+
+// One body's solid.
+struct ContactBody {
+  Mat3 R;  // of the solid, to body axes about the centre of mass
+  Vec3 c;
+  Vec3 low, high;                    // bounds, the solid's frame
+  real reach;                        // of the solid from the centre of mass
+  bool boxes;                        // pieces: boxes that fill it, then boxes that fill all the rest of space
+  std::uint32_t first, solid, last;  // pieces: [first, solid) added, [solid, last) subtracted; not boxes: in order
+  std::uint32_t first_point, points;
+};
+
+PALP_HD inline Distance box_distance(const Vec3& x, const Vec3& low, const Vec3& high) {
+  Vec3 q, side, out;
+  int axis = 0;
+  for (int a = 0; a < 3; ++a) {
+    const real below = low[a] - x[a], above = x[a] - high[a];
+    q[a] = below > above ? below : above;
+    side[a] = below > above ? real(-1) : real(1);
+    out[a] = q[a] > real(0) ? q[a] : real(0);
+    if (q[a] > q[axis]) axis = a;
+  }
+  if (!(q[axis] > real(0))) {
+    Vec3 n(0, 0, 0);
+    n[axis] = side[axis];
+    return {q[axis], n};
+  }
+  const real d = out.norm();
+  return {d, out.cwiseProduct(side) / d};
+}
+
+PALP_HD inline Distance sphere_distance(const Vec3& x, real radius) {
+  const real r = x.norm();
+  return {r - radius, r > real(0) ? Vec3(x / r) : Vec3(0, 0, 1)};
+}
+
+PALP_HD inline Distance cylinder_distance(const Vec3& x, real radius, real half) {
+  const real r = Eigen::numext::sqrt(x.x() * x.x() + x.y() * x.y());
+  const real side = x.z() < real(0) ? real(-1) : real(1);
+  const real across = r - radius, along = side * x.z() - half;
+  const Vec3 outward = r > real(0) ? Vec3(x.x() / r, x.y() / r, 0) : Vec3(1, 0, 0);
+  if (across > real(0) && along > real(0)) {
+    const real d = Eigen::numext::sqrt(across * across + along * along);
+    return {d, (across * outward + along * side * Vec3(0, 0, 1)) / d};
+  }
+  if (across > along) return {across, outward};
+  return {along, Vec3(0, 0, side)};
+}
+
+// Past the nodes: the nearest one's, with the way there added.
+PALP_HD inline Distance grid_distance(const NodeGrid& g, const Vec3& x) {
+  int at[3];
+  real f[3];
+  Vec3 past(0, 0, 0);
+  for (int a = 0; a < 3; ++a) {
+    const real t = (x[a] - g.origin[a]) * g.inv_cell, most = real(g.n[a] - 1);
+    const real inside = t > real(0) ? (t < most ? t : most) : real(0);
+    past[a] = (t - inside) * g.cell;
+    at[a] = static_cast<int>(inside);
+    if (at[a] > g.n[a] - 2) at[a] = g.n[a] - 2;
+    f[a] = inside - real(at[a]);
+  }
+  Vec3 n(0, 0, 0);
+  real d = 0;
+  for (int c = 0; c < 8; ++c) {
+    const int i = c & 1, j = (c >> 1) & 1, k = c >> 2;
+    const real w = (i ? f[0] : 1 - f[0]) * (j ? f[1] : 1 - f[1]) * (k ? f[2] : 1 - f[2]);
+    const Packed p = g.node[(std::size_t(at[2] + k) * g.n[1] + at[1] + j) * g.n[0] + at[0] + i];
+    n += w * p.xyz();
+    d += w * p.w;
+  }
+  const real size = n.norm();
+  n = size > real(0) ? Vec3(n / size) : Vec3(0, 0, 1);
+  const real gap = past.norm();
+  if (gap > real(0)) {
+    const Vec3 to = past + (d > real(0) ? d : real(0)) * n;
+    d = to.norm();
+    n = to / d;
+  }
+  return {d, n};
+}
+
+PALP_HD inline Distance piece_distance(const Piece& p, const NodeGrid* grids, const Vec3& x) {
+  const Vec3 y = p.R.transpose() * (x - p.c);
+  Distance out;
+  if (p.type == PieceType::box)
+    out = box_distance(y, p.low, p.high);
+  else if (p.type == PieceType::sphere)
+    out = sphere_distance(y, p.high.x());
+  else if (p.type == PieceType::cylinder)
+    out = cylinder_distance(y, p.high.x(), p.high.z());
+  else
+    out = grid_distance(grids[p.grid], y);
+  out.n = p.R * out.n;
+  return out;
+}
+
+// x and the result in body axes about the centre of mass.
+PALP_HD inline Distance solid_distance(const ContactBody& b, const Piece* pieces, const NodeGrid* grids,
+                                       const Vec3& x) {
+  const Vec3 y = b.R.transpose() * (x - b.c);
+  Distance best{real(1e30), Vec3(0, 0, 1)};
+  if (b.boxes) {
+    for (std::uint32_t k = b.first; k < b.solid; ++k) {
+      const Distance one = box_distance(y, pieces[k].low, pieces[k].high);
+      if (one.d < best.d) best = one;
+    }
+    // inside the nearest way out leads to the nearest of the boxes that are empty
+    if (!(best.d > real(0))) {
+      best.d = real(1e30);
+      for (std::uint32_t k = b.solid; k < b.last; ++k) {
+        const Distance one = box_distance(y, pieces[k].low, pieces[k].high);
+        if (one.d < best.d) best = one;
+      }
+      best = {best.d > real(0) ? -best.d : real(0), -best.n};
+    }
+  } else {
+    for (std::uint32_t k = b.first; k < b.last; ++k) {
+      const Distance one = piece_distance(pieces[k], grids, y);
+      if (pieces[k].subtract) {
+        if (-one.d > best.d) best = {-one.d, -one.n};
+      } else if (one.d < best.d) {
+        best = one;
+      }
+    }
+  }
+  best.n = b.R * best.n;
+  return best;
+}
+
+}  // namespace palp
