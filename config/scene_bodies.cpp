@@ -245,6 +245,8 @@ void read_materials(TomlTable& root, SceneConfig& scene) {
     material.name = read_name(table, "material", names_of(scene.materials), false);
     material.density = table.number("density", {"kg/m^3", 0, 1e6, true}, Need::required).value_or(material.density);
     material.viscosity = table.number("viscosity", {"Pa s", 0, 1e9}).value_or(material.viscosity);
+    material.surface_tension = table.number("surface_tension", {"N/m", 0, 1e6}).value_or(0);
+    material.adhesion = table.number("adhesion", {"N/m", 0, 1e6}).value_or(0);
     material.young_modulus = table.number("young_modulus", {"Pa", 0, 1e12, true});
     material.poisson_ratio = table.number("poisson_ratio", {"", -0.9, 0.495}).value_or(material.poisson_ratio);
     material.damping = table.number("damping", {"Pa s", 0, 1e9}).value_or(material.damping);

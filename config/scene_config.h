@@ -14,11 +14,14 @@ namespace palp {
 
 enum class Method { paper, accurate };
 enum class Accuracy { fast, balanced, accurate };
+enum class ViscosityScheme { explicit_, staged };
 
 struct MaterialConfig {
   std::string name;
-  double density = 1000;    // rest density [kg/m^3]
-  double viscosity = 1e-3;  // dynamic viscosity [Pa s]; fluids, and as the viscosity a wall shows to a fluid
+  double density = 1000;       // rest density [kg/m^3]
+  double viscosity = 1e-3;     // dynamic viscosity [Pa s]; fluids, and as the viscosity a wall shows to a fluid
+  double surface_tension = 0;  // [N/m]; fluids
+  double adhesion = 0;         // to solids [N/m]; fluids
   std::optional<double> young_modulus;           // [Pa], elastic bodies need one
   double poisson_ratio = 0.3;                    // -0.9..0.495
   double damping = 0;                            // viscosity of the elastic solid (Kelvin-Voigt) [Pa s]
@@ -127,6 +130,7 @@ struct NumericsConfig {
   std::optional<double> max_speed;             // expected largest speed [m/s], from which the sound speed follows
   std::optional<double> artificial_viscosity;  // alpha, 0..1
   std::optional<double> density_diffusion;     // delta, 0..0.5
+  std::optional<ViscosityScheme> viscosity;    // unset: what costs less
   std::optional<bool> tension;                 // let fluid pressure be negative
   std::optional<int> sub_steps;                // per haptic step; refused when unstable
   double safety = 0.5;                         // fraction of the linear stability limit that a sub-step uses, 0.05..1

@@ -203,6 +203,16 @@ Material to_material(const MaterialConfig& from) {
   return m;
 }
 
+CohesionMedium make_cohesion(const Scene& scene, const Plan& plan) {
+  CohesionMedium m{};
+  const double N = cohesion_norm(plan.support);
+  for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i) {
+    m.tension[i] = static_cast<real>(scene.config.materials[i].surface_tension / N);
+    m.adhesion[i] = static_cast<real>(scene.config.materials[i].adhesion / N);
+  }
+  return m;
+}
+
 Medium make_medium(const Scene& scene, const Plan& plan) {
   Medium m{};
   for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i)

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim_server/physics/cell_grid.h"
+#include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/heat.h"
 #include "sim_server/plan.h"
 #include "sim_server/simulation.h"
@@ -31,5 +32,6 @@ struct ParticleStore {
 
 CellGrid make_grid(const Scene& scene, const Plan& plan);
 Medium make_medium(const Scene& scene, const Plan& plan);
+CohesionMedium make_cohesion(const Scene& scene, const Plan& plan);
 
 }  // namespace palp

@@ -8,7 +8,9 @@
 
 #include "config/error.h"
 #include "sim_server/heat_plan.h"
+#include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/rigid.h"
+#include "sim_server/viscosity_plan.h"
 
 namespace palp {
 namespace {
@@ -99,6 +101,11 @@ double expected_speed(const Scene& scene) {
     if (!config.periodic[a] && config.gravity[a] != 0)
       speed = std::max(speed, std::sqrt(2 * std::abs(config.gravity[a]) *
                                         fall_along(scene, a, fluid ? BodyType::fluid : BodyType::rigid)));
+  for (const Body& body : scene.bodies) {  // of a drop of a spacing, by its own pressure
+    const MaterialConfig& m = config.materials[body.material];
+    const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
+    if (body.type == BodyType::fluid) speed = std::max(speed, std::sqrt(2 * strength / (m.density * scene.spacing)));
+  }
   if (!scene.proxies.empty()) speed = std::max(speed, 1.0);
   return speed;
 }
@@ -250,29 +257,7 @@ void limit_by_contact(const Scene& scene, Plan& plan) {
   plan.limited_by = "contact";
 }
 
-void plan_time(const Scene& scene, Plan& plan) {
-  const SceneConfig& config = scene.config;
-  const double dx = scene.spacing, ratio = plan.support / dx;
-  double nu = plan.artificial * plan.sound_speed * 0.5 * plan.support / 10;  // what the artificial viscosity amounts to
-  double physical = 0, lightest = 1e30, heaviest = 0;
-  for (const Body& body : scene.bodies) {
-    if (body.type != BodyType::fluid) continue;
-    const MaterialConfig& m = config.materials[body.material];
-    physical = std::max(physical, m.viscosity / m.density);
-    lightest = std::min(lightest, m.density);
-    heaviest = std::max(heaviest, m.density);
-  }
-  nu += physical;
-  // Where a light fluid meets a heavy one its particles feel the heavy one's pressure: from a contrast of about a
-  // hundred on that limits the step (tests/sim/stability_test.cpp: 100 holds at half the limit, 1000 needs a fifth of
-  // that).
-  const double contrast = std::min(1.0, std::sqrt(30 * lightest / std::max(heaviest, 1e-30)));
-  const double sound = acoustic_limit(ratio) * dx / (plan.sound_speed + plan.max_speed) * contrast;
-  const double viscous = nu > 0 ? viscous_limit(ratio) * dx * dx / nu : 1e30;
-  plan.dt_limit = plan.fluid ? std::min(sound, viscous) : 1e30;
-  plan.limited_by = sound < viscous ? "sound" : "viscosity";
-  limit_by_elasticity(scene, plan);
-  limit_by_contact(scene, plan);
+void choose_sub_steps(const SceneConfig& config, Plan& plan) {
   const double step = 1.0 / config.rate_hz;
   const double needed = std::ceil(step / (config.numerics.safety * plan.dt_limit) - 1e-9);
   if (needed > 10000)
@@ -290,6 +275,63 @@ void plan_time(const Scene& scene, Plan& plan) {
                       config.path, plan.sub_steps, std::ceil(step / plan.dt_limit), plan.limited_by));
   }
   plan.dt = step / plan.sub_steps;
+}
+
+bool has_cohesion(const Scene& scene) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) {
+    const MaterialConfig& m = scene.config.materials[body.material];
+    return body.type == BodyType::fluid && (m.surface_tension > 0 || m.adhesion > 0);
+  });
+}
+
+// The shortest capillary wave, of length 2 dx, limits the step (Brackbill, Kothe & Zemach 1992).
+void limit_by_tension(const Scene& scene, Plan& plan) {
+  if (!plan.cohesion) return;
+  if (plan.method == Method::paper)
+    throw ConfigError(fmt::format(
+        "{}: a material has surface_tension or adhesion, which method \"paper\" does not know: use method \"accurate\"",
+        scene.config.path));
+  for (const Body& body : scene.bodies) {
+    const MaterialConfig& m = scene.config.materials[body.material];
+    const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
+    if (body.type != BodyType::fluid || strength == 0) continue;
+    const double limit = std::sqrt(m.density * std::pow(scene.spacing, 3) / (2 * EIGEN_PI * strength));
+    if (limit >= plan.dt_limit) continue;
+    plan.dt_limit = limit;
+    plan.limited_by = "surface tension";
+  }
+}
+
+void plan_time(const Scene& scene, Plan& plan) {
+  const SceneConfig& config = scene.config;
+  const double dx = scene.spacing, ratio = plan.support / dx;
+  double nu = plan.artificial * plan.sound_speed * 0.5 * plan.support / 10;  // what the artificial viscosity amounts to
+  double physical = 0, lightest = 1e30, heaviest = 0;
+  for (const Body& body : scene.bodies) {
+    if (body.type != BodyType::fluid) continue;
+    const MaterialConfig& m = config.materials[body.material];
+    physical = std::max(physical, m.viscosity / m.density);
+    lightest = std::min(lightest, m.density);
+    heaviest = std::max(heaviest, m.density);
+  }
+  // Where a light fluid meets a heavy one its particles feel the heavy one's pressure: from a contrast of about a
+  // hundred on that limits the step (tests/sim/stability_test.cpp: 100 holds at half the limit, 1000 needs a fifth of
+  // that).
+  const double contrast = std::min(1.0, std::sqrt(30 * lightest / std::max(heaviest, 1e-30)));
+  const double sound = acoustic_limit(ratio) * dx / (plan.sound_speed + plan.max_speed) * contrast;
+  const auto viscous = [&](double n) { return n > 0 ? viscous_limit(ratio) * dx * dx / n : 1e30; };
+  plan.dt_limit = plan.fluid ? std::min(sound, viscous(nu)) : 1e30;
+  plan.limited_by = sound < viscous(nu) ? "sound" : "viscosity";
+  limit_by_elasticity(scene, plan);
+  limit_by_tension(scene, plan);
+  limit_by_contact(scene, plan);
+  const double all = plan.fluid ? std::min(plan.dt_limit, viscous(nu + physical)) : plan.dt_limit;
+  plan_viscosity(scene, plan.dt_limit, all, plan);
+  if (plan.viscous_stages == 0 && all < plan.dt_limit) {
+    plan.dt_limit = all;
+    plan.limited_by = "viscosity";
+  }
+  choose_sub_steps(config, plan);
 }
 
 }  // namespace
@@ -323,7 +365,10 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan.method = config.method;
   plan_bodies(scene, plan);
   plan.temperature = !scene.temperature.empty();
-  plan.support = n.support_over_spacing.value_or(level.support_over_spacing) * scene.spacing;
+  plan.cohesion = has_cohesion(scene);
+  // with two spacings attraction freezes the particles on their lattice: a cube does not become a ball
+  const double least = plan.cohesion ? 3 : 0;
+  plan.support = n.support_over_spacing.value_or(std::max(least, level.support_over_spacing)) * scene.spacing;
   // a short kernel sees more of a bent plate's strain than one that reaches across it
   plan.elastic_support =
       plan.method == Method::paper ? plan.support : n.support_over_spacing.value_or(2.0) * scene.spacing;
@@ -349,12 +394,12 @@ std::string describe(const Plan& plan, const Scene& scene) {
                                  to_string(plan.method), to_string(scene.config.accuracy), scene.position.size(),
                                  1e3 * scene.spacing, plan.support / scene.spacing);
   if (plan.fluid)
-    text += fmt::format("c {:.3g} m/s for speeds to {:.3g} m/s, alpha {:.3g}, delta {:.3g}, ", plan.sound_speed,
-                        plan.max_speed, plan.artificial, plan.diffusion);
+    text += fmt::format("c {:.3g} m/s for speeds to {:.3g} m/s, alpha {:.3g}, delta {:.3g}, {}", plan.sound_speed,
+                        plan.max_speed, plan.artificial, plan.diffusion, plan.cohesion ? "surface tension, " : "");
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
   if (plan.fluid || plan.elastic || plan.fields)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
-  return text + describe_heat(plan, scene);
+  return text + describe_viscosity(plan) + describe_heat(plan, scene);
 }
 
 }  // namespace palp

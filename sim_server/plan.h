@@ -37,11 +37,14 @@ struct Plan {
   double artificial = 0;       // alpha
   double diffusion = 0;        // delta
   bool tension = false;
-  int sub_steps = 1;       // per haptic step
-  double dt = 0;           // sub-step [s]
-  double dt_limit = 0;     // the largest stable sub-step by linear theory [s]
-  std::string limited_by;  // "sound", "viscosity", "elasticity", "damping" or "contact"
-  double skin = 0;         // how far stored neighbour lists reach past the support radius; 0: none are stored [m]
+  bool cohesion = false;          // surface tension or adhesion
+  int viscous_stages = 0;         // of a sub-step; 0: viscosity is explicit
+  double explicit_sub_steps = 0;  // that explicit viscosity would need
+  int sub_steps = 1;              // per haptic step
+  double dt = 0;                  // sub-step [s]
+  double dt_limit = 0;            // the largest stable sub-step by linear theory [s]
+  std::string limited_by;         // "sound", "viscosity", "surface tension", "elasticity", "damping", "contact"
+  double skin = 0;  // how far stored neighbour lists reach past the support radius; 0: none are stored [m]
   // heat runs at the end of every heat_interval-th haptic step, in heat_steps steps of heat_dt
   int heat_interval = 1;
   int heat_steps = 1;

@@ -15,12 +15,6 @@ struct ProxyInput {
   bool engaged;
 };
 
-PALP_HD inline Mat3 cross_matrix(const Vec3& a) {
-  Mat3 m;
-  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return m;
-}
-
 PALP_HD inline HandleState<real> handle_of(const BodyState& b) {
   const Vec3 r = b.q * b.handle;
   return {b.x + r, b.q, b.v + b.w.cross(r), b.w};
@@ -35,34 +29,53 @@ PALP_HD inline void hold_body(BodyState& b) {
   b.coupling_torque.setZero();
 }
 
+// A proxy's linearly implicit sub-step: the momenta that everything but viscous stages adds up to, and what they move.
+struct ProxyStep {
+  CoupledMass mass;
+  Vec3 p, l;    // [N s, N m s], l about the centre of mass
+  Vec3 F0, T0;  // of the coupling on the handle, were the proxy at rest at the end [N, N m]
+  real k, kr;   // what its motion takes from them [N s/m, N m s]
+};
+
 // device: the state of the device at the end of this sub-step.
-PALP_HD inline void advance_proxy(BodyState& b, const HandleState<real>& device, const Gains<real>& gains,
-                                  const Vec3& gravity, real dt) {
+PALP_HD inline ProxyStep begin_proxy(const BodyState& b, const HandleState<real>& device, const Gains<real>& gains,
+                                     const Vec3& gravity, real dt) {
   const Mat3 R = b.q.toRotationMatrix();
   const Mat3 inertia = R * b.inertia * R.transpose();
   const Vec3 r = R * b.handle;
-  const Mat3 r_cross = cross_matrix(r);
+  ProxyStep s;
   // the coupling's force on the handle at the end of the sub-step is F0 - k v_h', with v_h' = v' - [r] w'
-  const real k = dt * gains.stiffness + gains.damping;
-  const real kr = dt * gains.angular_stiffness + gains.angular_damping;
-  const Vec3 F0 = gains.stiffness * (device.x - (b.x + r)) + gains.damping * device.v;
-  const Vec3 T0 = gains.angular_stiffness * rotation_between(b.q, device.q) + gains.angular_damping * device.w;
-  const Vec3 b1 = b.mass * b.v + dt * (b.force + b.mass * gravity + F0);
-  const Vec3 b2 = inertia * b.w + dt * (b.torque - b.w.cross(inertia * b.w) + r.cross(F0) + T0);
-  // eliminate v' = (b1 + dt k [r] w') / (m + dt k), then solve 3x3 for w'
-  const real m_hat = b.mass + dt * k;
-  const Mat3 A = inertia + Mat3::Identity() * (dt * kr) - (dt * k * b.mass / m_hat) * (r_cross * r_cross);
-  b.w = A.inverse() * (b2 - (dt * k / m_hat) * r.cross(b1));
-  b.v = (b1 + dt * k * r.cross(b.w)) / m_hat;
-  const Vec3 v_handle = b.v + b.w.cross(r);
-  b.coupling_force = F0 - k * v_handle;
-  b.coupling_torque = T0 - kr * b.w;
+  s.k = dt * gains.stiffness + gains.damping;
+  s.kr = dt * gains.angular_stiffness + gains.angular_damping;
+  s.F0 = gains.stiffness * (device.x - (b.x + r)) + gains.damping * device.v;
+  s.T0 = gains.angular_stiffness * rotation_between(b.q, device.q) + gains.angular_damping * device.w;
+  s.p = b.mass * b.v + dt * (b.force + b.mass * gravity + s.F0);
+  s.l = inertia * b.w + dt * (b.torque - b.w.cross(inertia * b.w) + r.cross(s.F0) + s.T0);
+  s.mass = coupled_mass(b.mass, inertia, r, dt * s.k, dt * s.kr);
+  return s;
+}
+
+PALP_HD inline void advance_proxy(BodyState& b, const HandleState<real>& device, const Gains<real>& gains,
+                                  const Vec3& gravity, real dt) {
+  const ProxyStep s = begin_proxy(b, device, gains, gravity, dt);
+  s.mass.solve(s.p, s.l, b.v, b.w);
+  const Mat3 R = b.q.toRotationMatrix();
+  b.L = R * b.inertia * R.transpose() * b.w;
+  const Vec3 v_handle = b.v + b.w.cross(s.mass.r);
+  b.coupling_force = s.F0 - s.k * v_handle;
+  b.coupling_torque = s.T0 - s.kr * b.w;
   // work of the proxy on the coupling: the coupling's force on the device is the opposite of that on the proxy
   b.work[0] -= dt * b.coupling_force.dot(v_handle);
   b.work[1] -= dt * b.coupling_torque.dot(b.w);
   b.x += dt * b.v;
   b.q = rotated(b.q, dt * b.w);
-  b.L = inertia * b.w;
+}
+
+PALP_HD inline HandleState<real> device_after(const ProxyInput& p, real elapsed) {
+  HandleState<real> device = p.device;
+  device.x += elapsed * device.v;
+  device.q = rotated(device.q, elapsed * device.w);
+  return device;
 }
 
 // One thread a body. elapsed: sub-step end since the start of the haptic step [s].
@@ -79,10 +92,7 @@ struct AdvanceBodies {
     if (b.proxy < 0) return advance_free_body(b, gravity, dt);
     const ProxyInput& p = proxy[b.proxy];
     if (!p.engaged) return hold_body(b);
-    HandleState<real> device = p.device;
-    device.x += elapsed * device.v;
-    device.q = rotated(device.q, elapsed * device.w);
-    advance_proxy(b, device, p.gains, gravity, dt);
+    advance_proxy(b, device_after(p, elapsed), p.gains, gravity, dt);
   }
 };
 

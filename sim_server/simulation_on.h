@@ -53,6 +53,8 @@ class SimulationOn final : public Simulation {
     }
     scene_.config.numerics = numerics;
     views_.medium = make_medium(scene_, plan_);
+    views_.cohesion = make_cohesion(scene_, plan_);
+    if (plan_.viscous_stages > 0) allocate_viscosity();
     if (plan_.heat) views_.heat_medium = make_heat_medium(scene_, plan_);
     back_end_.forget();
   }
@@ -270,7 +272,9 @@ class SimulationOn final : public Simulation {
           back_end_.allocate_sort(views_.particles, views_.grid.cells(), 4.0 / 3.0 * EIGEN_PI * reach * reach * reach);
     }
     views_.medium = make_medium(scene_, plan_);
+    views_.cohesion = make_cohesion(scene_, plan_);
     if (plan_.heat) allocate_heat();
+    if (plan_.viscous_stages > 0) allocate_viscosity();
     if (plan_.fluid) views_.acceleration = back_end_.template allocate<Packed>("acceleration", n);
     if (plan_.fluid && plan_.solids && plan_.method == Method::accurate)
       views_.wall = back_end_.template allocate<Packed>("wall", n);
@@ -299,6 +303,17 @@ class SimulationOn final : public Simulation {
     views_.forcing = &input_.device->forcing;
     views_.proxy = input_.device->proxy;
     views_.heat.zones_on = &input_.device->heat_zones;
+  }
+
+  // A parameter that is set later may be the first to ask for it.
+  void allocate_viscosity() {
+    ViscosityViews& v = views_.viscosity;
+    if (v.stage[0] != nullptr) return;
+    for (Packed*& stage : v.stage)
+      stage = back_end_.template allocate<Packed>("viscous velocity", scene_.position.size());
+    if (!plan_.moving) return;
+    v.solid = back_end_.template allocate<Packed>("viscous solid force", plan_.force_count);
+    v.body = back_end_.template allocate<ViscousBody>("viscous bodies", scene_.bodies.size());
   }
 
   void allocate_heat() {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sim_server/physics/boundary.h"
+#include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/elastic_contact.h"
 #include "sim_server/physics/health.h"
 #include "sim_server/physics/heat.h"
@@ -12,6 +13,7 @@
 #include "sim_server/physics/tear.h"
 #include "sim_server/plan.h"
 #include "sim_server/proxy.h"
+#include "sim_server/viscous_bodies.h"
 
 namespace palp {
 
@@ -35,6 +37,8 @@ struct StepViews {
   const ProxyInput* proxy = nullptr;
   HeatMedium heat_medium;
   HeatViews heat;
+  ViscosityViews viscosity;
+  CohesionMedium cohesion;
 };
 
 // Whether two particles ever act on each other: stored neighbour lists leave out the pairs that do not.
@@ -51,19 +55,52 @@ struct EveryPair {
   PALP_HD bool operator()(Tag, Tag) const { return true; }
 };
 
+inline Medium without_viscosity(Medium medium) {
+  for (Material& material : medium.material) material.viscosity = 0;
+  return medium;
+}
+
+// After all other forces of fluids, before the bodies' wrenches are added up.
 template <class B>
-void fluid_stages(B& back_end, const Plan& plan, const StepViews& v) {
+void viscous_stages(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
   const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
   const std::uint32_t n = v.particles;
+  const real reach = static_cast<real>(stage_reach(plan.viscous_stages));
+  back_end.for_each_team("viscosity begins", n,
+                         BeginViscosity{v.state, v.body, v.grid, kernel, v.medium, v.viscosity, reach});
+  if (plan.moving) {
+    back_end.for_each_block(
+        "viscous bodies begin", v.rigid_count,
+        BeginViscousBodies{v.body, v.rigid, v.proxy, v.forcing, v.viscosity, v.medium.dt, elapsed, reach});
+    back_end.for_each("viscous bodies move", n, SpreadBodies{v.state, v.body, v.viscosity, 0});
+  }
+  for (int j = 1; j <= plan.viscous_stages; ++j) {
+    const StageNumbers numbers = stage_numbers(j, plan.viscous_stages, plan.dt);
+    back_end.for_each_team(
+        "viscosity", n, ViscousStage{v.state, v.body, v.grid, kernel, v.medium, v.viscosity, v.acceleration, numbers});
+    if (!plan.moving || numbers.last) continue;
+    back_end.for_each_block("viscous bodies", v.rigid_count, ViscousBodyStage{v.body, v.rigid, v.viscosity, numbers});
+    back_end.for_each("viscous bodies move", n, SpreadBodies{v.state, v.body, v.viscosity, 1 - numbers.from});
+  }
+}
+
+template <class B>
+void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
+  const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
+  const std::uint32_t n = v.particles;
+  const Medium medium = plan.viscous_stages > 0 ? without_viscosity(v.medium) : v.medium;
   back_end.for_each_team("density", n, AdvanceDensity{v.sorted, v.state, v.grid, kernel, v.medium, v.forcing});
   if (plan.solids && plan.fluid)
     back_end.for_each_team("walls", n, ExtrapolateToWalls{v.state, v.grid, kernel, v.medium, v.forcing, v.wall});
   if (plan.fluid)
     back_end.for_each_team("fluid force", n,
-                           FluidForce{v.state, v.wall, v.grid, kernel, v.medium, v.forcing, v.acceleration});
+                           FluidForce{v.state, v.wall, v.grid, kernel, medium, v.forcing, v.acceleration});
   if (plan.wrench)
-    back_end.for_each_team("solid force", n,
-                           SolidForce{v.state, v.wall, v.body, v.grid, kernel, v.medium, plan.contact});
+    back_end.for_each_team("solid force", n, SolidForce{v.state, v.wall, v.body, v.grid, kernel, medium, plan.contact});
+  if (plan.cohesion)
+    back_end.for_each_team(
+        "cohesion", n, Cohere{v.state, v.body, v.grid, kernel.support, v.medium.uniform, v.cohesion, v.acceleration});
+  if (plan.viscous_stages > 0) viscous_stages(back_end, plan, v, elapsed);
 }
 
 template <class B>
@@ -105,7 +142,7 @@ void elastic_stages(B& back_end, const Plan& plan, const StepViews& v) {
 
 // Forces between bodies and within fluids.
 template <class B>
-void meeting_stages(B& back_end, const Plan& plan, const StepViews& v) {
+void meeting_stages(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
   const auto sort = [&](auto interacts) {
     back_end.sort_into_cells(v.state, v.sorted, v.particles, v.grid, static_cast<real>(plan.support),
                              static_cast<real>(plan.skin), interacts);
@@ -117,7 +154,7 @@ void meeting_stages(B& back_end, const Plan& plan, const StepViews& v) {
   if (plan.method == Method::paper)
     paper_stages(back_end, v);
   else
-    fluid_stages(back_end, plan, v);
+    fluid_stages(back_end, plan, v, elapsed);
 }
 
 // By distance fields: wrenches of pairs, and forces on elastic particles, onto those that act already.
@@ -134,7 +171,7 @@ void contact_stages(B& back_end, const StepViews& v) {
 
 template <class B>
 void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, bool heat) {
-  if (plan.meets) meeting_stages(back_end, plan, v);
+  if (plan.meets) meeting_stages(back_end, plan, v, elapsed);
   if (heat) heat_stages(back_end, plan, v);
   if (plan.elastic) elastic_stages(back_end, plan, v);
   if (plan.fields) contact_stages(back_end, v);

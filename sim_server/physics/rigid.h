@@ -144,6 +144,32 @@ struct ReduceWrench {
   }
 };
 
+PALP_HD inline Mat3 cross_matrix(const Vec3& a) {
+  Mat3 m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
+// A body's mass and inertia together with a damper at r from its centre: what moves as momenta p and l are added. With
+// v_r = v - [r] w: m v + k v_r = p, I w + k_r w + r x (k v_r) = l.
+struct CoupledMass {
+  real mass, damper;  // of the body; k [kg]
+  Vec3 r;             // world axes [m]
+  Mat3 inverse;       // of what is left for w once v is eliminated
+  PALP_HD void solve(const Vec3& p, const Vec3& l, Vec3& v, Vec3& w) const {
+    const real sum = mass + damper;
+    w = inverse * (l - (damper / sum) * r.cross(p));
+    v = (p + damper * r.cross(w)) / sum;
+  }
+};
+
+// inertia: world axes; turn_damper: k_r [kg m^2].
+PALP_HD inline CoupledMass coupled_mass(real mass, const Mat3& inertia, const Vec3& r, real damper, real turn_damper) {
+  const Mat3 r_cross = cross_matrix(r);
+  const Mat3 A = inertia + Mat3::Identity() * turn_damper - (damper * mass / (mass + damper)) * (r_cross * r_cross);
+  return {mass, damper, r, A.inverse()};
+}
+
 PALP_HD inline Mat3 world_inverse_inertia(const BodyState& b, const Quat& q) {
   const Mat3 R = q.toRotationMatrix();
   return R * b.inverse_inertia * R.transpose();

@@ -62,6 +62,24 @@ inline constexpr Tolerance kDraft{0.4, 0.4,
                                   "of a spacing: the gap at a solid and the level of a free surface; measured -0.26"};
 inline constexpr Tolerance kShearFlow{0.05, 0.05, "of the middle speed"};
 inline constexpr Tolerance kTaylorGreen{0.10, 0.10, "of the decay rate over the first 0.1 s at 20 particles a box"};
+// viscosity in stages
+inline constexpr Tolerance kStagedFine{1e-3, 1e-3,
+                                       "of the largest speed; both forms are of first order in the sub-step"};
+inline constexpr Tolerance kStagedCoarse{0.05, 0.05, "as above, one sub-step instead of forty"};
+inline constexpr Tolerance kStagedMomentum{2e-5, 1e-6, "pair forces are equal and opposite; read through float"};
+inline constexpr Tolerance kStokesBalance{0.02, 0.02, "of the force that drives the flow"};
+inline constexpr Tolerance kStokesDrag{0.15, 0.15, "of Hasimoto's drag for a sphere of radius 4 dx"};
+inline constexpr Tolerance kSteadyPull{0.01, 0.01, "of the force, from step to step: below what a hand tells apart"};
+inline constexpr Tolerance kLinearDrag{0.1, 0.1, "of the force: the slower tool has not come as far"};
+// surface tension
+inline constexpr Tolerance kLaplace{0.25, 0.25,
+                                    "of 2 sigma / R: the share that pressure leaves is one number for all supports"};
+inline constexpr Tolerance kRoundness{0.05, 0.05, "longest over shortest axis of inertia"};
+inline constexpr Tolerance kDropRadius{0.05, 0.05, "of the radius"};
+inline constexpr Tolerance kAngularMomentum{1e-4, 1e-5, "central forces; positions and velocities of different times"};
+inline constexpr Tolerance kLayerPressure{0.025, 0.025, "of the pressure at the bottom; measured 0.020 at 1:1000"};
+inline constexpr Tolerance kLayerSpeed{0.03, 0.03, "of sqrt(g H); measured 0.019 at 1:100"};
+inline constexpr Tolerance kRestingNoise{0.005, 0.005, "N, rms: 0.16 % of the lift of 3.2 N; measured 0.0014"};
 // heat, reference C and D17
 inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature difference that drives it"};
 inline constexpr Tolerance kHeatDecay{0.02, 0.02, "of the decay rate of a sine of 20 particles"};

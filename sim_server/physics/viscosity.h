@@ -1,0 +1,206 @@
+// Viscosity where the explicit limit would cost more sub-steps than anything else: the whole sub-step is taken in s
+// stages that apply the viscous forces alone, so a sub-step costs s passes instead of about s^2/4 sub-steps.
+//
+// symbol    meaning                                                   unit      source
+// L Y       sum_j k_ij (Y_i - Y_j), symmetric                         N
+// k_ij      V_i V_j 2 mu F min(l_i, l_j); mu harmonic between fluids  N s/m     fluid.h
+// k_iw      V_i V_w 4 mu F min(l_i, l_w)                              N s/m     below
+// Y_0 = v,  Y_j = Y_j-1 + (j-1)/(j+2) (Y_j-1 - Y_j-2) + (2j+1)/(j+2) w dt (a - L Y_j-1 / m),  v' = Y_s
+// w         4 / (s^2 + 3 s)                                           -         Skaras et al. 2021: RKG1, lambda = 3/2
+// l_i       min(1, 0.95 / (w dt K_i / m_i)), K_i = sum_j k_ij         -         Gershgorin's bound on L
+//
+// Runge-Kutta-Gegenbauer is a Chebyshev-like iteration whose polynomial is exact to first order at every number of
+// stages. A truncated implicit solve is not: it would lose a share of gravity and of what solids are owed. Each stage
+// is a sum of pair forces, so momentum is kept to round-off; a flow that viscosity and the other forces a balance stays
+// as it is, whatever the step; no part of the motion grows. l_i, which is 1 but for particles that have crowded or that
+// the plan did not foresee, makes this hold however the particles lie.
+//
+// A solid is the limit of a very viscous medium whose surface lies midway between its particles and the fluid's: twice
+// the pair coefficient (as heat.h has it), and the operator stays symmetric, which it is not with velocities
+// extrapolated into walls. Rigid bodies and the particles of elastic ones take part with their masses, a body that a
+// hand holds with its coupling (viscous_bodies.h): else drag would throw a light tool about. What a solid receives is
+// the sum of its stages' forces, each with its share in Y_s.
+#pragma once
+
+#include "sim_server/physics/rigid.h"
+
+namespace palp {
+
+// A rigid body in the stages.
+struct ViscousBody {
+  Vec3 v[2], w[2];   // at the last two stages [m/s, rad/s]
+  Vec3 dv, dw;       // what all but viscosity does in the sub-step [m/s, rad/s]
+  CoupledMass mass;  // that viscosity moves
+  real dt;           // sub-step [s]
+  real limit;        // l
+};
+
+struct ViscosityViews {
+  Packed* stage[2] = {nullptr, nullptr};  // per particle: Y of the last two stages; l
+  Packed* solid = nullptr;                // as BodyViews::force: of the last stage [N]; first K [N s/m]
+  ViscousBody* body = nullptr;            // by body
+};
+
+struct StageNumbers {
+  std::uint32_t from;  // which of the two holds Y_j-1; the other holds Y_j-2 and gets Y_j
+  real carry;          // (j-1)/(j+2)
+  real rate;           // (2j+1)/(j+2) w dt [s]
+  real share;          // of this stage's force in the mean over the sub-step
+  bool last;
+};
+
+// Stage j = 1..s. The shares are the weights of Y_s = Y_0 + dt sum_j share_j F(Y_j-1); they are positive and add to 1.
+inline StageNumbers stage_numbers(int j, int s, double dt) {
+  const double w = 4.0 / (s * (s + 3.0));
+  const double share = w * (j + 0.5) * (1 - j * (j + 1.0) / ((s + 1.0) * (s + 2.0)));
+  return {static_cast<std::uint32_t>((j - 1) % 2), static_cast<real>((j - 1.0) / (j + 2.0)),
+          static_cast<real>((2 * j + 1.0) / (j + 2.0) * w * dt), static_cast<real>(share), j == s};
+}
+
+// The largest dt K / m that s stages keep stable, with a margin to the end of the polynomial's range, where it does not
+// damp.
+inline double stage_reach(int s) { return 0.95 * 0.25 * s * (s + 3.0); }
+
+// k_ij / (V_i V_j F): of two fluids, or of a fluid and a solid.
+PALP_HD inline real pair_viscosity(const Medium& medium, Tag a, Tag b) {
+  if (!a.is_fluid() && !b.is_fluid()) return real(0);
+  if (!a.is_fluid()) return real(4) * medium.material[b.material()].viscosity;
+  const real mu = medium.material[a.material()].viscosity;
+  if (!b.is_fluid()) return real(4) * mu;
+  if (a.material() == b.material()) return real(2) * mu;
+  const real mu_b = medium.material[b.material()].viscosity, sum = mu + mu_b;
+  return sum > real(0) ? real(4) * mu * mu_b / sum : real(0);
+}
+
+PALP_HD inline real least(real a, real b) { return a < b ? a : b; }
+
+// Sets Y_0, and l of the particles that move on their own; K of the others for their bodies.
+struct BeginViscosity {
+  ParticleView state;
+  BodyViews bodies;
+  CellGrid grid;
+  WendlandC2 kernel;
+  Medium medium;
+  ViscosityViews viscosity;
+  real reach;  // stage_reach()
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t i, Team team) const {
+    const Tag tag_i = state.tag[i];
+    const Packed xV_i = state.xV[i];
+    real sum = 0;
+    if (tag_i.kind() != Kind::fixed)
+      for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
+                    [&](std::uint32_t j, const Packed& xV_j, const Vec3&, real r2) {
+                      if (j == i) return;
+                      const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
+                      sum += xV_j.w * kernel.F(Eigen::numext::sqrt(r2)) * pair_viscosity(medium, tag_i, tag_j);
+                    });
+    const real K = xV_i.w * team.sum(sum);
+    if (!team.leader()) return;
+    real limit = 1;
+    if (tag_i.kind() == Kind::rigid) {
+      const BodyState& body = bodies.body[tag_i.body()];
+      viscosity.solid[body.force_first + state.id[i] - body.first] = pack(Vec3(0, 0, 0), K);
+    } else if (tag_i.kind() != Kind::fixed && K * medium.dt > reach * state.mass[i]) {
+      limit = reach * state.mass[i] / (K * medium.dt);
+    }
+    viscosity.stage[0][i] = viscosity.stage[1][i] = pack(state.vp[i].xyz(), limit);
+  }
+};
+
+struct ViscousStage {
+  ParticleView state;
+  BodyViews bodies;
+  CellGrid grid;
+  WendlandC2 kernel;
+  Medium medium;
+  ViscosityViews viscosity;
+  Packed* acceleration;  // of fluids, by all other forces; by all of them after the last stage
+  StageNumbers numbers;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t i, Team team) const {
+    const Tag tag_i = state.tag[i];
+    std::uint32_t k = kNone;
+    if (!tag_i.is_fluid()) {
+      const BodyState& body = bodies.body[tag_i.body()];
+      if (body.force_first == kNone) return;
+      k = body.force_first + state.id[i] - body.first;
+    }
+    const Packed* from = viscosity.stage[numbers.from];
+    Packed* to = viscosity.stage[1 - numbers.from];
+    const Packed xV_i = state.xV[i], Y_i = from[i];
+    Vec3 force(0, 0, 0);
+    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
+                  [&](std::uint32_t j, const Packed& xV_j, const Vec3&, real r2) {
+                    const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
+                    const Packed Y_j = fetch(from + j);
+                    const real coefficient = pair_viscosity(medium, tag_i, tag_j) * least(Y_i.w, Y_j.w);
+                    force -=
+                        (xV_i.w * xV_j.w * kernel.F(Eigen::numext::sqrt(r2)) * coefficient) * (Y_i.xyz() - Y_j.xyz());
+                  });
+    force = team.sum(force);
+    if (!team.leader()) return;
+    if (k != kNone) {
+      const Packed before = bodies.force[k];
+      bodies.force[k] = pack(before.xyz() + numbers.share * force, before.w);
+      if (tag_i.kind() == Kind::rigid) viscosity.solid[k] = pack(force, 0);
+      if (tag_i.kind() != Kind::elastic) return;
+    }
+    Vec3 a = force / state.mass[i];
+    if (tag_i.is_fluid()) a += acceleration[i].xyz();
+    const Vec3 Y = Y_i.xyz() + numbers.carry * (Y_i.xyz() - to[i].xyz()) + numbers.rate * a;
+    to[i] = pack(Y, Y_i.w);
+    if (numbers.last && tag_i.is_fluid()) acceleration[i] = pack((Y - state.vp[i].xyz()) / medium.dt, 0);
+  }
+};
+
+// One team for each rigid body: its Y_j.
+struct ViscousBodyStage {
+  BodyViews bodies;
+  const std::uint32_t* rigid;
+  ViscosityViews viscosity;
+  StageNumbers numbers;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t k, Team team) const {
+    const BodyState& body = bodies.body[rigid[k]];
+    ViscousBody& b = viscosity.body[rigid[k]];
+    const Mat3 R = body.q.toRotationMatrix();
+    Vec3 force(0, 0, 0), torque(0, 0, 0);
+    for (std::uint32_t p = body.force_first + team.lane(); p < body.force_first + body.count; p += team.size()) {
+      const Vec3 f = viscosity.solid[p].xyz();
+      force += f;
+      torque += (R * bodies.local[p].xyz()).cross(f);
+    }
+    force = team.sum(force);
+    torque = team.sum(torque);
+    if (!team.leader()) return;
+    const std::uint32_t from = numbers.from, to = 1 - from;
+    Vec3 v, w;
+    b.mass.solve(numbers.rate * force, numbers.rate * torque, v, w);
+    const real part = numbers.rate / b.dt;
+    b.v[to] = b.v[from] + numbers.carry * (b.v[from] - b.v[to]) + part * b.dv + v;
+    b.w[to] = b.w[from] + numbers.carry * (b.w[from] - b.w[to]) + part * b.dw + w;
+  }
+};
+
+// Y of the particles of rigid bodies.
+struct SpreadBodies {
+  ParticleView state;
+  BodyViews bodies;
+  ViscosityViews viscosity;
+  std::uint32_t to;
+
+  PALP_HD void operator()(std::uint32_t i) const {
+    const Tag tag = state.tag[i];
+    if (tag.kind() != Kind::rigid) return;
+    const BodyState& body = bodies.body[tag.body()];
+    const ViscousBody& b = viscosity.body[tag.body()];
+    const Vec3 r = body.q * bodies.local[body.force_first + state.id[i] - body.first].xyz();
+    viscosity.stage[to][i] = pack(b.v[to] + b.w[to].cross(r), b.limit);
+  }
+};
+
+}  // namespace palp
