@@ -26,6 +26,8 @@ struct MaterialConfig {
   double heat_capacity = 0;                      // [J/(kg K)]; 0: not given
   std::optional<double> melting_temperature;     // [K]; unset: does not melt
   double latent_heat = 0;                        // [J/kg], above 0 when it melts
+  std::optional<double> cooking_temperature;     // from which it sets for good [K]; unset: never
+  double cooking_time = 1;                       // that it takes [s]
   std::array<float, 3> color{0.3f, 0.5f, 0.9f};  // sRGB
   std::string where;                             // file:line, for messages
 };

@@ -67,7 +67,14 @@ void read_heat_keys(TomlTable& table, MaterialConfig& material) {
         fmt::format("{} is given without {}, expected both or none", melts ? "melting_temperature" : "latent_heat",
                     melts ? "latent_heat" : "melting_temperature"));
   }
-  for (const char* key : {"conductivity", "melting_temperature"}) {
+  material.cooking_temperature = table.number("cooking_temperature", kTemperature);
+  material.cooking_time = table.number("cooking_time", {"s", 0, 1e9, true}).value_or(material.cooking_time);
+  if (table.has("cooking_time") && !table.has("cooking_temperature"))
+    table.fault("cooking_time", "cooking_time is given without cooking_temperature, expected both or none");
+  if (table.has("cooking_temperature") && !material.young_modulus)
+    table.fault("cooking_temperature",
+                "cooking_temperature is given without young_modulus, expected that of the cooked material in Pa");
+  for (const char* key : {"conductivity", "melting_temperature", "cooking_temperature"}) {
     if (table.has(key) && !table.has("heat_capacity"))
       table.fault(key, fmt::format("{} is given without heat_capacity, expected one in J/(kg K)", key));
   }

@@ -14,13 +14,6 @@ const MaterialConfig& material_of(const Scene& scene, const Body& body) {
   return scene.config.materials[body.material];
 }
 
-bool has_heat(const Scene& scene) {
-  if (scene.temperature.empty()) return false;
-  if (scene.config.heat.loss_to_air > 0 || !scene.config.heat_zones.empty()) return true;
-  return std::any_of(scene.bodies.begin(), scene.bodies.end(),
-                     [&](const Body& body) { return material_of(scene, body).conductivity > 0; });
-}
-
 const Body* find_body(const Scene& scene, const std::string& name) {
   const auto found =
       std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) { return body.name == name; });
@@ -97,6 +90,13 @@ double relaxation_rate(const Scene& scene, const Plan& plan) {
 }
 
 }  // namespace
+
+bool has_heat(const Scene& scene) {
+  if (scene.temperature.empty()) return false;
+  if (scene.config.heat.loss_to_air > 0 || !scene.config.heat_zones.empty()) return true;
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                     [&](const Body& body) { return material_of(scene, body).conductivity > 0; });
+}
 
 void plan_heat(const Scene& scene, Plan& plan) {
   plan.heat = has_heat(scene);

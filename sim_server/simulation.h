@@ -84,6 +84,7 @@ struct Snapshot {
   std::vector<float> temperature;  // [K]; empty when the scene has none
   std::vector<float> heat;         // taken up by the particle since the start [J]; empty when nothing conducts
   std::vector<float> liquid;       // fraction, 0..1; NaN: does not melt; empty when nothing conducts
+  std::vector<float> solid;        // fraction K^d, 0..1; empty when nothing changes state
 };
 
 // What a plan costs: for tests of lightness and for the printed report.
