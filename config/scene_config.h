@@ -86,7 +86,8 @@ struct ProxyConfig {
 struct HeatConfig {
   double loss_to_air = 0;        // [W/(m^2 K)]
   double air_temperature = 293;  // [K]
-  double rate_hz = 20;           // at least this often, or as often as there are haptic steps
+  // At least this often, or as often as there are haptic steps; unset: 20, or 100 where something changes state.
+  std::optional<double> rate_hz;
 };
 
 // A box in which all particles are heated, or held at a temperature.

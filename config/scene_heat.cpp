@@ -94,7 +94,7 @@ void read_heat(TomlTable& root, SceneConfig& scene) {
   HeatConfig& heat = scene.heat;
   heat.loss_to_air = table.number("loss_to_air", {"W/(m^2 K)", 0, 1e9}).value_or(heat.loss_to_air);
   heat.air_temperature = table.number("air_temperature", kTemperature).value_or(heat.air_temperature);
-  heat.rate_hz = table.number("rate_hz", {"Hz", 1e-3, 1e6}).value_or(heat.rate_hz);
+  heat.rate_hz = table.number("rate_hz", {"Hz", 1e-3, 1e6});
   if (table.has("air_temperature") && !(heat.loss_to_air > 0)) {
     table.fault("air_temperature", "air_temperature is given, but loss_to_air is 0; give a coefficient in W/(m^2 K)");
   }

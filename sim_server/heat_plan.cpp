@@ -107,7 +107,9 @@ void plan_heat(const Scene& scene, Plan& plan) {
   const double step = 1 / config.rate_hz, rate = relaxation_rate(scene, plan);
   plan.heat_limit = rate > 0 ? 1 / rate : 1e30;
   const double allowed = config.numerics.safety * plan.heat_limit;
-  const double longest = std::max(step, 1 / config.heat.rate_hz);
+  // a hand would feel changes in larger steps
+  const double rate_hz = config.heat.rate_hz.value_or(plan.change ? 100 : 20);
+  const double longest = std::max(step, 1 / rate_hz);
   plan.heat_interval = std::max(1, static_cast<int>(std::min(allowed, longest) / step * (1 + 1e-9)));
   const double needed = std::ceil(plan.heat_interval * step / allowed * (1 - 1e-9));
   if (needed > 10000)

@@ -218,6 +218,7 @@ class SimulationOn final : public Simulation {
     c.stress = back_end_.template allocate<Mat3>("bond stress", n);
     c.correction = back_end_.template allocate<Mat3>("bond correction", n);
     c.projection = back_end_.template allocate<Mat3>("bond projection", n);
+    c.soft = back_end_.template allocate<real>("bond softness", n);
     c.force = back_end_.template allocate<Packed>("bond force", n);
     c.bonds = back_end_.template allocate<std::uint32_t>("bond counts", n);
     c.bond = back_end_.template allocate<std::uint32_t>("bonds", all);
@@ -237,6 +238,7 @@ class SimulationOn final : public Simulation {
     back_end_.upload(c.rotation, store.rotation);
     back_end_.upload(c.correction, store.correction);
     back_end_.upload(c.projection, store.projection);
+    back_end_.upload(c.soft, store.soft);
     back_end_.upload(c.bonds, store.bonds);
     back_end_.upload(c.bond, store.bond);
     back_end_.upload(c.own, store.own);

@@ -1,6 +1,7 @@
 #include "sim_server/state_change_plan.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -102,6 +103,7 @@ ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
   other.assign(bond.size(), Packed{});
   correction.assign(plan.slots, Mat3::Zero());
   projection.assign(plan.slots, Mat3::Zero());
+  soft.assign(plan.slots, real(1));  // on lattices
   const PeriodicBox box{scene.bounds_min, scene.bounds_max, scene.config.periodic};
   const PointGrid grid(place, box, plan.change_support);
   const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.change_support));
@@ -126,10 +128,40 @@ ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
       other[at] = pack(-X, 0);
       moment += (solid[j] * x[j].w * kernel.F(X.norm()) * X) * X.transpose();
     }
-    correction[i] = bond_correction(moment);
-    projection[i] = moment * correction[i];
+    const BondCorrection c = bond_correction(moment);
+    correction[i] = c.inverse;
+    projection[i] = c.projection;
   }
 }
+
+namespace {
+
+// sum |dF/dx| of a particle in the corner of a lattice, the most that a lattice has [1/m].
+double corner_reach(double dx, double H) {
+  const auto each = [&](auto&& f) {
+    const int reach = static_cast<int>(H / dx) + 1;
+    for (int x = 0; x <= reach; ++x)
+      for (int y = 0; y <= reach; ++y)
+        for (int z = 0; z <= reach; ++z) {
+          const Eigen::Vector3d X = dx * Eigen::Vector3d(x, y, z);
+          const double r = X.norm();
+          if (r > 0 && r < 0.999 * H) f(X, std::pow(1 - r / H, 3));
+        }
+  };
+  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+  each([&](const Eigen::Vector3d& X, double w) { moment += w * X * X.transpose(); });
+  const Eigen::Matrix3d L = moment.inverse();
+  Eigen::Vector3d all = Eigen::Vector3d::Zero();
+  double sum = 0;
+  each([&](const Eigen::Vector3d& X, double w) {
+    const Eigen::Vector3d slope = w * L * X;
+    all += slope;
+    sum += slope.norm();
+  });
+  return sum + all.norm();
+}
+
+}  // namespace
 
 ChangeMedium make_change_medium(const Scene& scene, const Plan& plan) {
   ChangeMedium m{};
@@ -143,6 +175,7 @@ ChangeMedium make_change_medium(const Scene& scene, const Plan& plan) {
   m.dt = static_cast<real>(plan.heat_interval / scene.config.rate_hz);
   m.support = static_cast<real>(plan.change_support);
   m.slack = static_cast<real>(plan.skin);
+  m.most_reach = static_cast<real>(corner_reach(scene.spacing, plan.change_support) * 1.001);
   return m;
 }
 

@@ -21,7 +21,7 @@ struct ChangeStore {
   std::vector<std::uint32_t> slot_of, group, force_of;
   std::vector<Tag> tag;
   std::vector<Packed> x, v, own, other;
-  std::vector<real> solid, set;
+  std::vector<real> solid, set, soft;
   std::vector<Quat> rotation;
   std::vector<Mat3> correction, projection;
   std::vector<std::uint32_t> bonds, bond;

@@ -158,7 +158,7 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
                       AdvanceBodies{v.body.body, v.rigid, v.proxy, v.forcing, v.medium.dt, elapsed});
   if (plan.elastic)
     back_end.for_each("move elastic", v.elastic.count, MoveElastic{v.elastic, v.body, v.medium, v.forcing});
-  const MoveParticles move{v.state, v.acceleration, v.body, v.elastic, v.change, v.grid, v.medium.dt};
+  const MoveParticles move{v.state, v.acceleration, v.body, v.elastic, v.change, v.grid, v.medium};
   if (plan.meets)
     back_end.move("move", v.particles, move);
   else

@@ -13,7 +13,7 @@ struct MoveParticles {
   ElasticViews elastic;
   ChangeViews change;
   CellGrid grid;
-  real dt;
+  Medium medium;
 
   PALP_HD void operator()(std::uint32_t i) const {
     const Tag tag = state.tag[i];
@@ -22,9 +22,9 @@ struct MoveParticles {
     const std::uint32_t slot = change.count > 0 ? slot_of(change, tag, state.id[i]) : kNone;
     Vec3 x, v;
     if (tag.is_fluid()) {
-      v = vp.xyz() + dt * acceleration[i].xyz();
-      if (slot != kNone) v += dt / state.mass[i] * change.force[slot].xyz();
-      x = xV.xyz() + dt * v;
+      v = vp.xyz() + medium.dt * acceleration[i].xyz();
+      if (slot != kNone) v += medium.dt / state.mass[i] * change.force[slot].xyz();
+      x = xV.xyz() + medium.dt * v;
     } else {
       const BodyState& body = bodies.body[tag.body()];
       const std::uint32_t k = body.force_first + state.id[i] - body.first;
@@ -42,7 +42,7 @@ struct MoveParticles {
     state.vp[i] = pack(v, vp.w);
     if (slot == kNone) return;
     change.x[slot] = pack(x, change.x[slot].w);
-    change.v[slot] = pack(v, 0);
+    change.v[slot] = pack(v, tag.is_fluid() ? acting_pressure(medium, vp.w) : real(0));
   }
 };
 

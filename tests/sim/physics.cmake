@@ -3,7 +3,7 @@
 set(physics_support ../support/backend.cpp ../support/equations.cpp)
 set(physics_host_sources elastic_test.cpp kernels_test.cpp neighbors_test.cpp)
 set(physics_unit_sources
-  conservation_test.cpp equations_test.cpp health_test.cpp heat_test.cpp kept_lists_test.cpp plan_test.cpp proxy_test.cpp
+  conservation_test.cpp equations_test.cpp health_test.cpp heat_test.cpp state_change_test.cpp kept_lists_test.cpp plan_test.cpp proxy_test.cpp
   rigid_test.cpp)
 set(physics_sources
   buoyancy_test.cpp dam_break_test.cpp elastic_physics_test.cpp heat_flow_test.cpp hydrostatics_test.cpp
