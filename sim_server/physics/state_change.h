@@ -13,8 +13,8 @@
 // f is the exact gradient of sum K_i V_i psi(F_i), so that pairs conserve momentum, and angular momentum with them. A
 // bond forms without strain. When it gets stiffer, what is added is unstrained too: its X moves towards x by the share
 // of the new in the whole. The pressure that the fluid forces lose with their share stays in the bond, as q, until
-// it melts. So nothing jumps. A pair of bonded solids keeps no fluid force; their pressure then is that of what touches
-// them.
+// it melts. So nothing jumps. A pair of bonded solids keeps no
+// fluid force; their pressure then is that of what touches them.
 #pragma once
 
 #include "sim_server/physics/elastic.h"

@@ -6,7 +6,7 @@ set(physics_unit_sources
   conservation_test.cpp equations_test.cpp health_test.cpp heat_test.cpp state_change_test.cpp kept_lists_test.cpp plan_test.cpp proxy_test.cpp
   rigid_test.cpp)
 set(physics_sources
-  buoyancy_test.cpp dam_break_test.cpp elastic_physics_test.cpp heat_flow_test.cpp hydrostatics_test.cpp
+  buoyancy_test.cpp change_motion_test.cpp dam_break_test.cpp elastic_physics_test.cpp heat_flow_test.cpp hydrostatics_test.cpp
   shear_flow_test.cpp stability_test.cpp)
 
 palp_test(NAME physics_unit_test SOURCES ${physics_unit_sources} ${physics_host_sources} ${physics_support}
