@@ -85,20 +85,21 @@ void read_shapes(TomlTable& table, const SceneConfig& scene, BodyConfig& body) {
   if (shapes.empty()) table.fault("", "shape is missing, expected at least one shape under [[body.shape]]");
 }
 
-// What only elastic bodies have: a stiffness, and bodies that they hold on to, which are declared before them.
+// What only elastic bodies have: a stiffness, and bodies that they hold on to, which are declared before them. A fluid
+// that can become elastic may hold on, too.
 void read_elastic(TomlTable& table, const SceneConfig& scene, const std::optional<std::size_t>& type,
                   BodyConfig& body) {
   body.bonded_to = table.texts("bonded_to");
   if (!type) return;
-  if (body.type != BodyType::elastic) {
-    if (!body.bonded_to.empty()) table.fault("bonded_to", "bonded_to is given, but only an elastic body has it");
-    return;
+  const auto material = std::find_if(scene.materials.begin(), scene.materials.end(),
+                                     [&](const MaterialConfig& item) { return item.name == body.material; });
+  const bool stiff = material != scene.materials.end() && material->young_modulus;
+  if (body.type == BodyType::elastic && material != scene.materials.end() && !stiff) {
+    table.fault("material",
+                fmt::format("material '{}' has no young_modulus, expected one for an elastic body", material->name));
   }
-  for (const MaterialConfig& material : scene.materials) {
-    if (material.name == body.material && !material.young_modulus) {
-      table.fault("material",
-                  fmt::format("material '{}' has no young_modulus, expected one for an elastic body", material.name));
-    }
+  if (!body.bonded_to.empty() && body.type != BodyType::elastic && !(body.type == BodyType::fluid && stiff)) {
+    table.fault("bonded_to", "bonded_to is given, but only an elastic body has it, or a fluid that can become one");
   }
   for (const std::string& name : body.bonded_to) {
     const auto other = std::find_if(scene.bodies.begin(), scene.bodies.end(),

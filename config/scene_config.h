@@ -35,6 +35,8 @@ struct MaterialConfig {
   double heat_capacity = 0;                      // [J/(kg K)]; 0: not given
   std::optional<double> melting_temperature;     // [K]; unset: does not melt
   double latent_heat = 0;                        // [J/kg], above 0 when it melts
+  std::optional<double> cooking_temperature;     // from which it sets for good [K]; unset: never
+  double cooking_time = 1;                       // that it takes [s]
   std::array<float, 3> color{0.3f, 0.5f, 0.9f};  // sRGB
   std::string where;                             // file:line, for messages
 };
@@ -93,7 +95,8 @@ struct ProxyConfig {
 struct HeatConfig {
   double loss_to_air = 0;        // [W/(m^2 K)]
   double air_temperature = 293;  // [K]
-  double rate_hz = 20;           // at least this often, or as often as there are haptic steps
+  // At least this often, or as often as there are haptic steps; unset: 20, or 100 where something changes state.
+  std::optional<double> rate_hz;
 };
 
 // A box in which all particles are heated, or held at a temperature.

@@ -67,7 +67,14 @@ void read_heat_keys(TomlTable& table, MaterialConfig& material) {
         fmt::format("{} is given without {}, expected both or none", melts ? "melting_temperature" : "latent_heat",
                     melts ? "latent_heat" : "melting_temperature"));
   }
-  for (const char* key : {"conductivity", "melting_temperature"}) {
+  material.cooking_temperature = table.number("cooking_temperature", kTemperature);
+  material.cooking_time = table.number("cooking_time", {"s", 0, 1e9, true}).value_or(material.cooking_time);
+  if (table.has("cooking_time") && !table.has("cooking_temperature"))
+    table.fault("cooking_time", "cooking_time is given without cooking_temperature, expected both or none");
+  if (table.has("cooking_temperature") && !material.young_modulus)
+    table.fault("cooking_temperature",
+                "cooking_temperature is given without young_modulus, expected that of the cooked material in Pa");
+  for (const char* key : {"conductivity", "melting_temperature", "cooking_temperature"}) {
     if (table.has(key) && !table.has("heat_capacity"))
       table.fault(key, fmt::format("{} is given without heat_capacity, expected one in J/(kg K)", key));
   }
@@ -87,7 +94,7 @@ void read_heat(TomlTable& root, SceneConfig& scene) {
   HeatConfig& heat = scene.heat;
   heat.loss_to_air = table.number("loss_to_air", {"W/(m^2 K)", 0, 1e9}).value_or(heat.loss_to_air);
   heat.air_temperature = table.number("air_temperature", kTemperature).value_or(heat.air_temperature);
-  heat.rate_hz = table.number("rate_hz", {"Hz", 1e-3, 1e6}).value_or(heat.rate_hz);
+  heat.rate_hz = table.number("rate_hz", {"Hz", 1e-3, 1e6});
   if (table.has("air_temperature") && !(heat.loss_to_air > 0)) {
     table.fault("air_temperature", "air_temperature is given, but loss_to_air is 0; give a coefficient in W/(m^2 K)");
   }

@@ -14,13 +14,6 @@ const MaterialConfig& material_of(const Scene& scene, const Body& body) {
   return scene.config.materials[body.material];
 }
 
-bool has_heat(const Scene& scene) {
-  if (scene.temperature.empty()) return false;
-  if (scene.config.heat.loss_to_air > 0 || !scene.config.heat_zones.empty()) return true;
-  return std::any_of(scene.bodies.begin(), scene.bodies.end(),
-                     [&](const Body& body) { return material_of(scene, body).conductivity > 0; });
-}
-
 const Body* find_body(const Scene& scene, const std::string& name) {
   const auto found =
       std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) { return body.name == name; });
@@ -98,6 +91,13 @@ double relaxation_rate(const Scene& scene, const Plan& plan) {
 
 }  // namespace
 
+bool has_heat(const Scene& scene) {
+  if (scene.temperature.empty()) return false;
+  if (scene.config.heat.loss_to_air > 0 || !scene.config.heat_zones.empty()) return true;
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                     [&](const Body& body) { return material_of(scene, body).conductivity > 0; });
+}
+
 void plan_heat(const Scene& scene, Plan& plan) {
   plan.heat = has_heat(scene);
   if (!plan.heat) return;
@@ -107,7 +107,9 @@ void plan_heat(const Scene& scene, Plan& plan) {
   const double step = 1 / config.rate_hz, rate = relaxation_rate(scene, plan);
   plan.heat_limit = rate > 0 ? 1 / rate : 1e30;
   const double allowed = config.numerics.safety * plan.heat_limit;
-  const double longest = std::max(step, 1 / config.heat.rate_hz);
+  // a hand would feel changes in larger steps
+  const double rate_hz = config.heat.rate_hz.value_or(plan.change ? 100 : 20);
+  const double longest = std::max(step, 1 / rate_hz);
   plan.heat_interval = std::max(1, static_cast<int>(std::min(allowed, longest) / step * (1 + 1e-9)));
   const double needed = std::ceil(plan.heat_interval * step / allowed * (1 - 1e-9));
   if (needed > 10000)

@@ -10,9 +10,11 @@
 
 namespace palp {
 
-// Fills in the plan's heat part; the rest of the plan is ready. Heat runs when particles have temperatures and
-// something conducts, heats or cools them. Throws ConfigError: a material without heat capacity, too many zones, a zone
-// that follows no solid, a step that would need too many parts.
+// Whether particles have temperatures and something conducts, heats or cools them.
+bool has_heat(const Scene& scene);
+
+// Fills in the plan's heat part; the rest of the plan is ready. Throws ConfigError: a material without heat capacity,
+// too many zones, a zone that follows no solid, a step that would need too many parts.
 void plan_heat(const Scene& scene, Plan& plan);
 // ", heat every 50 haptic steps (20 Hz)", or nothing.
 std::string describe_heat(const Plan& plan, const Scene& scene);

@@ -116,9 +116,10 @@ ParticleStore::ParticleStore(const Scene& scene, const Plan& plan) {
   for (const Body& body : scene.bodies) extent.push_back(extent_of(scene, body, Eigen::Quaterniond::Identity()));
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
-    const bool fluid = body.type == BodyType::fluid;
+    const bool fluid = body.type == BodyType::fluid || plan.changes[b];
     const double rho0 = scene.config.materials[body.material].density;
-    const bool pressed = fluid && body.count > 0 && scene.config.gravity_ramp == 0 && plan.method == Method::accurate;
+    const bool pressed = body.type == BodyType::fluid && body.count > 0 && scene.config.gravity_ramp == 0 &&
+                         plan.method == Method::accurate;
     const std::vector<double> resting = pressed ? resting_pressure(scene, extent, b) : std::vector<double>();
     const double c2 = plan.sound_speed * plan.sound_speed;
     for (std::uint32_t i = body.first; i < body.first + body.count; ++i) {
@@ -127,7 +128,7 @@ ParticleStore::ParticleStore(const Scene& scene, const Plan& plan) {
       mass[i] = static_cast<real>(scene.volume[i] * (fluid ? rho0 + p / c2 : rho0));
       xV[i] = pack(scene.position[i].cast<real>(), static_cast<real>(scene.volume[i]));
       vp[i] = pack(scene.velocity[i].cast<real>(), static_cast<real>(p));
-      tag[i] = make_tag(static_cast<Kind>(body.type), body.material, b);
+      tag[i] = make_tag(fluid ? Kind::fluid : static_cast<Kind>(body.type), body.material, b);
       id[i] = i;
     }
     if (plan.solids) bodies.push_back(fluid ? BodyState{} : initial_body(scene, plan, b));
@@ -223,7 +224,7 @@ Medium make_medium(const Scene& scene, const Plan& plan) {
   m.diffusion = static_cast<real>(plan.diffusion);
   m.artificial = static_cast<real>(plan.artificial);
   m.tension = plan.tension;
-  m.uniform = !plan.solids;
+  m.uniform = !plan.solids && !plan.change;
   for (const Body& body : scene.bodies) m.uniform = m.uniform && body.material == scene.bodies[0].material;
   m.dt = static_cast<real>(plan.dt);
   return m;

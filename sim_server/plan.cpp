@@ -10,6 +10,7 @@
 #include "sim_server/heat_plan.h"
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/rigid.h"
+#include "sim_server/state_change_plan.h"
 #include "sim_server/viscosity_plan.h"
 
 namespace palp {
@@ -48,11 +49,13 @@ double interpolate(const std::array<std::array<double, 2>, 4>& table, double x) 
 
 // How far what moves can fall along an axis: its extent, and the gap to the fixed particles below it. Zero without
 // anything that moves.
-double fall_along(const Scene& scene, int axis, BodyType type) {
+double fall_along(const Scene& scene, int axis, bool fluid) {
   const double down = scene.config.gravity[axis] < 0 ? 1 : -1;  // makes "up" positive
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
   for (std::size_t i = 0; i < scene.position.size(); ++i) {
-    if (scene.bodies[scene.body[i]].type != type) continue;
+    const Body& body = scene.bodies[scene.body[i]];
+    const bool flows = body.type == BodyType::fluid || changes_state(scene, body);
+    if (fluid ? !flows : body.type != BodyType::rigid) continue;
     low = low.cwiseMin(scene.position[i]);
     high = high.cwiseMax(scene.position[i]);
   }
@@ -95,12 +98,11 @@ double expected_speed(const Scene& scene) {
   const SceneConfig& config = scene.config;
   double speed = std::max(1e-3, driven_speed(scene));
   bool fluid = false;
-  for (const Body& body : scene.bodies) fluid = fluid || body.type == BodyType::fluid;
+  for (const Body& body : scene.bodies) fluid = fluid || body.type == BodyType::fluid || changes_state(scene, body);
   for (const Eigen::Vector3d& v : scene.velocity) speed = std::max(speed, v.norm());
   for (int a = 0; a < 3; ++a)
     if (!config.periodic[a] && config.gravity[a] != 0)
-      speed = std::max(speed, std::sqrt(2 * std::abs(config.gravity[a]) *
-                                        fall_along(scene, a, fluid ? BodyType::fluid : BodyType::rigid)));
+      speed = std::max(speed, std::sqrt(2 * std::abs(config.gravity[a]) * fall_along(scene, a, fluid)));
   for (const Body& body : scene.bodies) {  // of a drop of a spacing, by its own pressure
     const MaterialConfig& m = config.materials[body.material];
     const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
@@ -118,11 +120,11 @@ void plan_elastic(const Scene& scene, Plan& plan) {
   for (std::uint32_t b = 0; b < count; ++b) plan.group[b] = b;
   std::vector<bool> held(count, false);
   for (std::uint32_t b = 0; b < count; ++b) {
-    if (scene.bodies[b].type != BodyType::elastic) continue;
-    plan.elastic_bodies.push_back(b);
-    held[b] = true;
+    const bool lasting = scene.bodies[b].type == BodyType::elastic && !plan.changes[b];
+    if (lasting) plan.elastic_bodies.push_back(b);
+    if (lasting) held[b] = true;
     for (const std::uint32_t other : scene.bodies[b].bonded_to) {
-      held[other] = true;
+      held[other] = held[other] || lasting;
       const std::uint32_t from = plan.group[other], to = plan.group[b];
       std::replace(plan.group.begin(), plan.group.end(), from, to);
     }
@@ -170,10 +172,11 @@ void plan_bodies(const Scene& scene, Plan& plan) {
   plan.probed = probed;
   bool solids = false;
   plan.force_first.assign(scene.bodies.size(), kNone);
+  plan_slots(scene, plan);
   plan_elastic(scene, plan);
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
-    if (body.type == BodyType::fluid) {
+    if (body.type == BodyType::fluid || plan.changes[b]) {
       plan.fluid = true;
       continue;
     }
@@ -225,12 +228,17 @@ void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
 
 void limit_by_elasticity(const Scene& scene, Plan& plan) {
   const double dx = scene.spacing, ratio = plan.elastic_support / dx;
-  for (const std::uint32_t b : plan.elastic_bodies) {
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    if (!plan.changes[b] && (scene.bodies[b].type != BodyType::elastic)) continue;
     const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
     // what has flowed to less than half its thickness needs less than half the step, and neighbourhoods that are torn
     // are stiffer than whole ones: a sheet that was pierced at 0.42 of this limit diverged, at 0.21 it did not
-    const double left = m.yield_stress ? 0.4 : m.tear_strain ? 0.5 : 1;
-    const double waves = elastic_limit(ratio) * left * dx / pressure_wave_speed(m);
+    double left = m.yield_stress ? 0.4 : m.tear_strain ? 0.5 : 1;
+    // In a mush the bonds' stiffness adds to the fluid's, and what froze in disorder is stiffer than a lattice: in a
+    // splash that freezes at once 0.27 of the limit diverged, 0.18 held (tests/sim/change_motion_test.cpp).
+    if (plan.changes[b]) left = 0.3;
+    const double sound = plan.changes[b] ? plan.sound_speed : 0;
+    const double waves = elastic_limit(ratio) * left * dx / std::hypot(pressure_wave_speed(m), sound);
     // the damping is central, as Monaghan's viscosity, whose limit is less than half that of Morris's
     const double damped = m.damping > 0 ? 0.4 * viscous_limit(ratio) * dx * dx * m.density / m.damping : 1e30;
     for (const auto& [limit, name] : {std::pair(waves, "elasticity"), std::pair(damped, "damping")}) {
@@ -307,8 +315,9 @@ void plan_time(const Scene& scene, Plan& plan) {
   const double dx = scene.spacing, ratio = plan.support / dx;
   double nu = plan.artificial * plan.sound_speed * 0.5 * plan.support / 10;  // what the artificial viscosity amounts to
   double physical = 0, lightest = 1e30, heaviest = 0;
-  for (const Body& body : scene.bodies) {
-    if (body.type != BodyType::fluid) continue;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const Body& body = scene.bodies[b];
+    if (body.type != BodyType::fluid && !plan.changes[b]) continue;
     const MaterialConfig& m = config.materials[body.material];
     physical = std::max(physical, m.viscosity / m.density);
     lightest = std::min(lightest, m.density);
@@ -382,6 +391,7 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
     plan.artificial = plan.diffusion = 0;
     plan.tension = false;
   }
+  plan.change_support = plan.elastic_support;
   plan.skin = skin_over_spacing * scene.spacing;
   plan_cells(scene, cells_per_reach, plan);
   plan_time(scene, plan);

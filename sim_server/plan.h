@@ -29,6 +29,7 @@ struct Plan {
   bool meets = false;        // anything whose neighbours change: a fluid, or bodies that can touch
   bool temperature = false;  // carried
   bool heat = false;         // conducted, lost and supplied
+  bool change = false;       // matter that melts, freezes or sets
   // numerics
   double support = 0;          // H [m]
   double elastic_support = 0;  // of elastic bodies [m]
@@ -50,6 +51,11 @@ struct Plan {
   int heat_steps = 1;
   double heat_dt = 0;     // [s]
   double heat_limit = 0;  // the largest stable step by linear theory [s]
+  // changes of state
+  double change_support = 0;              // of bonds [m]
+  std::uint32_t slots = 0;                // particles that change state, and of bodies that they hold on to
+  std::vector<bool> changes;              // per body
+  std::vector<std::uint32_t> slot_first;  // per body, kNone
   // cells
   int cells[3] = {1, 1, 1};
   // bodies

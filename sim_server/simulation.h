@@ -85,6 +85,7 @@ struct Snapshot {
   std::vector<float> stored;       // elastic energy of the particle [J]; empty when the scene has no elastic bodies
   std::vector<float> heat;         // taken up by the particle since the start [J]; empty when nothing conducts
   std::vector<float> liquid;       // fraction, 0..1; NaN: does not melt; empty when nothing conducts
+  std::vector<float> solid;        // fraction K^d, 0..1; empty when nothing changes state
 };
 
 // What a plan costs: for tests of lightness and for the printed report.

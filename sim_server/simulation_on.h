@@ -13,6 +13,7 @@
 #include "sim_server/parameters.h"
 #include "sim_server/particle_store.h"
 #include "sim_server/simulation.h"
+#include "sim_server/state_change_plan.h"
 #include "sim_server/step.h"
 #include "sim_server/step_results.h"
 
@@ -56,6 +57,7 @@ class SimulationOn final : public Simulation {
     views_.cohesion = make_cohesion(scene_, plan_);
     if (plan_.viscous_stages > 0) allocate_viscosity();
     if (plan_.heat) views_.heat_medium = make_heat_medium(scene_, plan_);
+    if (plan_.change) views_.change_medium = make_change_medium(scene_, plan_);
     back_end_.forget();
   }
 
@@ -97,6 +99,7 @@ class SimulationOn final : public Simulation {
     if (plan_.moving) back_end_.upload(const_cast<std::uint32_t*>(views_.rigid), plan_.rigid);
     if (plan_.elastic) reset_elastic();
     if (plan_.fields) reset_contact();
+    if (plan_.change) reset_change();
     if (plan_.solids) back_end_.upload(views_.body.body, store.bodies);
     results_.reset(store.bodies, output_);
   }
@@ -117,6 +120,12 @@ class SimulationOn final : public Simulation {
       store.scatter_heat(start, views_.heat_medium, out);
     }
     if (plan_.elastic) snapshot_elastic(out);
+    if (plan_.change) {
+      std::vector<real> solid(store.id.size());
+      back_end_.download(solid, s.solid);
+      out.solid.resize(solid.size());
+      for (std::size_t i = 0; i < solid.size(); ++i) out.solid[store.id[i]] = static_cast<float>(solid[i]);
+    }
     out.time = output_.time;
   }
 
@@ -164,6 +173,7 @@ class SimulationOn final : public Simulation {
     v.id = back_end_.template allocate<std::uint32_t>(set + " id", n);
     if (plan_.temperature) v.temperature = back_end_.template allocate<real>(set + " temperature", n);
     if (plan_.heat) v.enthalpy = back_end_.template allocate<real>(set + " enthalpy", n);
+    if (plan_.change) v.solid = back_end_.template allocate<real>(set + " solid fraction", n);
     return v;
   }
 
@@ -201,6 +211,53 @@ class SimulationOn final : public Simulation {
       e.bearing = back_end_.template allocate<real>("elastic bearing", n);
     }
     views_.elastic_bodies = allocate_copy("elastic bodies", plan_.elastic_bodies);
+  }
+
+  void allocate_change() {
+    const ChangeStore store(scene_, plan_);
+    const std::size_t n = plan_.slots, all = n * kMaxBonds;
+    ChangeViews& c = views_.change;
+    c.count = plan_.slots;
+    c.slot_of = allocate_copy("change slots", store.slot_of);
+    c.group = allocate_copy("change groups", store.group);
+    c.tag = allocate_copy("change tags", store.tag);
+    views_.change_force_of = allocate_copy("change forces of", store.force_of);
+    c.x = back_end_.template allocate<Packed>("change position", n);
+    c.v = back_end_.template allocate<Packed>("change velocity", n);
+    c.solid = back_end_.template allocate<real>("change solid fraction", n);
+    c.before = back_end_.template allocate<real>("change solid fraction before", n);
+    c.set = back_end_.template allocate<real>("change set", n);
+    c.rotation = back_end_.template allocate<Quat>("bond rotation", n);
+    c.gradient = back_end_.template allocate<Mat3>("bond gradient", n);
+    c.stress = back_end_.template allocate<Mat3>("bond stress", n);
+    c.correction = back_end_.template allocate<Mat3>("bond correction", n);
+    c.projection = back_end_.template allocate<Mat3>("bond projection", n);
+    c.soft = back_end_.template allocate<real>("bond softness", n);
+    c.force = back_end_.template allocate<Packed>("bond force", n);
+    c.bonds = back_end_.template allocate<std::uint32_t>("bond counts", n);
+    c.bond = back_end_.template allocate<std::uint32_t>("bonds", all);
+    c.own = back_end_.template allocate<Packed>("bond vectors", all);
+    c.other = back_end_.template allocate<Packed>("bond vectors back", all);
+    views_.change_medium = make_change_medium(scene_, plan_);
+  }
+
+  void reset_change() {
+    const ChangeStore store(scene_, plan_);
+    const ChangeViews& c = views_.change;
+    back_end_.upload(c.x, store.x);
+    back_end_.upload(c.v, store.v);
+    back_end_.upload(c.solid, store.solid);
+    back_end_.upload(c.before, store.solid);
+    back_end_.upload(c.set, store.set);
+    back_end_.upload(c.rotation, store.rotation);
+    back_end_.upload(c.correction, store.correction);
+    back_end_.upload(c.projection, store.projection);
+    back_end_.upload(c.soft, store.soft);
+    back_end_.upload(c.bonds, store.bonds);
+    back_end_.upload(c.bond, store.bond);
+    back_end_.upload(c.own, store.own);
+    back_end_.upload(c.other, store.other);
+    back_end_.upload(views_.state.solid, store.fraction);
   }
 
   void reset_elastic() {
@@ -296,6 +353,7 @@ class SimulationOn final : public Simulation {
     }
     if (plan_.elastic) allocate_elastic();
     if (plan_.fields) allocate_contact();
+    if (plan_.change) allocate_change();
     views_.health_part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
     health_ = back_end_.template mirror<HealthSums>("health", 1);
     views_.health = health_.device;

@@ -39,6 +39,9 @@ struct StepViews {
   HeatViews heat;
   ViscosityViews viscosity;
   CohesionMedium cohesion;
+  ChangeMedium change_medium;
+  ChangeViews change;
+  const std::uint32_t* change_force_of = nullptr;  // BondForce::force_of
 };
 
 // Whether two particles ever act on each other: stored neighbour lists leave out the pairs that do not.
@@ -84,31 +87,53 @@ void viscous_stages(B& back_end, const Plan& plan, const StepViews& v, real elap
   }
 }
 
-template <class B>
-void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
+// bonds: NoBonds, or Bonded where something changes state.
+template <class B, class Bonds>
+void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapsed, Bonds bonds) {
   const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
   const std::uint32_t n = v.particles;
   const Medium medium = plan.viscous_stages > 0 ? without_viscosity(v.medium) : v.medium;
-  back_end.for_each_team("density", n, AdvanceDensity{v.sorted, v.state, v.grid, kernel, v.medium, v.forcing});
+  back_end.for_each_team("density", n,
+                         AdvanceDensity<Bonds>{v.sorted, v.state, v.grid, kernel, v.medium, v.forcing, bonds});
   if (plan.solids && plan.fluid)
-    back_end.for_each_team("walls", n, ExtrapolateToWalls{v.state, v.grid, kernel, v.medium, v.forcing, v.wall});
+    back_end.for_each_team("walls", n,
+                           ExtrapolateToWalls<Bonds>{v.state, v.grid, kernel, v.medium, v.forcing, v.wall, bonds});
   if (plan.fluid)
-    back_end.for_each_team("fluid force", n,
-                           FluidForce{v.state, v.wall, v.grid, kernel, medium, v.forcing, v.acceleration});
+    back_end.for_each_team(
+        "fluid force", n, FluidForce<Bonds>{v.state, v.wall, v.grid, kernel, medium, v.forcing, v.acceleration, bonds});
   if (plan.wrench)
-    back_end.for_each_team("solid force", n, SolidForce{v.state, v.wall, v.body, v.grid, kernel, medium, plan.contact});
+    back_end.for_each_team("solid force", n,
+                           SolidForce<Bonds>{v.state, v.wall, v.body, v.grid, kernel, medium, plan.contact, bonds});
   if (plan.cohesion)
     back_end.for_each_team(
         "cohesion", n, Cohere{v.state, v.body, v.grid, kernel.support, v.medium.uniform, v.cohesion, v.acceleration});
   if (plan.viscous_stages > 0) viscous_stages(back_end, plan, v, elapsed);
 }
 
-template <class B>
-void paper_stages(B& back_end, const StepViews& v) {
+template <class B, class Bonds>
+void paper_stages(B& back_end, const StepViews& v, Bonds bonds) {
   const Mueller kernel = Mueller::with_support(v.medium.support);
   back_end.for_each_team("density (paper)", v.particles, PaperDensity{v.sorted, v.state, v.grid, kernel, v.medium});
-  back_end.for_each_team("force (paper)", v.particles,
-                         PaperForce{v.state, v.body, v.grid, kernel, v.medium, v.forcing, v.acceleration});
+  back_end.for_each_team(
+      "force (paper)", v.particles,
+      PaperForce<Bonds>{v.state, v.body, v.grid, kernel, v.medium, v.forcing, v.acceleration, bonds});
+}
+
+// Forces of the bonds, onto those of fluids and bodies.
+template <class B>
+void bond_stages(B& back_end, const StepViews& v) {
+  const WendlandC2 kernel = WendlandC2::with_support(v.change_medium.support);
+  const std::uint32_t n = v.change.count;
+  back_end.for_each_group("bond strain", n, BondStrain{v.change, v.grid, kernel, v.medium});
+  back_end.for_each_group("bond force", n, BondForce{v.change, v.body, v.change_force_of, v.grid, kernel, v.medium});
+}
+
+// After heat has flown.
+template <class B>
+void change_stages(B& back_end, const StepViews& v) {
+  const WendlandC2 kernel = WendlandC2::with_support(v.change_medium.support);
+  back_end.for_each("solid fractions", v.particles, ChangeFractions{v.state, v.change, v.change_medium});
+  back_end.for_each("bonds", v.particles, ChangeBonds{v.state, v.change, v.grid, kernel, v.change_medium});
 }
 
 template <class B>
@@ -151,10 +176,16 @@ void meeting_stages(B& back_end, const Plan& plan, const StepViews& v, real elap
     sort(Interacts{plan.method == Method::paper || plan.heat, plan.contact});
   else
     sort(EveryPair{});
-  if (plan.method == Method::paper)
-    paper_stages(back_end, v);
+  const auto forces = [&](auto bonds) {
+    if (plan.method == Method::paper)
+      paper_stages(back_end, v, bonds);
+    else
+      fluid_stages(back_end, plan, v, elapsed, bonds);
+  };
+  if (plan.change)
+    forces(Bonded{v.change.group});
   else
-    fluid_stages(back_end, plan, v, elapsed);
+    forces(NoBonds{});
 }
 
 // By distance fields: wrenches of pairs, and forces on elastic particles, onto those that act already.
@@ -173,6 +204,8 @@ template <class B>
 void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, bool heat) {
   if (plan.meets) meeting_stages(back_end, plan, v, elapsed);
   if (heat) heat_stages(back_end, plan, v);
+  if (heat && plan.change) change_stages(back_end, v);
+  if (plan.change) bond_stages(back_end, v);
   if (plan.elastic) elastic_stages(back_end, plan, v);
   if (plan.fields) contact_stages(back_end, v);
   if (plan.wrench) back_end.for_each_block("wrench", v.reactive_count, ReduceWrench{v.body, v.contact.by, v.reactive});
@@ -181,7 +214,7 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
                       AdvanceBodies{v.body.body, v.rigid, v.proxy, v.forcing, v.medium.dt, elapsed});
   if (plan.elastic)
     back_end.for_each("move elastic", v.elastic.count, MoveElastic{v.elastic, v.body, v.medium, v.forcing});
-  const MoveParticles move{v.state, v.acceleration, v.body, v.elastic, v.grid, v.medium.dt};
+  const MoveParticles move{v.state, v.acceleration, v.body, v.elastic, v.change, v.grid, v.medium};
   if (plan.meets)
     back_end.move("move", v.particles, move);
   else

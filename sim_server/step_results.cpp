@@ -53,7 +53,7 @@ void StepResults::reset(const std::vector<BodyState>& bodies, StepOutput& out) {
   out.proxies.resize(scene_.proxies.size());
   out.bodies.resize(scene_.bodies.size());
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
-    if (scene_.bodies[b].type != BodyType::fluid) read_body(b, bodies[b], out.bodies[b]);
+    if (scene_.bodies[b].type != BodyType::fluid && !plan_.changes[b]) read_body(b, bodies[b], out.bodies[b]);
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
     read_proxy(p, DeviceInput{}, bodies[scene_.proxies[p].body], out.proxies[p]);
   memory_.assign(scene_.proxies.size(), {});

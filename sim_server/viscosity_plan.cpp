@@ -92,7 +92,8 @@ void plan_viscosity(const Scene& scene, double without, double with, Plan& plan)
   };
   plan.explicit_sub_steps = std::max(1.0, std::ceil(step / (n.safety * with) - 1e-9));
   plan.viscous_stages = 0;
-  if (!plan.fluid || plan.method == Method::paper || n.viscosity == ViscosityScheme::explicit_) return;
+  // bonds leave a pair a share of its viscosity, which stages know nothing of
+  if (!plan.fluid || plan.change || plan.method == Method::paper || n.viscosity == ViscosityScheme::explicit_) return;
   const bool asked = n.viscosity == ViscosityScheme::staged;
   if (!asked && with >= (n.sub_steps ? step / *n.sub_steps : without)) return;
   const double staged = steps(without);

@@ -10,6 +10,7 @@
 
 namespace palp {
 
+template <class Bonds>
 struct ExtrapolateToWalls {
   ParticleView state;
   CellGrid grid;
@@ -17,10 +18,13 @@ struct ExtrapolateToWalls {
   Medium medium;
   const Forcing* forcing;
   Packed* wall;  // out: velocity, pressure; solids only
+  Bonds bonds;
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
-    if (state.tag[i].is_fluid()) return;
+    const Tag tag_i = state.tag[i];
+    if (tag_i.is_fluid()) return;
+    const real K_i = bonds.solid(state, i);
     const Vec3 g = forcing->level_gravity;
     const real c2 = medium.sound_speed * medium.sound_speed;
     real p = 0, weight = 0;
@@ -30,7 +34,8 @@ struct ExtrapolateToWalls {
                     const Tag tag_j = state.tag[j];
                     if (!tag_j.is_fluid()) return;
                     const Packed vp_j = fetch(state.vp + j);
-                    const real W = kernel.W(Eigen::numext::sqrt(r2));
+                    const real W =
+                        kernel.W(Eigen::numext::sqrt(r2)) * bonds.share(tag_i, K_i, tag_j, bonds.solid(state, j));
                     const real rho_j = medium.material[tag_j.material()].density + vp_j.w / c2;
                     p += W * (acting_pressure(medium, vp_j.w) + rho_j * g.dot(x_ij));
                     v += W * vp_j.xyz();

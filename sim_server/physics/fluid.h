@@ -10,6 +10,7 @@
 // f^a       alpha c h rho V_i V_j (v.x)/(r^2) gradW    N         Monaghan & Gingold 1983; central
 #pragma once
 
+#include "sim_server/physics/bonded.h"
 #include "sim_server/physics/cell_grid.h"
 #include "sim_server/physics/particles.h"
 #include "sim_server/physics/smoothing.h"
@@ -17,12 +18,14 @@
 namespace palp {
 
 // Advances the density of fluid particles by one sub-step and moves every particle from the sorted copy to the state.
+template <class Bonds>
 struct AdvanceDensity {
   ParticleView from, to;
   CellGrid grid;
   WendlandC2 kernel;
   Medium medium;
   const Forcing* forcing;
+  Bonds bonds;
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
@@ -36,18 +39,20 @@ struct AdvanceDensity {
     const real c2 = medium.sound_speed * medium.sound_speed;
     const real rho0 = medium.material[tag_i.material()].density;
     const Vec3 hydrostatic = forcing->level_gravity * rho0;  // gradient of p at rest
+    const real K_i = bonds.solid(from, i);
     real divergence = 0, laplacian = 0;
-    for_neighbors(grid, from.xV, x_i, kernel.support, team,
-                  [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
-                    const Packed vp_j = fetch(from.vp + j);
-                    const Tag tag_j = medium.uniform ? tag_i : from.tag[j];
-                    const real VF = xV_j.w * kernel.F(Eigen::numext::sqrt(r2));
-                    // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
-                    const Vec3 v_j = tag_j.kind() == Kind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
-                    divergence += VF * (v_i - v_j).dot(x_ij);
-                    if (tag_j.is_fluid() && tag_j.material() == tag_i.material())
-                      laplacian += VF * (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
-                  });
+    for_neighbors(
+        grid, from.xV, x_i, kernel.support, team, [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
+          const Packed vp_j = fetch(from.vp + j);
+          const Tag tag_j = medium.uniform ? tag_i : from.tag[j];
+          const real VF =
+              xV_j.w * kernel.F(Eigen::numext::sqrt(r2)) * bonds.share(tag_i, K_i, tag_j, bonds.solid(from, j));
+          // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
+          const Vec3 v_j = tag_j.kind() == Kind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
+          divergence += VF * (v_i - v_j).dot(x_ij);
+          if (tag_j.is_fluid() && tag_j.material() == tag_i.material())
+            laplacian += VF * (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
+        });
     divergence = team.sum(divergence);
     laplacian = team.sum(laplacian);
     if (!team.leader()) return;
@@ -100,6 +105,7 @@ PALP_HD inline Vec3 wall_pair_force(const Medium& medium, const WendlandC2& kern
 }
 
 // Acceleration of fluid particles [m/s^2], into acceleration[i].
+template <class Bonds>
 struct FluidForce {
   ParticleView state;
   const Packed* wall;  // null without solids
@@ -108,6 +114,7 @@ struct FluidForce {
   Medium medium;
   const Forcing* forcing;
   Packed* acceleration;
+  Bonds bonds;
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
@@ -115,17 +122,20 @@ struct FluidForce {
     if (!tag_i.is_fluid()) return;
     const Packed xV_i = state.xV[i], vp_i = state.vp[i];
     const Material material_i = medium.material[tag_i.material()];
+    const real K_i = bonds.solid(state, i);
     Vec3 force(0, 0, 0);
-    for_neighbors(
-        grid, state.xV, xV_i.xyz(), kernel.support, team,
-        [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
-          const Packed vp_j = fetch(state.vp + j);
-          const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
-          if (tag_j.is_fluid())
-            force += fluid_pair_force(medium, kernel, material_i, tag_i, xV_i, vp_i, tag_j, xV_j.w, vp_j, x_ij, r2);
-          else
-            force += wall_pair_force(medium, kernel, tag_i, xV_i, vp_i, xV_j.w, vp_j.xyz(), fetch(wall + j), x_ij, r2);
-        });
+    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
+                  [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
+                    const Packed vp_j = fetch(state.vp + j);
+                    const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
+                    const real share = bonds.share(tag_i, K_i, tag_j, bonds.solid(state, j));
+                    if (tag_j.is_fluid())
+                      force += share * fluid_pair_force(medium, kernel, material_i, tag_i, xV_i, vp_i, tag_j, xV_j.w,
+                                                        vp_j, x_ij, r2);
+                    else
+                      force += share * wall_pair_force(medium, kernel, tag_i, xV_i, vp_i, xV_j.w, vp_j.xyz(),
+                                                       fetch(wall + j), x_ij, r2);
+                  });
     force = team.sum(force);
     if (team.leader()) acceleration[i] = pack(force / state.mass[i] + forcing->gravity + forcing->body_force, 0);
   }

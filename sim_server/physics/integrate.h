@@ -1,8 +1,8 @@
 // Moves the particles at the end of a sub-step: fluids by symplectic Euler, rigid bodies' particles with
-// their body, elastic ones where elastic.h moved them.
+// their body, elastic ones where elastic.h moved them. What changes state is a fluid with bonds.
 #pragma once
 
-#include "sim_server/physics/elastic.h"
+#include "sim_server/physics/state_change.h"
 
 namespace palp {
 
@@ -11,17 +11,20 @@ struct MoveParticles {
   const Packed* acceleration;  // of fluids
   BodyViews bodies;
   ElasticViews elastic;
+  ChangeViews change;
   CellGrid grid;
-  real dt;
+  Medium medium;
 
   PALP_HD void operator()(std::uint32_t i) const {
     const Tag tag = state.tag[i];
     if (tag.kind() == Kind::fixed) return;
     const Packed xV = state.xV[i], vp = state.vp[i];
+    const std::uint32_t slot = change.count > 0 ? slot_of(change, tag, state.id[i]) : kNone;
     Vec3 x, v;
     if (tag.is_fluid()) {
-      v = vp.xyz() + dt * acceleration[i].xyz();
-      x = xV.xyz() + dt * v;
+      v = vp.xyz() + medium.dt * acceleration[i].xyz();
+      if (slot != kNone) v += medium.dt / state.mass[i] * change.force[slot].xyz();
+      x = xV.xyz() + medium.dt * v;
     } else {
       const BodyState& body = bodies.body[tag.body()];
       const std::uint32_t k = body.force_first + state.id[i] - body.first;
@@ -34,8 +37,12 @@ struct MoveParticles {
         x = grid.wrap_fully(body.x + r);
       }
     }
-    state.xV[i] = pack(grid.wrap(x), xV.w);
+    x = grid.wrap(x);
+    state.xV[i] = pack(x, xV.w);
     state.vp[i] = pack(v, vp.w);
+    if (slot == kNone) return;
+    change.x[slot] = pack(x, change.x[slot].w);
+    change.v[slot] = pack(v, tag.is_fluid() ? acting_pressure(medium, vp.w) : real(0));
   }
 };
 

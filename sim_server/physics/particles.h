@@ -6,6 +6,7 @@
 // m           mass                                                        kg
 // T           temperature                                                 K
 // h           specific enthalpy                                           J/kg
+// K           solid fraction, of what changes state                       -
 #pragma once
 
 #include "sim_server/physics/real.h"
@@ -37,6 +38,7 @@ struct ParticleView {
   std::uint32_t* id = nullptr;  // index in the scene's order
   real* temperature = nullptr;
   real* enthalpy = nullptr;
+  real* solid = nullptr;
 };
 
 // What a step changes of a particle.
@@ -45,6 +47,7 @@ PALP_HD inline void copy_changing(const ParticleView& from, std::uint32_t i, con
   to.vp[j] = from.vp[i];
   if (to.temperature != nullptr) to.temperature[j] = from.temperature[i];
   if (to.enthalpy != nullptr) to.enthalpy[j] = from.enthalpy[i];
+  if (to.solid != nullptr) to.solid[j] = from.solid[i];
 }
 
 PALP_HD inline void copy_particle(const ParticleView& from, std::uint32_t i, const ParticleView& to, std::uint32_t j) {

@@ -90,6 +90,16 @@ inline constexpr Tolerance kHeatKept{1e-7, 1e-7,
 inline constexpr Tolerance kHeatGiven{5e-6, 5e-7, "as above over hundreds of steps; of the heat given"};
 inline constexpr Tolerance kPlaneLoss{0.01, 0.01, "of the rate: the surface of a lattice is calibrated"};
 inline constexpr Tolerance kCubeLoss{0.06, 0.06, "of the rate: edges and corners of a cube"};
+// changes of state
+inline constexpr Tolerance kBondedMotion{2e-3, 1e-6,
+                                         "of a spacing after 200 steps: positions, not displacements, are the state"};
+inline constexpr Tolerance kChangeMomentum{
+    1e-4, 1e-6, "of the sum of the sizes after 1200 steps: rotations are converged to 1e-6 rad"};
+inline constexpr Tolerance kChangeEnergy{1e-3, 1e-3, "of the kinetic energy at the start: none is added"};
+inline constexpr Tolerance kChangeJump{
+    0.03, 0.03,
+    "of the force, from one step to the next, when all freezes and melts in a quarter "
+    "of a second each, in 25 changes: slower ones jump in proportion less"};
 inline constexpr Tolerance kFreeFall{2e-6, 1e-12, "symplectic Euler of a constant acceleration, 1000 steps"};
 inline constexpr Tolerance kTopEnergy{1e-4, 1e-4, "relative, over 60 s at 1 ms"};
 inline constexpr Tolerance kElasticGradient{2e-5, 1e-12, "of an affine field; displacements of ten spacings in real"};

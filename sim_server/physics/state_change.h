@@ -1,0 +1,350 @@
+// Matter that changes state: melts, freezes, sets for good when cooked (paper 3.2). Its particles stay fluid particles
+// throughout. Those that are partly solid have bonds to one another, which carry the solid's share of the forces.
+//
+// symbol      meaning                                                        source
+// K_i         solid fraction K^d; K^f = 1 - K^d                              paper 3.2
+// X_ij        x_j - x_i when the bond formed, in i's frame                   one for each direction of a bond
+// F_i         sum_j K_j V_j F(X) x_ji (L_i X_ij)^T, L_i its correction       elastic.h
+// R_i, P_i    rotation nearest to F_i; stress                                elastic.h
+// f_i         sum_j K_i K_j V_i V_j (F(X_ij) P_i L_i X_ij - F(X_ji) P_j L_j X_ji) - V_i V_j F q_ij x_ji
+// q_ij        what the fluid's p_i + p_j lost of its share while the bond got stiffer
+// share       1 - K_i K_j, of a pair's fluid forces                          bonded.h
+//
+// f is the exact gradient of sum K_i V_i psi(F_i), so that pairs conserve momentum, and angular momentum with them. A
+// bond forms without strain. When it gets stiffer, what is added is unstrained too: its X moves towards x by the share
+// of the new in the whole. The pressure that the fluid forces lose with their share stays in the bond, as q, until
+// it melts. So nothing jumps. A pair of bonded solids keeps no
+// fluid force; their pressure then is that of what touches them.
+#pragma once
+
+#include "sim_server/physics/elastic.h"
+#include "sim_server/physics/heat.h"
+
+namespace palp {
+
+// On a lattice with a support of two spacings a particle has 26 bonds, in a dense fluid somewhat more.
+inline constexpr std::uint32_t kMaxBonds = 64;
+
+// By slot: the particles of bodies that change state, and of bodies that these hold on to.
+struct ChangeViews {
+  std::uint32_t count = 0;
+  const std::uint32_t* slot_of = nullptr;  // by body: add a particle's id; kNone: has no slots
+  const std::uint32_t* group = nullptr;    // by body: bonds form within a group
+  const Tag* tag = nullptr;                // with the material of its bonds
+  Packed* x = nullptr;                     // position, rest volume [m, m^3]
+  Packed* v = nullptr;                     // velocity, acting pressure of a fluid particle [m/s, Pa]
+  real* solid = nullptr;                   // K
+  real* before = nullptr;                  // K before its last change
+  real* set = nullptr;                     // share of it that has set for good
+  Quat* rotation = nullptr;                // R
+  Mat3* gradient = nullptr;                // F
+  Mat3* stress = nullptr;                  // P L
+  Mat3* correction = nullptr;              // L
+  Mat3* projection = nullptr;              // what L makes of the moment: I but where neighbours span no space
+  real* soft = nullptr;                    // what its stress is multiplied with, 0..1
+  Packed* force = nullptr;                 // [N]
+  std::uint32_t* bonds = nullptr;          // how many
+  std::uint32_t* bond = nullptr;           // [kMaxBonds] slots of its partners
+  Packed* own = nullptr;                   // [kMaxBonds] X_ij, q [m, Pa]
+  Packed* other = nullptr;                 // [kMaxBonds] X_ji
+};
+
+PALP_HD inline std::uint32_t slot_of(const ChangeViews& change, Tag tag, std::uint32_t id) {
+  const std::uint32_t first = change.slot_of[tag.body()];
+  return first == kNone ? kNone : first + id;
+}
+
+// How materials change, by temperature.
+struct ChangeMedium {
+  HeatMaterial heat[kMaxMaterials];
+  real cooking[kMaxMaterials];       // temperature from which it sets [K]; 0: never
+  real cooking_rate[kMaxMaterials];  // of the share that has set [1/s]
+  real dt;                           // between two changes [s]
+  real support;                      // H of bonds [m]
+  real slack;                        // how far particles may be from where the grid has them [m]
+  real most_reach;                   // of sum |dF/dx|, that a particle has with its stiffness in full [1/m]
+};
+
+// Solid fractions from enthalpy and temperature, over the particles.
+struct ChangeFractions {
+  ParticleView state;
+  ChangeViews change;
+  ChangeMedium medium;
+
+  PALP_HD void operator()(std::uint32_t i) const {
+    const Tag tag = state.tag[i];
+    const std::uint32_t k = slot_of(change, tag, state.id[i]);
+    if (k == kNone) return;
+    const real K = change.solid[k];
+    change.before[k] = K;
+    if (!tag.is_fluid()) return;
+    const std::uint32_t m = tag.material();
+    real now = change.set[k];
+    if (medium.cooking[m] > real(0) && state.temperature[i] > medium.cooking[m]) {
+      now += medium.dt * medium.cooking_rate[m];
+      if (now > real(1)) now = real(1);
+      change.set[k] = now;
+    }
+    if (medium.heat[m].latent > real(0)) {
+      const real frozen = real(1) - liquid_fraction(medium.heat[m], state.enthalpy[i]);
+      if (frozen > now) now = frozen;
+    }
+    change.solid[k] = now;
+    state.solid[i] = now;
+    if (!(K > real(0))) change.rotation[k] = Quat::Identity();
+  }
+};
+
+// What multiplies X in F, and onto what the neighbours' directions project.
+struct BondCorrection {
+  Mat3 inverse, projection;
+};
+
+// Where a frozen fluid's neighbours lie unevenly a gradient weighs single ones so much that the particle would be
+// stiffer than any on a lattice, and the sub-step too long for it. reach: sum_j |dF/dx_j| over it and its neighbours.
+PALP_HD inline real bond_softness(real reach, real most_reach) {
+  const real ratio = most_reach / reach;
+  return reach > most_reach ? ratio * ratio : real(1);
+}
+
+// From the moment sum K_j V_j F X X^T. Directions in which neighbours hardly spread are left out: a gradient across a
+// nearly flat sheet would be as stiff as the sheet is flat.
+PALP_HD inline BondCorrection bond_correction(Mat3 A) {
+  Mat3 axes = Mat3::Identity();
+  // Jacobi's method; four rounds leave 1e-7 of what is off the diagonal
+  for (int round = 0; round < 4; ++round)
+    for (int p = 0; p < 2; ++p)
+      for (int q = p + 1; q < 3; ++q) {
+        if (A(p, q) == real(0)) continue;
+        const real theta = (A(q, q) - A(p, p)) / (real(2) * A(p, q));
+        const real root = Eigen::numext::sqrt(theta * theta + real(1));
+        const real t = theta < real(0) ? real(1) / (theta - root) : real(1) / (theta + root);
+        const real c = real(1) / Eigen::numext::sqrt(t * t + real(1)), s = t * c;
+        Mat3 turn = Mat3::Identity();
+        turn(p, p) = turn(q, q) = c;
+        turn(p, q) = s;
+        turn(q, p) = -s;
+        A = turn.transpose() * A * turn;
+        axes = axes * turn;
+      }
+  const real most = A.diagonal().maxCoeff();
+  BondCorrection out{Mat3::Zero(), Mat3::Zero()};
+  if (!(most > real(0))) return out;
+  for (int a = 0; a < 3; ++a) {
+    // faces, edges and corners of a lattice have 0.5 and more; all or nothing, else angular momentum is not kept
+    if (!(A(a, a) > real(0.3) * most)) continue;
+    const Mat3 along = axes.col(a) * axes.col(a).transpose();
+    out.projection += along;
+    out.inverse += along / A(a, a);
+  }
+  return out;
+}
+
+// Ends, stiffens and forms bonds, over the particles; each writes its own side of its bonds, from what both sides know.
+struct ChangeBonds {
+  ParticleView state;
+  ChangeViews change;
+  CellGrid grid;
+  WendlandC2 kernel;
+  ChangeMedium medium;
+
+  struct Side {
+    std::uint32_t slot;
+    Tag tag;
+    Packed x;
+    real p;
+    Mat3 R_T;
+    real K, before;
+  };
+  PALP_HD Side side(std::uint32_t k) const {
+    return {k,
+            change.tag[k],
+            change.x[k],
+            change.v[k].w,
+            change.rotation[k].toRotationMatrix().transpose(),
+            change.solid[k],
+            change.before[k]};
+  }
+  // p_i + p_j; a tool shows the pressure of the matter that it is bonded to.
+  PALP_HD real pressures(const Side& i, std::uint32_t j) const {
+    const real p_j = change.v[j].w;
+    return (i.tag.is_fluid() ? i.p : p_j) + (change.tag[j].is_fluid() ? p_j : i.p);
+  }
+
+  // A bond as it goes on, into place n of i's; false when it ends.
+  PALP_HD bool go_on(const Side& i, std::uint32_t from, std::uint32_t n) const {
+    const std::size_t row = std::size_t(i.slot) * kMaxBonds;
+    const std::uint32_t j = change.bond[row + from];
+    const real k1 = i.K * change.solid[j], k0 = i.before * change.before[j];
+    if (!(k1 > real(0))) return false;
+    const Packed kept = change.own[row + from];
+    Vec3 own = kept.xyz(), other = change.other[row + from].xyz();
+    real q = kept.w;
+    const Vec3 x_ji = separation(grid, change.x[j].xyz(), i.x);
+    // mush that was stirred apart
+    if (k1 < real(1) && x_ji.norm() > own.norm() + other.norm()) return false;
+    if (k1 > k0) {
+      const real old = k0 / k1;
+      own = old * own + (real(1) - old) * (i.R_T * x_ji);
+      other = old * other - (real(1) - old) * (change.rotation[j].conjugate().toRotationMatrix() * x_ji);
+      q += (k1 - k0) * pressures(i, j);
+    } else if (k1 < k0) {
+      q *= k1 / k0;
+    }
+    if (!(own.norm() < medium.support) && !(other.norm() < medium.support)) return false;
+    change.bond[row + n] = j;
+    change.own[row + n] = pack(own, q);
+    change.other[row + n] = pack(other, 0);
+    return true;
+  }
+
+  // A bond to j where one stiffens that was not there; returns how many there are.
+  PALP_HD std::uint32_t form(const Side& i, std::uint32_t j, const Vec3& x_ji, std::uint32_t n) const {
+    const std::size_t row = std::size_t(i.slot) * kMaxBonds;
+    const real stiffer = i.K * change.solid[j] - i.before * change.before[j];
+    if (n == kMaxBonds || !(stiffer > real(0))) return n;
+    for (std::uint32_t b = 0; b < n; ++b)
+      if (change.bond[row + b] == j) return n;
+    change.bond[row + n] = j;
+    change.own[row + n] = pack(i.R_T * x_ji, stiffer * pressures(i, j));
+    change.other[row + n] = pack(-(change.rotation[j].conjugate().toRotationMatrix() * x_ji), 0);
+    return n + 1;
+  }
+
+  // The correction, from the bonds there are.
+  PALP_HD void correct(const Side& i, std::uint32_t bonds) const {
+    const std::size_t row = std::size_t(i.slot) * kMaxBonds;
+    Mat3 moment = Mat3::Zero();
+    for (std::uint32_t b = 0; b < bonds; ++b) {
+      const std::uint32_t j = change.bond[row + b];
+      const Vec3 X = change.own[row + b].xyz();
+      moment += (change.solid[j] * change.x[j].w * kernel.F(X.norm()) * X) * X.transpose();
+    }
+    const BondCorrection c = bond_correction(moment);
+    Vec3 all(0, 0, 0);
+    real reach = 0;
+    for (std::uint32_t b = 0; b < bonds; ++b) {
+      const Vec3 X = change.own[row + b].xyz();
+      const real weight = change.solid[change.bond[row + b]] * change.x[change.bond[row + b]].w * kernel.F(X.norm());
+      const Vec3 slope = weight * times(c.inverse, X);
+      all += slope;
+      reach += slope.norm();
+    }
+    change.correction[i.slot] = c.inverse;
+    change.projection[i.slot] = c.projection;
+    change.soft[i.slot] = bond_softness(reach + all.norm(), medium.most_reach);
+  }
+
+  PALP_HD void operator()(std::uint32_t p) const {
+    const Tag tag = state.tag[p];
+    const std::uint32_t k = slot_of(change, tag, state.id[p]);
+    if (k == kNone) return;
+    const Side i = side(k);
+    std::uint32_t n = 0;
+    if (i.K > real(0)) {
+      for (std::uint32_t b = 0; b < change.bonds[k]; ++b)
+        if (go_on(i, b, n)) ++n;
+      const std::uint32_t group = change.group[tag.body()];
+      const Vec3 x_i = state.xV[p].xyz();
+      const real reach = medium.support;
+      for_each_run(grid, x_i, reach + medium.slack, SerialTeam{},
+                   [&](std::uint32_t begin, std::uint32_t end, const Vec3&) {
+                     for (std::uint32_t q = begin; q < end; ++q) {
+                       const Tag tag_q = state.tag[q];
+                       if (q == p || change.group[tag_q.body()] != group) continue;
+                       // two tools in one lump of matter hold on to it, not to each other
+                       if (!tag.is_fluid() && !tag_q.is_fluid() && tag.body() != tag_q.body()) continue;
+                       const std::uint32_t j = slot_of(change, tag_q, state.id[q]);
+                       if (j == kNone) continue;
+                       const Vec3 x_ji = separation(grid, change.x[j].xyz(), i.x);
+                       if (x_ji.squaredNorm() < reach * reach) n = form(i, j, x_ji, n);
+                     }
+                   });
+    }
+    change.bonds[k] = n;
+    correct(i, n);
+  }
+};
+
+// Rotation, deformation gradient and stress, over the slots.
+struct BondStrain {
+  ChangeViews change;
+  CellGrid grid;
+  WendlandC2 kernel;
+  Medium medium;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t i, Team team) const {
+    const std::uint32_t bonds = change.bonds[i];
+    if (bonds == 0) return;
+    const std::size_t row = std::size_t(i) * kMaxBonds;
+    const Packed x_i = change.x[i];
+    Mat3 F = Mat3::Zero();
+    for (std::uint32_t b = team.lane(); b < bonds; b += team.size()) {
+      const std::uint32_t j = change.bond[row + b];
+      const Vec3 X = change.own[row + b].xyz(), x_ji = separation(grid, change.x[j].xyz(), x_i);
+      F += (change.solid[j] * change.x[j].w * kernel.F(X.norm()) * x_ji) * X.transpose();
+    }
+    F = team_sum(team, F);
+    if (!team.leader()) return;
+    const Mat3 L = change.correction[i];
+    F = F * L;
+    const Quat q = closest_rotation(F, change.rotation[i]);
+    const Mat3 R = q.toRotationMatrix();
+    // where neighbours span no space, across them nothing is strained
+    F += R * (Mat3::Identity() - change.projection[i]);
+    change.rotation[i] = q;
+    change.gradient[i] = F;
+    change.stress[i] = change.soft[i] * elastic_stress(medium.material[change.tag[i].material()], F, R) * L;
+  }
+};
+
+// Force of the bonds, over the slots; on what is not fluid, onto the force of its body.
+struct BondForce {
+  ChangeViews change;
+  BodyViews bodies;
+  const std::uint32_t* force_of;  // by body: where bodies.force has its slots, less the slot; kNone: nowhere
+  CellGrid grid;
+  WendlandC2 kernel;
+  Medium medium;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t i, Team team) const {
+    const Tag tag = change.tag[i];
+    const Material m = medium.material[tag.material()];
+    const real young = m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
+    const std::size_t row = std::size_t(i) * kMaxBonds;
+    const Packed x_i = change.x[i];
+    const Vec3 v_i = change.v[i].xyz();
+    const Mat3 stress_i = change.stress[i], F_i = change.gradient[i];
+    Vec3 force(0, 0, 0);
+    for (std::uint32_t b = team.lane(); b < change.bonds[i]; b += team.size()) {
+      const std::uint32_t j = change.bond[row + b];
+      const Packed own_q = change.own[row + b];
+      const Vec3 own = own_q.xyz(), other = change.other[row + b].xyz();
+      const Vec3 x_ji = separation(grid, change.x[j].xyz(), x_i);
+      const real r_own = own.norm(), r_other = other.norm(), r = real(0.5) * (r_own + r_other);
+      const real VV = x_i.w * change.x[j].w, KVV = change.solid[i] * change.solid[j] * VV;
+      force += KVV * (kernel.F(r_own) * times(stress_i, own) - kernel.F(r_other) * times(change.stress[j], other));
+      force -= VV * kernel.F(r) * own_q.w * x_ji;
+      const real now = x_ji.norm();
+      if (!(now > real(0))) continue;
+      const Vec3 along = x_ji / now;
+      const real error = (times(F_i, own) - times(change.gradient[j], other)).dot(along) - real(2) * now;
+      // in a frozen fluid some are closer than on a lattice: they must not be too stiff for the sub-step
+      const real apart = r > real(0.8) * medium.spacing ? r : real(0.8) * medium.spacing;
+      const real push =
+          change.soft[i] * change.soft[j] * kHourglass * young * kernel.W(apart) / (apart * apart) * error -
+          real(10) * m.damping * kernel.F(r) * (change.v[j].xyz() - v_i).dot(along);
+      force -= KVV * push * along;
+    }
+    force = team.sum(force);
+    if (!team.leader()) return;
+    change.force[i] = pack(force, 0);
+    if (tag.is_fluid() || force_of[tag.body()] == kNone) return;
+    Packed& on_body = bodies.force[force_of[tag.body()] + i];
+    on_body = pack(on_body.xyz() + force, 0);
+  }
+};
+
+}  // namespace palp

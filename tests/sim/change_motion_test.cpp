@@ -1,0 +1,103 @@
+// Melting and freezing under weight, in disorder and around a hand.
+#include <gtest/gtest.h>
+
+#include "tests/support/change_scenes.h"
+#include "tests/support/tolerance.h"
+
+namespace palp::testing {
+namespace {
+
+// How high the stuff reaches.
+double top_of(const Snapshot& s) {
+  float top = -1e30f;
+  for (std::size_t i = 2; i < s.position.size(); i += 3) top = std::max(top, s.position[i]);
+  return top;
+}
+
+TEST(StateChange, StandsUntilItMelts) {
+  Scene scene = on_a_floor(BodyType::elastic, kMelting - 1);
+  add_heat(scene, 20 * mass_of(scene), 0.3, 0.5);
+  const auto simulation = simulate(scene);
+  run_until(*simulation, 0.3);
+  EXPECT_NEAR(top_of(snapshot_of(*simulation)), 0.055, 0.003);
+  run_until(*simulation, 0.8);
+  EXPECT_LT(top_of(snapshot_of(*simulation)), 0.025);
+}
+
+// What freezes keeps the shape that it has then, and rests in it: bonds form without strain.
+TEST(StateChange, WhatFreezesRestsAsItIs) {
+  Scene scene = on_a_floor(BodyType::fluid, kMelting + 0.5);
+  scene.config.materials[0].damping = 30;
+  add_heat(scene, -20 * mass_of(scene), 0, 0.05);
+  const auto simulation = simulate(scene);
+  run_until(*simulation, 0.1);
+  const Snapshot frozen = snapshot_of(*simulation);
+  for (std::size_t i = 0; i < scene.position.size(); ++i) ASSERT_EQ(frozen.solid[i], scene.body[i] == 1 ? 1 : 0) << i;
+  run_until(*simulation, 0.6);
+  const double settled = top_of(snapshot_of(*simulation));
+  run_until(*simulation, 1.2);
+  const Snapshot s = snapshot_of(*simulation);
+  EXPECT_GT(settled, 0.025) << "flowed on";
+  EXPECT_NEAR(top_of(s), settled, 0.05 * kSpacing);
+  EXPECT_LT(motion_of(scene, s).kinetic, 1e-7);
+}
+
+// A splash that freezes at once, in all its disorder, as stiff stuff: the sub-step is short enough.
+TEST(StateChange, ASplashThatFreezesHolds) {
+  for (const double support : {2.0, 3.0})
+    for (const double young : {1e4, 1e5}) {
+      Scene scene = on_a_floor(BodyType::fluid, kMelting + 0.5);
+      scene.config.numerics.support_over_spacing = support;
+      scene.config.materials[0].young_modulus = young;
+      add_heat(scene, -20 * mass_of(scene), 0.1, 0.15);
+      const auto simulation = simulate(scene);
+      run_until(*simulation, 0.3);
+      EXPECT_LT(motion_of(scene, snapshot_of(*simulation)).kinetic, 1e-3) << support << ", " << young;
+    }
+}
+
+// A rod that is held in a fluid at rest feels its lift, and goes on feeling it, without a jump, while all around it
+// freezes and melts again.
+TEST(StateChange, AHandFeelsNoJump) {
+  Scene scene = melting_scene(1e5);
+  scene.config.numerics.support_over_spacing = 2;
+  scene.config.gravity = {0, 0, -9.81};
+  scene.config.numerics.max_speed.reset();
+  add_material(scene, 1000, 0.1);
+  scene.config.materials[1].heat_capacity = kCapacity;
+  add_tray(scene, 1, {-0.06, -0.06, 0}, {0.06, 0.06, 0.08}, 0.03);
+  const auto in_rod = [](const Eigen::Vector3d& x) {
+    return std::abs(x.x()) < 0.015 && std::abs(x.y()) < 0.015 && x.z() > 0.025 && x.z() < 0.055;
+  };
+  add_body(scene, "stuff", BodyType::fluid, 0, {-0.06, -0.06, 0}, {0.06, 0.06, 0.08},
+           [&](const Eigen::Vector3d& x) { return !in_rod(x); });
+  const auto rod = add_body(scene, "rod", BodyType::fixed, 1, {-0.02, -0.02, 0.02}, {0.02, 0.02, 0.06}, in_rod);
+  scene.temperature.assign(scene.position.size(), kMelting + 0.5);
+  ProbeConfig probe;
+  probe.quantity = Quantity::body;
+  probe.body = "rod";
+  scene.config.probes.push_back(probe);
+  const double mass = mass_of(scene);
+  add_heat(scene, -2 * mass, 1, 1.5);
+  add_heat(scene, 2 * mass, 2, 2.5);
+  const auto simulation = simulate(scene);
+  const double lift = 1000 * 9.81 * scene.bodies[rod].volume;
+  double jitter = 0, jump = 0, before = 0, most = 0;
+  for (int k = 0; k < 3000; ++k) {
+    ASSERT_TRUE(simulation->step({}).health.ok);
+    const double force = simulation->output().bodies[rod].force.z();
+    if (k >= 900) {
+      double& largest = k < 1000 ? jitter : jump;
+      largest = std::max(largest, std::abs(force - before));
+      most = std::max(most, std::abs(force - lift));
+    }
+    before = force;
+  }
+  RecordProperty("jump_over_lift", std::to_string(jump / lift));
+  RecordProperty("jitter_over_lift", std::to_string(jitter / lift));
+  RecordProperty("most_over_lift", std::to_string(most / lift));
+  EXPECT_TRUE(within(jump / lift, tol::kChangeJump));
+}
+
+}  // namespace
+}  // namespace palp::testing
