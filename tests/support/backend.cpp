@@ -11,7 +11,7 @@ class NeedsDevice : public ::testing::Environment {
   }
 };
 
-const ::testing::Environment* const registered = ::testing::AddGlobalTestEnvironment(new NeedsDevice);
+const ::testing::Environment* const kRegistered = ::testing::AddGlobalTestEnvironment(new NeedsDevice);
 
 }  // namespace
 }  // namespace palp::testing
