@@ -36,11 +36,11 @@ TEST_P(DensityRatio, LayersComeToRest) {
   const double light = GetParam();
   const Scene scene = tank(light, lower, depth, nullptr);
   const auto simulation = simulate(scene);
-  double speed = 0;
-  while (simulation->output().time < 1.5) {
+  double speed = 0;  // of the fastest particle, mean over the last steps: at one time it is a matter of luck
+  for (int k = 0; k < 1500; ++k) {
     const StepOutput& out = simulation->step({});
     ASSERT_TRUE(out.health.ok) << out.health.cause;
-    speed = out.health.max_speed;
+    if (k >= 1300) speed += out.health.max_speed / 200;
   }
   Snapshot s;
   simulation->snapshot(s);
