@@ -170,10 +170,10 @@ TEST(ContactMotion, ManyBodiesSettleInATray) {
   tray.shapes.push_back(cut(box({0.4, 0.4, 0.3}, {0, 0, 0.05})));
   config.bodies.push_back(tray);
   for (int k = 0; k < 27; ++k) {
+    const int row = k / 3, layer = k / 9;
     const ShapeConfig shape = k % 3 == 0 ? sphere(0.04) : k % 3 == 1 ? cylinder(0.03, 0.08) : box({0.08, 0.06, 0.05});
-    BodyConfig one =
-        at(body("body " + std::to_string(k), BodyType::rigid, shape),
-           Vector3d(0.12 * (k % 3 - 1), 0.12 * (k / 3 % 3 - 1), 0.12 * (k / 9)) + random_vector(random, 0.005));
+    BodyConfig one = at(body("body " + std::to_string(k), BodyType::rigid, shape),
+                        0.12 * Vector3d(k % 3 - 1, row % 3 - 1, layer) + random_vector(random, 0.005));
     one.orientation = random_rotation(random);
     config.bodies.push_back(one);
   }
@@ -182,10 +182,9 @@ TEST(ContactMotion, ManyBodiesSettleInATray) {
   const double start = energy(scene, simulation->step({}));
   run(*simulation, 4);
   const StepOutput& out = simulation->output();
-  double weight = 0, slow = 0;
+  int slow = 0;
   for (std::size_t b = 1; b < scene.bodies.size(); ++b) {
     const Vector3d x = out.bodies[b].state.position;
-    weight += scene.bodies[b].mass * kGravity;
     slow += out.bodies[b].state.linear.norm() < 0.02 ? 1 : 0;
     EXPECT_LT(std::max(std::abs(x.x()), std::abs(x.y())), 0.2) << scene.bodies[b].name;
     EXPECT_GT(x.z(), -0.1 + 0.02) << scene.bodies[b].name;

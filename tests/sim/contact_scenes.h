@@ -1,6 +1,8 @@
 // Scenes of solids that touch, and what is kept when they do.
 #pragma once
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "tests/sim/scene_builder.h"
@@ -28,7 +30,8 @@ inline BodyConfig at(BodyConfig config, const Eigen::Vector3d& position,
 }
 
 inline void run(Simulation& simulation, double seconds) {
-  for (int k = 0; k < static_cast<int>(seconds * 1000 + 0.5); ++k) {
+  const long steps = std::lround(seconds * 1000);
+  for (long k = 0; k < steps; ++k) {
     const StepOutput& out = simulation.step({});
     ASSERT_TRUE(out.health.ok) << out.health.cause;
   }

@@ -40,7 +40,7 @@ struct Restated {
   Matrix3d stress(const Matrix3d& F) {
     const double mu = shear_modulus(m), bulk = lame_lambda(m) + 2 * mu / 3;
     const Eigen::SelfAdjointEigenSolver<Matrix3d> trial(F * inverse_C * F.transpose());
-    const Matrix3d n = trial.eigenvectors();
+    const Matrix3d& n = trial.eigenvectors();
     Vector3d e = 0.5 * trial.eigenvalues().array().log();
     const double volume = e.sum();
     Vector3d s = 2 * mu * (e - Vector3d::Constant(volume / 3));
