@@ -182,9 +182,10 @@ TEST_F(DistanceTest, OfAMesh) {
     worst = std::max(worst, std::abs(std::abs(found.d) - std::abs(expected)));
     worst_normal = std::max(worst_normal, std::acos(std::min(1.0, found.n.cast<double>().dot(x.normalized()))));
   }
-  // nodes are 0.01 apart and facets 0.05 wide, bent by 0.2 to their neighbours
+  // facets are 0.05 wide: in a corner, 0.029 from the middle, they lean by 0.029 / R = 0.115; nodes are 0.01 apart, so
+  // that one up to 0.0087 away may have a say: another 0.035
   EXPECT_LT(worst, 1e-3);
-  EXPECT_LT(worst_normal, 0.13);
+  EXPECT_LT(worst_normal, 0.15);
   for (const ContactPoint& p : field.points()) EXPECT_LT(std::abs(field.at(p.position).d + p.radius), 1e-3);
 }
 
