@@ -198,8 +198,9 @@ TEST(Tearing, CrumbsFlyOn) {
         ASSERT_LT((now.p - start.p).norm(), 1e-4 * start.p_size);
       }
       // a row of single particles may gain: what is left of its neighbourhoods spans no space (tools/results)
-      if (n.y() > 1)
+      if (n.y() > 1) {
         EXPECT_LE(after, (1 + value_of(tol::kBurstGain)) * start.kinetic) << "speed " << speed << ", " << n.transpose();
+      }
     }
   }
 }
