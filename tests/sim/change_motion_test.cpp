@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/change_scenes.h"
+#include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::testing {
@@ -110,6 +111,71 @@ TEST(StateChange, AHandFeelsNoJump) {
   RecordProperty("jitter_over_lift", std::to_string(jitter / lift));
   RecordProperty("most_over_lift", std::to_string(most / lift));
   EXPECT_TRUE(within(jump / lift, tol::kChangeJump));
+}
+
+// A lump that turns, flies and wobbles, and melts, freezes and melts again on the way.
+TEST(StateChange, KeepsMomentumAndAddsNoEnergy) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Random random(seed);
+  Scene scene = melting_scene();
+  scene.config.materials[0].viscosity = 0;  // Morris's form is not central
+  add_body(scene, "lump", BodyType::fluid, 0, {-0.04, -0.04, -0.04}, {0.04, 0.04, 0.04},
+           [](const Eigen::Vector3d& x) { return x.norm() < 0.038; });
+  const Eigen::Vector3d v = random_vector(random, 0.2), w = random_vector(random, 3);
+  double scale = 0;
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    scene.velocity[i] = v + w.cross(scene.position[i]) + random_vector(random, 0.02);
+    scale += 1000 * scene.volume[i] * scene.velocity[i].norm();
+    scene.temperature.push_back(kMelting - uniform(random, 0.0, 0.5));
+  }
+  add_heat(scene, 1.5 * mass_of(scene), 0.1, 0.4);
+  add_heat(scene, -2 * mass_of(scene), 0.4, 0.7);
+  add_heat(scene, 2 * mass_of(scene), 0.7, 1);
+  const auto simulation = simulate(scene);
+  Snapshot s = snapshot_of(*simulation);
+  const Motion start = motion_of(scene, s);
+  double solid_before = 2, most = 0;
+  int turns = 0;
+  for (int k = 0; k < 1200; ++k) {
+    ASSERT_TRUE(simulation->step({}).health.ok);
+    if (k % 50 != 0) continue;
+    s = snapshot_of(*simulation);
+    double solid = 0;
+    for (const float K : s.solid) solid += K / static_cast<double>(s.solid.size());
+    turns += (solid < 0.01) != (solid_before < 0.01) ? 1 : 0;
+    solid_before = solid;
+    most = std::max(most, motion_of(scene, s).kinetic);
+  }
+  const Motion end = motion_of(scene, snapshot_of(*simulation));
+  EXPECT_EQ(turns, 3) << "it melted, froze, melted";
+  EXPECT_TRUE(within((end.momentum - start.momentum).norm() / scale, tol::kChangeMomentum));
+  EXPECT_TRUE(within((end.spin - start.spin).norm() / (scale * 0.04), tol::kChangeMomentum));
+  EXPECT_LE(most, start.kinetic * (1 + value_of(tol::kChangeEnergy)));
+}
+
+TEST(StateChange, WhatHasSetStaysSo) {
+  Scene scene = on_a_floor(BodyType::fluid, 300);
+  MaterialConfig& m = scene.config.materials[0];
+  m.melting_temperature.reset();
+  m.latent_heat = 0;
+  m.cooking_temperature = 310;
+  m.cooking_time = 0.1;
+  for (std::size_t i = 0; i < scene.position.size(); ++i)
+    if (scene.body[i] == 1 && scene.position[i].x() > 0) scene.temperature[i] = 350;
+  add_heat(scene, -10 * mass_of(scene), 0.3, 0.5);
+  const auto simulation = simulate(scene);
+  run_until(*simulation, 0.05);
+  Snapshot s = snapshot_of(*simulation);
+  for (std::size_t i = 0; i < scene.position.size(); ++i)
+    EXPECT_NEAR(s.solid[i], scene.body[i] == 1 && scene.position[i].x() > 0 ? 0.5 : 0, 1e-6);
+  run_until(*simulation, 0.7);
+  s = snapshot_of(*simulation);
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    if (scene.body[i] != 1) continue;
+    EXPECT_LT(s.temperature[i], 345);
+    EXPECT_EQ(s.solid[i], scene.position[i].x() > 0 ? 1 : 0);
+  }
 }
 
 }  // namespace
