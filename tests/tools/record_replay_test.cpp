@@ -1,4 +1,6 @@
 // The real palp_record, palp_replay and palp_info on the loopback interface, each test in a DDS domain of its own.
+#include <fmt/format.h>
+
 #include <functional>
 #include <map>
 #include <thread>
@@ -71,6 +73,7 @@ class Talker {
     scene_->publish(scene_message_);
   }
 
+  bool heard_chosen() const { return particles_->matched_readers() > 0 && proxy_->matched_readers() > 0; }
   bool heard() const {
     return device_->matched_readers() > 0 && proxy_->matched_readers() > 0 && particles_->matched_readers() > 0 &&
            scene_->matched_readers() > 0 && status_->matched_readers() > 0 && event_->matched_readers() > 0;
@@ -150,6 +153,12 @@ std::string read_independently(const ScratchFolder& folder, const std::string& f
   return reader.output();
 }
 
+// A recorder may know its writers later than they know it, and what they say before is lost.
+bool eventually_hears(const ChildProcess& recorder, int writers) {
+  const std::string said = fmt::format("  {} writers", writers);
+  return eventually([&] { return recorder.output().find(said) != std::string::npos; });
+}
+
 // A recording of `steps` steps in folder / "a.mcap".
 std::map<std::string, std::size_t> record_something(const ScratchFolder& folder, Vendor vendor, int steps,
                                                     const std::vector<std::string>& more = {}) {
@@ -157,7 +166,7 @@ std::map<std::string, std::size_t> record_something(const ScratchFolder& folder,
   Talker talker(domain);
   ChildProcess record(with(recorder(folder / "a.mcap", vendor, domain), more), folder / "record.txt");
   EXPECT_TRUE(eventually([&] { return talker.heard(); })) << record.output();
-  std::this_thread::sleep_for(1s);  // the recorder may know its writers later than they know it
+  EXPECT_TRUE(eventually_hears(record, 6)) << record.output();
   for (int i = 0; i < steps; ++i) talker.say(i);
   std::this_thread::sleep_for(200ms);
   EXPECT_EQ(record.stop(), 0) << record.output();
@@ -235,7 +244,8 @@ TEST(Record, KeepsChosenTopicsAndEveryNthFrame) {
                            {"--topics", "particles,palp/proxy", "--decimate", "particles=2,proxy=10", "--summary",
                             folder / "summary.json"}),
                       folder / "record.txt");
-  std::this_thread::sleep_for(2s);
+  ASSERT_TRUE(eventually([&] { return talker.heard_chosen(); })) << record.output();
+  ASSERT_TRUE(eventually_hears(record, 2)) << record.output();
   for (int i = 0; i < 200; ++i) talker.say(i);
   EXPECT_EQ(record.stop(SIGINT), 0) << record.output();
   const auto payloads = payloads_by_topic(folder / "a.mcap");
@@ -254,6 +264,7 @@ TEST(Record, AKilledRecorderLosesAtMostItsLastSecond) {
   Talker talker(domain);
   ChildProcess record(recorder(folder / "a.mcap", Vendor::cyclone, domain), folder / "record.txt");
   ASSERT_TRUE(eventually([&] { return talker.heard(); })) << record.output();
+  ASSERT_TRUE(eventually_hears(record, 6)) << record.output();
   for (int i = 0; i < 1500; ++i) talker.say(i);
   record.stop(SIGKILL);
   const std::string unfinished = folder / ("a.mcap" + std::string(kUnfinishedSuffix));
@@ -278,7 +289,7 @@ TEST(Record, MalformedSamplesAreRecordedAsTheyCame) {
   const auto scene = bus->writer(topic_of<SceneDescription>());
   ChildProcess record(recorder(folder / "a.mcap", Vendor::cyclone, domain), folder / "record.txt");
   ASSERT_TRUE(eventually([&] { return proxy->matched_readers() > 0 && scene->matched_readers() > 0; }));
-  std::this_thread::sleep_for(1s);
+  ASSERT_TRUE(eventually_hears(record, 2)) << record.output();
   const Bytes half{0, 1, 0, 0, 1, 0, 0, 0, 0xff, 0xff, 0xff, 0xff};
   const Bytes no_key{0, 1, 0, 0};
   EXPECT_TRUE(proxy->write(half));
@@ -288,6 +299,7 @@ TEST(Record, MalformedSamplesAreRecordedAsTheyCame) {
   std::this_thread::sleep_for(500ms);
   EXPECT_EQ(record.stop(), 0) << record.output();
   const auto payloads = payloads_by_topic(folder / "a.mcap");
+  ASSERT_EQ(payloads.size(), 2u) << record.output();
   EXPECT_EQ(payloads.at("palp/proxy"), std::vector<Bytes>{half});
   EXPECT_EQ(payloads.at("palp/scene"), (std::vector<Bytes>{half, no_key}));
 }

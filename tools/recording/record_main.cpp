@@ -66,8 +66,8 @@ int recover(const Options& o) {
 
 void show_progress(const Recorder& recorder, Clock::duration since_start, bool terminal) {
   const TopicCounts total = recorder.counts().total();
-  fmt::print(stderr, "{}recording {:5.0f} s  {:9} messages  {:8.1f} MB  {} dropped{}", terminal ? "\r" : "",
-             std::chrono::duration<double>(since_start).count(), total.messages,
+  fmt::print(stderr, "{}recording {:5.0f} s  {} writers  {:9} messages  {:8.1f} MB  {} dropped{}", terminal ? "\r" : "",
+             std::chrono::duration<double>(since_start).count(), recorder.writers(), total.messages,
              static_cast<double>(total.bytes) * 1e-6, total.dropped, terminal ? "   " : "\n");
 }
 
@@ -87,12 +87,14 @@ int record(const Options& o) {
   const bool terminal = isatty(STDERR_FILENO) == 1;
   const auto every = terminal ? std::chrono::milliseconds(500) : std::chrono::milliseconds(5000);
   auto next_progress = start + every;
+  int writers = 0;
   while (!stop_asked() && !recorder.failed()) {
     const auto now = Clock::now();
     if (o.seconds > 0 && now - start >= std::chrono::duration<double>(o.seconds)) break;
-    if (now >= next_progress) {
+    if (const int known = recorder.writers(); known != writers || now >= next_progress) {
       show_progress(recorder, now - start, terminal);
-      next_progress += every;
+      writers = known;
+      next_progress = now + every;
     }
     recorder.poll(std::chrono::milliseconds(50));
   }

@@ -171,6 +171,12 @@ RecordingCounts Recorder::counts() const {
   return out;
 }
 
+int Recorder::writers() const {
+  int sum = 0;
+  for (const Source& source : sources_) sum += source.reader->matched_writers();
+  return sum;
+}
+
 McapMetadata Recorder::description() const {
   const auto start = static_cast<std::time_t>(start_time_ns_ / 1'000'000'000u);
   std::tm utc{};
