@@ -5,6 +5,7 @@
 #include "sim_server/surface.h"
 #include "tests/sim/contact_scenes.h"
 #include "tests/support/random_scene.h"
+#include "tests/support/scene_files.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::testing {
@@ -197,36 +198,17 @@ TEST(ContactMotion, ManyBodiesSettleInATray) {
 TEST(ContactMotion, AMeshIsFlatToo) {
   SceneConfig config = contact_scene(0.01, 0, 0.2);
   config.bodies = {
-      at(body("plate", BodyType::fixed, as_mesh({box({0.6, 0.12, 0.02})}, "contact_plate.obj", 0.01)), {0, 0, -0.01}),
-      at(body("tool", BodyType::rigid, box({0.05, 0.05, 0.05})), {-0.15, 0, 0.026})};
-  ProxyConfig proxy;
-  proxy.body = "tool";
-  config.proxies.push_back(proxy);
-  const auto simulation = simulate(sampled(config));
-  StepInput input;
-  input[0].engaged = true;
-  input[0].gains = {1000, 20, 10, 0.2};
-  double low = 1e30, high = -1e30;
-  for (int k = 0; k < 2000; ++k) {
-    const double t = std::max(0, k - 500) * 1e-3;
-    input[0].state.position = {-0.15 + 0.2 * t, 0, 0.02};
-    input[0].state.linear = {k < 500 ? 0 : 0.2, 0, 0};
-    const StepOutput& out = simulation->step(input);
-    ASSERT_TRUE(out.health.ok) << out.health.cause;
-    if (k < 800) continue;
-    low = std::min(low, out.proxies[0].contact_force.z());
-    high = std::max(high, out.proxies[0].contact_force.z());
-  }
-  EXPECT_GT(low, 4);
-  EXPECT_TRUE(within((high - low) / low, tol::kRippleOfContact));
+      at(body("plate", BodyType::fixed, as_mesh({box({0.6, 0.12, 0.02})}, "contact_plate.obj", 0.01)), {0, 0, -0.01})};
+  add_flat_tool(config, Eigen::Quaterniond::Identity());
+  const DrawnTool drawn = draw_flat_tool(*simulate(sampled(config)), Eigen::Quaterniond::Identity());
+  EXPECT_GT(drawn.contact.low, 4);
+  EXPECT_TRUE(within(drawn.contact.ripple(), tol::kRippleOfContact));
 }
 
 // The paper's section 6.1 in the scene of its figure 6: the ladle is lowered until the hand feels 5 N, drawn to the
 // side for 1.6 s and raised. What the hand feels while it slides is flat.
 TEST(ContactMotion, ALadleSlidesOverTheBlockInATray) {
-  SceneOverrides balanced;
-  balanced.accuracy = Accuracy::balanced;
-  const Scene scene = sample_scene(load_scene(PALP_SOURCE_DIR "/config/scenes/tray_rigid.toml", balanced), 1000000);
+  const Scene scene = scene_file("tray_rigid", Accuracy::balanced);
   const auto simulation = simulate(scene);
   StepInput input;
   input[0].engaged = true;

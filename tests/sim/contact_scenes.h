@@ -37,6 +37,79 @@ inline void run(Simulation& simulation, double seconds) {
   }
 }
 
+// A block, body 1, on a level plate that is then tilted: how long the block rests first, how long the tilting takes,
+// because a jerk would let the block slip, and how long it slides after that [s].
+struct Tilt {
+  double rest, tilting, sliding;
+};
+
+struct Slide {
+  double way, speed;  // along x: since the plate was tilted [m]; at the end [m/s]
+};
+
+inline Slide slide(const Scene& scene, double slope, const Tilt& tilt) {
+  const auto simulation = simulate(scene);
+  const RigidState& block = simulation->output().bodies[1].state;
+  run(*simulation, tilt.rest);
+  const double start = block.position.x();
+  const int steps = std::max(1, static_cast<int>(std::lround(tilt.tilting * 100)));
+  for (int k = 1; k <= steps; ++k) {
+    const double angle = slope * k / steps;
+    simulation->set_parameter(
+        "gravity", std::to_string(kGravity * std::sin(angle)) + " 0 " + std::to_string(-kGravity * std::cos(angle)));
+    run(*simulation, k < steps ? 0.01 : tilt.sliding);
+  }
+  return {block.position.x() - start, block.linear.x()};
+}
+
+// A tool with a flat face, the last body, that a soft hand holds 1 mm above its place of contact.
+inline void add_flat_tool(SceneConfig& config, const Eigen::Quaterniond& orientation) {
+  BodyConfig tool =
+      at(testing_support::body("tool", BodyType::rigid, testing_support::box({0.05, 0.05, 0.05})), {-0.15, 0, 0.026});
+  tool.orientation = orientation;
+  config.bodies.push_back(tool);
+  ProxyConfig proxy;
+  proxy.body = "tool";
+  config.proxies.push_back(proxy);
+}
+
+// Of a force while the tool is drawn [N].
+struct Extent {
+  double low = 1e30, high = -1e30;
+  void take(double f) {
+    low = std::min(low, f);
+    high = std::max(high, f);
+  }
+  double ripple() const { return (high - low) / low; }
+};
+
+struct DrawnTool {
+  Extent felt, contact;  // upwards
+  double across = 0;     // the most that contact pushes along the way
+};
+
+// The hand presses the tool down with about 5 N and draws it along x with 0.2 m/s.
+inline DrawnTool draw_flat_tool(Simulation& simulation, const Eigen::Quaterniond& orientation) {
+  DrawnTool drawn;
+  StepInput input;
+  input[0].engaged = true;
+  input[0].state.orientation = orientation;
+  input[0].gains = {1000, 20, 10, 0.2};
+  for (int k = 0; k < 2000; ++k) {
+    const double t = std::max(0, k - 500) * 1e-3;
+    input[0].state.position = {-0.15 + 0.2 * t, 0, 0.02};
+    input[0].state.linear = {k < 500 ? 0 : 0.2, 0, 0};
+    const StepOutput& out = simulation.step(input);
+    EXPECT_TRUE(out.health.ok) << out.health.cause;
+    if (!out.health.ok) return drawn;
+    if (k < 800) continue;
+    drawn.felt.take(out.proxies[0].force.z());
+    drawn.contact.take(out.proxies[0].contact_force.z());
+    drawn.across = std::max(drawn.across, std::abs(out.proxies[0].contact_force.x()));
+  }
+  return drawn;
+}
+
 struct Momenta {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero();
   double linear_size = 0, angular_size = 0;

@@ -23,42 +23,23 @@ Scene level(double friction) {
 
 double place_of_block(const Simulation& simulation) { return simulation.output().bodies[1].state.position.x(); }
 
-struct Slide {
-  double way, speed;  // of the block along the slope: since it was tilted; at the end
-};
-
-// The block has settled when its plate is tilted, over `tilting` seconds, because a jerk would let it slip.
-Slide slide(const Scene& scene, double slope, double tilting, double seconds) {
-  const auto simulation = simulate(scene);
-  run(*simulation, 0.2);
-  const double start = place_of_block(*simulation);
-  const int steps = std::max(1, static_cast<int>(tilting * 100));
-  for (int k = 1; k <= steps; ++k) {
-    const double angle = slope * k / steps;
-    simulation->set_parameter(
-        "gravity", std::to_string(kGravity * std::sin(angle)) + " 0 " + std::to_string(-kGravity * std::cos(angle)));
-    run(*simulation, k < steps ? 0.01 : seconds);
-  }
-  return {place_of_block(*simulation) - start, simulation->output().bodies[1].state.linear.x()};
-}
-
 TEST(Contact, FrictionlessBlockSlidesFreely) {
   const double slope = 30 * M_PI / 180, t = 0.75;
   const double expected = 0.5 * kGravity * std::sin(slope) * t * t;
-  EXPECT_TRUE(within(slide(level(0), slope, 0, t).way / expected - 1, tol::kFrictionlessSlide));
+  EXPECT_TRUE(within(slide(level(0), slope, {0.2, 0, t}).way / expected - 1, tol::kFrictionlessSlide));
 }
 
 // From the speeds at two times after it began to slide.
 double sliding_acceleration(const Scene& scene, double slope) {
-  return (slide(scene, slope, 0.1, 0.7).speed - slide(scene, slope, 0.1, 0.2).speed) / 0.5;
+  return (slide(scene, slope, {0.2, 0.1, 0.7}).speed - slide(scene, slope, {0.2, 0.1, 0.2}).speed) / 0.5;
 }
 
 TEST(Contact, FrictionHoldsBelowItsAngleAndDragsAboveIt) {
   for (const double mu : {0.2, 0.5}) {
     SCOPED_TRACE(mu);
     // it gives by the contact's elasticity, but does not slip
-    EXPECT_LT(std::abs(slide(level(mu), std::atan(0.98 * mu), 0.3, 0.5).way), 5e-4);
-    EXPECT_GT(slide(level(mu), std::atan(1.02 * mu), 0.3, 0.5).way, 2e-3);
+    EXPECT_LT(std::abs(slide(level(mu), std::atan(0.98 * mu), {0.2, 0.3, 0.5}).way), 5e-4);
+    EXPECT_GT(slide(level(mu), std::atan(1.02 * mu), {0.2, 0.3, 0.5}).way, 2e-3);
     const double slope = std::atan(1.5 * mu), a = kGravity * (std::sin(slope) - mu * std::cos(slope));
     EXPECT_TRUE(within(sliding_acceleration(level(mu), slope) / a - 1, tol::kFrictionSlide));
   }
@@ -68,7 +49,7 @@ TEST(Contact, FrictionHoldsBelowItsAngleAndDragsAboveIt) {
 TEST(Contact, StaticFrictionIsMoreThanKinetic) {
   Scene scene = level(0.5);
   scene.config.materials[0].kinetic_friction = 0.2;
-  EXPECT_LT(std::abs(slide(scene, std::atan(0.4), 0.3, 0.3).way), 5e-4);
+  EXPECT_LT(std::abs(slide(scene, std::atan(0.4), {0.2, 0.3, 0.3}).way), 5e-4);
   const double steep = std::atan(0.6), a = kGravity * (std::sin(steep) - 0.2 * std::cos(steep));
   EXPECT_TRUE(within(sliding_acceleration(scene, steep) / a - 1, tol::kFrictionSlide));
 }
@@ -177,35 +158,13 @@ TEST(Contact, FlatToolSlidesWithoutRipple) {
   for (const double yaw : {0.0, uniform(random, 0.05, 1.5)}) {
     SceneConfig config = contact_scene(0.01, 0, 0.2);
     config.bodies.push_back(at(body("plate", BodyType::fixed, box({0.6, 0.12, 0.02})), {0, 0, -0.01}));
-    BodyConfig tool = at(body("tool", BodyType::rigid, box({0.05, 0.05, 0.05})), {-0.15, 0, 0.026});
-    tool.orientation = Eigen::AngleAxisd(yaw, Vector3d::UnitZ());
-    config.bodies.push_back(tool);
-    ProxyConfig proxy;
-    proxy.body = "tool";
-    config.proxies.push_back(proxy);
-    const auto simulation = simulate(sampled(config));
-    StepInput input;
-    input[0].engaged = true;
-    input[0].state.orientation = tool.orientation;
-    input[0].gains = {1000, 20, 10, 0.2};
-    double low = 1e30, high = -1e30, low_contact = 1e30, high_contact = -1e30, across = 0;
-    for (int k = 0; k < 2000; ++k) {
-      const double t = std::max(0, k - 500) * 1e-3;
-      input[0].state.position = {-0.15 + 0.2 * t, 0, 0.02};
-      input[0].state.linear = {k < 500 ? 0 : 0.2, 0, 0};
-      const StepOutput& out = simulation->step(input);
-      ASSERT_TRUE(out.health.ok) << out.health.cause;
-      if (k < 800) continue;
-      low = std::min(low, out.proxies[0].force.z());
-      high = std::max(high, out.proxies[0].force.z());
-      low_contact = std::min(low_contact, out.proxies[0].contact_force.z());
-      high_contact = std::max(high_contact, out.proxies[0].contact_force.z());
-      across = std::max(across, std::abs(out.proxies[0].contact_force.x()));
-    }
-    EXPECT_GT(low, 4);
-    EXPECT_TRUE(within((high - low) / low, tol::kRipple)) << "felt, yaw " << yaw;
-    EXPECT_TRUE(within((high_contact - low_contact) / low_contact, tol::kRippleOfContact)) << "contact, yaw " << yaw;
-    EXPECT_TRUE(within(across / low_contact, tol::kRipple));
+    const Eigen::Quaterniond orientation(Eigen::AngleAxisd(yaw, Vector3d::UnitZ()));
+    add_flat_tool(config, orientation);
+    const DrawnTool drawn = draw_flat_tool(*simulate(sampled(config)), orientation);
+    EXPECT_GT(drawn.felt.low, 4);
+    EXPECT_TRUE(within(drawn.felt.ripple(), tol::kRipple)) << "felt, yaw " << yaw;
+    EXPECT_TRUE(within(drawn.contact.ripple(), tol::kRippleOfContact)) << "contact, yaw " << yaw;
+    EXPECT_TRUE(within(drawn.across / drawn.contact.low, tol::kRipple));
   }
 }
 
@@ -298,7 +257,7 @@ TEST(Contact, ABeltCarriesABlock) {
 
 TEST(Contact, RunsRepeatBitForBit) {
   const Scene scene = level(0.3);
-  EXPECT_EQ(slide(scene, 0.4, 0.1, 0.2).way, slide(scene, 0.4, 0.1, 0.2).way);
+  EXPECT_EQ(slide(scene, 0.4, {0.2, 0.1, 0.2}).way, slide(scene, 0.4, {0.2, 0.1, 0.2}).way);
   Scene tilted = scene;
   tilted.config.gravity = {4, 0, -9};
   const auto simulation = simulate(tilted);

@@ -64,12 +64,8 @@ double to_surface(const Vector3d& x, const SurfaceMesh& mesh) {
   return best;
 }
 
-class DistanceTest : public ::testing::Test {
+class DistanceTest : public RandomCase {
  protected:
-  const unsigned seed_ = std::random_device{}();
-  Random random_{seed_};
-  ::testing::ScopedTrace trace_{__FILE__, __LINE__, "seed " + std::to_string(seed_)};
-
   // The distance against the surface's triangles; a step along the normal by the distance ends on the surface.
   void expect_exact(const Field& field, const Solid& solid, double reach) {
     for (int round = 0; round < 2000; ++round) {

@@ -5,28 +5,17 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/backend.h"
+#include "tests/support/scene_files.h"
 
 namespace palp::testing {
 namespace {
 
 using Eigen::Vector3d;
 
-Scene load(const std::string& name) {
-  SceneOverrides overrides;
-  overrides.accuracy = Accuracy::fast;
-  return sample_scene(load_scene(PALP_SOURCE_DIR "/config/scenes/" + name + ".toml", overrides), 1000000);
-}
-
-std::uint32_t body_named(const Scene& scene, const std::string& name) {
-  const auto found =
-      std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return b.name == name; });
-  return static_cast<std::uint32_t>(found - scene.bodies.begin());
-}
-
 // A hand that moves the tool up and down.
 class HandScene {
  public:
-  explicit HandScene(const std::string& name) : scene(load(name)), simulation(simulate(scene)) {
+  explicit HandScene(const std::string& name) : scene(scene_file(name)), simulation(simulate(scene)) {
     const Proxy& proxy = scene.proxies[0];
     const Body& tool = scene.bodies[proxy.body];
     start_ = tool.position + tool.orientation * proxy.handle;
@@ -75,7 +64,7 @@ class HandScene {
 
 TEST(Dough, KeepsTheDent) {
   HandScene hand("dough");
-  const Body& dough = hand.scene.bodies[body_named(hand.scene, "dough")];
+  const Body& dough = body_named(hand.scene, "dough");
   const double dx = hand.scene.spacing, top = 0.09 - dx;
   const double flat = hand.mean_height(dough, 0.02, top);
   hand.move(0, 0.05);
@@ -99,7 +88,7 @@ TEST(Dough, KeepsTheDent) {
 
 TEST(JellySheet, RipsAndLetsTheStickThrough) {
   HandScene hand("jelly_sheet");
-  const Body& sheet = hand.scene.bodies[body_named(hand.scene, "sheet")];
+  const Body& sheet = body_named(hand.scene, "sheet");
   hand.move(0, 0.05);
   // a third of the way down it only gives, and springs back
   const double first = hand.move(-0.06, 0.5);

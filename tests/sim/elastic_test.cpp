@@ -1,12 +1,12 @@
 // Total-Lagrangian elasticity, one evaluation of the forces at a time, against continuum mechanics, against the
 // derivative of an energy restated in double precision, and under rotations.
 #include <functional>
-#include <random>
 
 #include <gtest/gtest.h>
 
 #include "tests/support/elastic_stages.h"
 #include "tests/support/equations.h"
+#include "tests/support/random.h"
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
@@ -26,24 +26,13 @@ Scene elastic_scene(double spacing = kSpacing) {
   return scene;
 }
 
-class ElasticTest : public ::testing::Test {
+class ElasticTest : public RandomCase {
  protected:
-  double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
-  Vector3d vector(double size) { return {between(-size, size), between(-size, size), between(-size, size)}; }
-  Matrix3d rotation() {
-    return Eigen::Quaterniond(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1))
-        .normalized()
-        .toRotationMatrix();
-  }
   Matrix3d stretch(double most) {
     const Matrix3d Q = rotation();
     return Q * Vector3d(1 + between(-most, most), 1 + between(-most, most), 1 + between(-most, most)).asDiagonal() *
            Q.transpose();
   }
-
-  unsigned seed_ = std::random_device{}();
-  std::mt19937 random_{seed_};
-  ::testing::ScopedTrace trace_{__FILE__, __LINE__, ::testing::Message() << "seed " << seed_};
 };
 
 Scene block(int nx, int ny, int nz, double spacing = kSpacing) {

@@ -5,21 +5,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/backend.h"
+#include "tests/support/scene_files.h"
 
 namespace palp::testing {
 namespace {
 
 using Eigen::Vector3d;
-
-Scene load(const std::string& name) {
-  SceneOverrides overrides;
-  overrides.accuracy = Accuracy::fast;
-  return sample_scene(load_scene(PALP_SOURCE_DIR "/config/scenes/" + name + ".toml", overrides), 1000000);
-}
-
-const Body& body_named(const Scene& scene, const std::string& name) {
-  return *std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return b.name == name; });
-}
 
 struct Matter {
   Vector3d center = Vector3d::Zero();
@@ -40,15 +31,8 @@ Matter matter_of(Simulation& simulation, const Body& body) {
   return m;
 }
 
-void run_until(Simulation& simulation, double time) {
-  while (simulation.output().time < time - 1e-9) {
-    const Health& health = simulation.step({}).health;
-    ASSERT_TRUE(health.ok) << health.cause;
-  }
-}
-
 TEST(Butter, MeltsRunsAndFreezesAsItLies) {
-  const Scene scene = load("butter");
+  const Scene scene = scene_file("butter");
   const Body& butter = body_named(scene, "butter");
   const auto simulation = simulate(scene);
   run_until(*simulation, 0.2);
@@ -67,7 +51,7 @@ TEST(Butter, MeltsRunsAndFreezesAsItLies) {
 
 // The lump goes with its stick until it is in the hot water for a while; then the stick comes out bare.
 TEST(MeltingTool, LosesItsIce) {
-  const Scene scene = load("melting_tool");
+  const Scene scene = scene_file("melting_tool");
   const Body &ice = body_named(scene, "ice"), &stick = scene.bodies[scene.proxies[0].body];
   const auto simulation = simulate(scene);
   const Vector3d start = stick.position + stick.orientation * scene.proxies[0].handle;

@@ -1,7 +1,5 @@
 // Plasticity of one particle, and of blocks one evaluation at a time: against a restatement in double precision that
 // keeps another state, against uniaxial theory, under rotations.
-#include <random>
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -9,6 +7,7 @@
 
 #include "config/error.h"
 #include "tests/support/elastic_stages.h"
+#include "tests/support/random.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::testing {
@@ -79,17 +78,8 @@ struct Particle {
   }
 };
 
-class PlasticTest : public ::testing::Test {
+class PlasticTest : public RandomCase {
  protected:
-  double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
-  Matrix3d matrix(double size) {
-    return Matrix3d::NullaryExpr([&] { return between(-size, size); });
-  }
-  Matrix3d rotation() {
-    return Eigen::Quaterniond(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1))
-        .normalized()
-        .toRotationMatrix();
-  }
   // A path of many small steps that goes back and forth, yields often and stays within a few tens of percent.
   std::vector<Matrix3d> path(int steps) {
     std::vector<Matrix3d> out;
@@ -100,10 +90,6 @@ class PlasticTest : public ::testing::Test {
     }
     return out;
   }
-
-  unsigned seed_ = std::random_device{}();
-  std::mt19937 random_{seed_};
-  ::testing::ScopedTrace trace_{__FILE__, __LINE__, ::testing::Message() << "seed " << seed_};
 };
 
 TEST_F(PlasticTest, PrincipalAxesRebuildTheMatrix) {

@@ -1,11 +1,11 @@
 // Which bonds break, and what is left of the neighbourhoods: one evaluation at a time.
 #include <map>
-#include <random>
 
 #include <gtest/gtest.h>
 
 #include "config/error.h"
 #include "tests/support/elastic_stages.h"
+#include "tests/support/random.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::testing {
@@ -26,19 +26,7 @@ Scene block(int nx, int ny, int nz, double support = 2) {
   return scene;
 }
 
-class TearTest : public ::testing::Test {
- protected:
-  double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
-  Vector3d vector(double size) { return {between(-size, size), between(-size, size), between(-size, size)}; }
-  Matrix3d rotation() {
-    return Eigen::Quaterniond(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1))
-        .normalized()
-        .toRotationMatrix();
-  }
-  unsigned seed_ = std::random_device{}();
-  std::mt19937 random_{seed_};
-  ::testing::ScopedTrace trace_{__FILE__, __LINE__, ::testing::Message() << "seed " << seed_};
-};
+using TearTest = RandomCase;
 
 std::size_t count_torn(const Elastic& elastic) {
   std::size_t n = 0;

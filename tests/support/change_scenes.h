@@ -1,9 +1,8 @@
 // Scenes of matter that melts, freezes and sets.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include "tests/support/backend.h"
+#include "tests/support/scene_files.h"
 #include "tests/support/scenes.h"
 
 namespace palp::testing {
@@ -67,10 +66,6 @@ inline Snapshot snapshot_of(Simulation& simulation) {
   Snapshot s;
   simulation.snapshot(s);
   return s;
-}
-
-inline void run_until(Simulation& simulation, double time) {
-  while (simulation.output().time < time - 1e-9) ASSERT_TRUE(simulation.step({}).health.ok);
 }
 
 inline Scene on_a_floor(BodyType type, double temperature) {

@@ -2,29 +2,11 @@
 // and a proxy that touch each other. Particles sit on a jittered lattice.
 #pragma once
 
-#include <random>
-
 #include "sim_server/simulation.h"
+#include "tests/support/random.h"
 #include "tests/support/scenes.h"
 
 namespace palp::testing {
-
-using Random = std::mt19937;
-
-inline double uniform(Random& random, double low, double high) {
-  return std::uniform_real_distribution<double>(low, high)(random);
-}
-
-inline Eigen::Vector3d random_vector(Random& random, double size) {
-  return {uniform(random, -size, size), uniform(random, -size, size), uniform(random, -size, size)};
-}
-
-inline Eigen::Quaterniond random_rotation(Random& random) {
-  std::normal_distribution<double> normal;
-  Eigen::Vector4d q;
-  for (int k = 0; k < 4; ++k) q[k] = normal(random);
-  return Eigen::Quaterniond(q.normalized());
-}
 
 // A body of given particles. Its frame lies away from its centre of mass and is turned.
 inline std::uint32_t add_points(Scene& scene, const std::string& name, BodyType type, std::uint32_t material,

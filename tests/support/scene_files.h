@@ -1,0 +1,30 @@
+// The scenes of config/scenes, as a user runs them with accuracy "fast" unless a test says otherwise.
+#pragma once
+
+#include <algorithm>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "sim_server/simulation.h"
+
+namespace palp::testing {
+
+inline Scene scene_file(const std::string& name, Accuracy accuracy = Accuracy::fast) {
+  SceneOverrides overrides;
+  overrides.accuracy = accuracy;
+  return sample_scene(load_scene(PALP_SOURCE_DIR "/config/scenes/" + name + ".toml", overrides), 1000000);
+}
+
+inline const Body& body_named(const Scene& scene, const std::string& name) {
+  return *std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return b.name == name; });
+}
+
+inline void run_until(Simulation& simulation, double time) {
+  while (simulation.output().time < time - 1e-9) {
+    const Health& health = simulation.step({}).health;
+    ASSERT_TRUE(health.ok) << health.cause;
+  }
+}
+
+}  // namespace palp::testing
