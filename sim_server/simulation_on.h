@@ -6,14 +6,11 @@
 #include <atomic>
 #include <cmath>
 
-#include "sim_server/contact_store.h"
-#include "sim_server/elastic_store.h"
-#include "sim_server/heat_plan.h"
+#include "sim_server/module_arrays.h"
 #include "sim_server/pack_frame.h"
 #include "sim_server/parameters.h"
 #include "sim_server/particle_store.h"
 #include "sim_server/simulation.h"
-#include "sim_server/state_change_plan.h"
 #include "sim_server/step.h"
 #include "sim_server/step_results.h"
 
@@ -55,7 +52,7 @@ class SimulationOn final : public Simulation {
     scene_.config.numerics = numerics;
     views_.medium = make_medium(scene_, plan_);
     views_.cohesion = make_cohesion(scene_, plan_);
-    if (plan_.viscous_stages > 0) allocate_viscosity();
+    if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.viscosity);
     if (plan_.heat) views_.heat_medium = make_heat_medium(scene_, plan_);
     if (plan_.change) views_.change_medium = make_change_medium(scene_, plan_);
     back_end_.forget();
@@ -87,19 +84,11 @@ class SimulationOn final : public Simulation {
     back_end_.upload(s.tag, store.tag);
     back_end_.upload(s.id, store.id);
     if (plan_.temperature) back_end_.upload(s.temperature, store.temperature);
-    if (plan_.heat) {
-      back_end_.upload(s.enthalpy, store.enthalpy);
-      back_end_.upload(const_cast<std::uint32_t*>(views_.heat.held), held_bodies(scene_));
-      back_end_.upload(const_cast<HeatZone*>(views_.heat.zone), make_heat_zones(scene_));
-    }
-    if (plan_.wrench) {
-      back_end_.upload(views_.body.local, store.local);
-      back_end_.upload(const_cast<std::uint32_t*>(views_.reactive), plan_.reactive);
-    }
-    if (plan_.moving) back_end_.upload(const_cast<std::uint32_t*>(views_.rigid), plan_.rigid);
-    if (plan_.elastic) reset_elastic();
-    if (plan_.fields) reset_contact();
-    if (plan_.change) reset_change();
+    if (plan_.heat) back_end_.upload(s.enthalpy, store.enthalpy);
+    if (plan_.wrench) back_end_.upload(views_.body.local, store.local);
+    if (plan_.elastic) reset_elastic(back_end_, scene_, plan_, views_.elastic);
+    if (plan_.fields) reset_contact(back_end_, contact_counts_, views_.contact);
+    if (plan_.change) reset_change(back_end_, scene_, plan_, views_);
     if (plan_.solids) back_end_.upload(views_.body.body, store.bodies);
     results_.reset(store.bodies, output_);
   }
@@ -119,13 +108,8 @@ class SimulationOn final : public Simulation {
       back_end_.download(store.mass, s.mass);
       store.scatter_heat(start, views_.heat_medium, out);
     }
-    if (plan_.elastic) snapshot_elastic(out);
-    if (plan_.change) {
-      std::vector<real> solid(store.id.size());
-      back_end_.download(solid, s.solid);
-      out.solid.resize(solid.size());
-      for (std::size_t i = 0; i < solid.size(); ++i) out.solid[store.id[i]] = static_cast<float>(solid[i]);
-    }
+    if (plan_.elastic) snapshot_elastic(back_end_, scene_, plan_, views_, out);
+    if (plan_.change) snapshot_change(back_end_, views_.state, store.id, out);
     out.time = output_.time;
   }
 
@@ -177,146 +161,6 @@ class SimulationOn final : public Simulation {
     return v;
   }
 
-  template <class T>
-  T* allocate_copy(const std::string& name, const std::vector<T>& from) {
-    if (from.empty()) return nullptr;
-    T* to = back_end_.template allocate<T>(name, from.size());
-    back_end_.upload(to, from);
-    return to;
-  }
-
-  void allocate_elastic() {
-    const ElasticStore store(scene_, plan_);
-    const std::size_t n = plan_.elastic_count;
-    ElasticViews& e = views_.elastic;
-    e.count = plan_.elastic_count;
-    e.rest = allocate_copy("elastic rest", store.rest);
-    e.tag = allocate_copy("elastic tag", store.tag);
-    e.first = allocate_copy("elastic first", store.first);
-    e.neighbor = allocate_copy("elastic neighbors", store.neighbor);
-    e.correction = allocate_copy("elastic correction", store.correction);
-    e.projection = allocate_copy("elastic projection", store.projection);
-    e.u = back_end_.template allocate<Packed>("elastic displacement", n);
-    e.v = back_end_.template allocate<Packed>("elastic velocity", n);
-    e.rotation = back_end_.template allocate<Quat>("elastic rotation", n);
-    e.gradient = back_end_.template allocate<Mat3>("elastic gradient", n);
-    e.stress = back_end_.template allocate<Mat3>("elastic stress", n);
-    if (plan_.plastic) {
-      e.plastic = back_end_.template allocate<Mat3>("elastic plastic part", n);
-      e.hardened = back_end_.template allocate<real>("elastic plastic strain", n);
-    }
-    if (plan_.tears) {
-      e.torn = back_end_.template allocate<std::uint8_t>("elastic torn bonds", store.neighbor.size());
-      e.pull = back_end_.template allocate<Packed>("elastic pull", n);
-      e.bearing = back_end_.template allocate<real>("elastic bearing", n);
-    }
-    views_.elastic_bodies = allocate_copy("elastic bodies", plan_.elastic_bodies);
-  }
-
-  void allocate_change() {
-    const ChangeStore store(scene_, plan_);
-    const std::size_t n = plan_.slots, all = n * kMaxBonds;
-    ChangeViews& c = views_.change;
-    c.count = plan_.slots;
-    c.slot_of = allocate_copy("change slots", store.slot_of);
-    c.group = allocate_copy("change groups", store.group);
-    c.tag = allocate_copy("change tags", store.tag);
-    views_.change_force_of = allocate_copy("change forces of", store.force_of);
-    c.x = back_end_.template allocate<Packed>("change position", n);
-    c.v = back_end_.template allocate<Packed>("change velocity", n);
-    c.solid = back_end_.template allocate<real>("change solid fraction", n);
-    c.before = back_end_.template allocate<real>("change solid fraction before", n);
-    c.set = back_end_.template allocate<real>("change set", n);
-    c.rotation = back_end_.template allocate<Quat>("bond rotation", n);
-    c.gradient = back_end_.template allocate<Mat3>("bond gradient", n);
-    c.stress = back_end_.template allocate<Mat3>("bond stress", n);
-    c.correction = back_end_.template allocate<Mat3>("bond correction", n);
-    c.projection = back_end_.template allocate<Mat3>("bond projection", n);
-    c.soft = back_end_.template allocate<real>("bond softness", n);
-    c.force = back_end_.template allocate<Packed>("bond force", n);
-    c.bonds = back_end_.template allocate<std::uint32_t>("bond counts", n);
-    c.bond = back_end_.template allocate<std::uint32_t>("bonds", all);
-    c.own = back_end_.template allocate<Packed>("bond vectors", all);
-    c.other = back_end_.template allocate<Packed>("bond vectors back", all);
-    views_.change_medium = make_change_medium(scene_, plan_);
-  }
-
-  void reset_change() {
-    const ChangeStore store(scene_, plan_);
-    const ChangeViews& c = views_.change;
-    back_end_.upload(c.x, store.x);
-    back_end_.upload(c.v, store.v);
-    back_end_.upload(c.solid, store.solid);
-    back_end_.upload(c.before, store.solid);
-    back_end_.upload(c.set, store.set);
-    back_end_.upload(c.rotation, store.rotation);
-    back_end_.upload(c.correction, store.correction);
-    back_end_.upload(c.projection, store.projection);
-    back_end_.upload(c.soft, store.soft);
-    back_end_.upload(c.bonds, store.bonds);
-    back_end_.upload(c.bond, store.bond);
-    back_end_.upload(c.own, store.own);
-    back_end_.upload(c.other, store.other);
-    back_end_.upload(views_.state.solid, store.fraction);
-  }
-
-  void reset_elastic() {
-    const ElasticStore store(scene_, plan_);
-    back_end_.upload(views_.elastic.u, store.u);
-    back_end_.upload(views_.elastic.v, store.v);
-    back_end_.upload(views_.elastic.rotation, store.rotation);
-    back_end_.upload(views_.elastic.gradient, std::vector<Mat3>(plan_.elastic_count, Mat3::Identity()));
-    if (plan_.plastic) {
-      back_end_.upload(views_.elastic.plastic, std::vector<Mat3>(plan_.elastic_count, Mat3::Identity()));
-      back_end_.upload(views_.elastic.hardened, std::vector<real>(plan_.elastic_count, real(0)));
-    }
-    if (plan_.tears) {
-      back_end_.upload(views_.elastic.correction, store.correction);
-      back_end_.upload(views_.elastic.projection, store.projection);
-      back_end_.upload(views_.elastic.torn, std::vector<std::uint8_t>(store.neighbor.size(), 0));
-      back_end_.upload(views_.elastic.pull, std::vector<Packed>(plan_.elastic_count, Packed{0, 0, 0, 0}));
-      back_end_.upload(views_.elastic.bearing, std::vector<real>(plan_.elastic_count, real(1)));
-    }
-  }
-
-  void snapshot_elastic(Snapshot& out) {
-    const std::size_t n = plan_.elastic_count;
-    std::vector<Quat> rotation(n);
-    std::vector<Mat3> gradient(n), plastic(plan_.plastic ? n : 0);
-    std::vector<real> bearing(plan_.tears ? n : 0);
-    back_end_.download(rotation, views_.elastic.rotation);
-    back_end_.download(gradient, views_.elastic.gradient);
-    if (plan_.plastic) back_end_.download(plastic, views_.elastic.plastic);
-    if (plan_.tears) back_end_.download(bearing, views_.elastic.bearing);
-    scatter_stored(scene_, plan_, views_.medium, {gradient, rotation, plastic, bearing}, out.stored);
-  }
-
-  void allocate_contact() {
-    const ContactStore store(scene_, plan_);
-    ContactViews& c = views_.contact;
-    c.pairs = store.rigid_pairs;
-    c.elastic_parts = static_cast<std::uint32_t>(store.elastic_part.size());
-    c.few = store.few;
-    contact_pairs_ = store.pair.size();
-    c.pair = allocate_copy("contact pairs", store.pair);
-    c.shape = allocate_copy("contact shapes", store.shape);
-    c.piece = allocate_copy("contact pieces", store.piece);
-    const Packed* node = allocate_copy("contact distances", store.node);
-    c.grid = allocate_copy("contact grids", store.grids_at(node));
-    c.point = allocate_copy("contact points", store.point);
-    c.elastic_part = allocate_copy("contact elastic parts", store.elastic_part);
-    c.by.of_body = allocate_copy("contact of bodies", store.of_body);
-    c.by.part = allocate_copy("contact parts", store.part);
-    c.state = back_end_.template allocate<ContactState>("contact states", store.states);
-    c.by.wrench = back_end_.template allocate<PairWrench>("contact wrenches", contact_pairs_);
-    contact_states_ = store.states;
-  }
-
-  void reset_contact() {
-    back_end_.upload(views_.contact.state, std::vector<ContactState>(contact_states_, no_contact()));
-    back_end_.upload(views_.contact.by.wrench, std::vector<PairWrench>(contact_pairs_, no_wrench()));
-  }
-
   void allocate() {
     const std::size_t n = scene_.position.size();
     views_.particles = static_cast<std::uint32_t>(n);
@@ -330,8 +174,8 @@ class SimulationOn final : public Simulation {
     }
     views_.medium = make_medium(scene_, plan_);
     views_.cohesion = make_cohesion(scene_, plan_);
-    if (plan_.heat) allocate_heat();
-    if (plan_.viscous_stages > 0) allocate_viscosity();
+    if (plan_.heat) allocate_heat(back_end_, scene_, plan_, views_);
+    if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.viscosity);
     if (plan_.fluid) views_.acceleration = back_end_.template allocate<Packed>("acceleration", n);
     if (plan_.fluid && plan_.solids && plan_.method == Method::accurate)
       views_.wall = back_end_.template allocate<Packed>("wall", n);
@@ -344,16 +188,16 @@ class SimulationOn final : public Simulation {
       if (plan_.meets || plan_.elastic)
         views_.body.force = back_end_.template allocate<Packed>("solid force", plan_.force_count);
       views_.body.local = back_end_.template allocate<Packed>("solid local", plan_.force_count);
-      views_.reactive = back_end_.template allocate<std::uint32_t>("reactive bodies", plan_.reactive.size());
+      views_.reactive = allocate_copy(back_end_, "reactive bodies", plan_.reactive);
       views_.reactive_count = static_cast<std::uint32_t>(plan_.reactive.size());
     }
     if (plan_.moving) {
-      views_.rigid = back_end_.template allocate<std::uint32_t>("rigid bodies", plan_.rigid.size());
+      views_.rigid = allocate_copy(back_end_, "rigid bodies", plan_.rigid);
       views_.rigid_count = static_cast<std::uint32_t>(plan_.rigid.size());
     }
-    if (plan_.elastic) allocate_elastic();
-    if (plan_.fields) allocate_contact();
-    if (plan_.change) allocate_change();
+    if (plan_.elastic) allocate_elastic(back_end_, scene_, plan_, views_);
+    if (plan_.fields) contact_counts_ = allocate_contact(back_end_, scene_, plan_, views_.contact);
+    if (plan_.change) allocate_change(back_end_, scene_, plan_, views_);
     views_.health_part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
     health_ = back_end_.template mirror<HealthSums>("health", 1);
     views_.health = health_.device;
@@ -363,33 +207,12 @@ class SimulationOn final : public Simulation {
     views_.heat.zones_on = &input_.device->heat_zones;
   }
 
-  // A parameter that is set later may be the first to ask for it.
-  void allocate_viscosity() {
-    ViscosityViews& v = views_.viscosity;
-    if (v.stage[0] != nullptr) return;
-    for (Packed*& stage : v.stage)
-      stage = back_end_.template allocate<Packed>("viscous velocity", scene_.position.size());
-    if (!plan_.moving) return;
-    v.solid = back_end_.template allocate<Packed>("viscous solid force", plan_.force_count);
-    v.body = back_end_.template allocate<ViscousBody>("viscous bodies", scene_.bodies.size());
-  }
-
-  void allocate_heat() {
-    views_.heat_medium = make_heat_medium(scene_, plan_);
-    views_.heat.held = back_end_.template allocate<std::uint32_t>("heat held bodies", scene_.bodies.size());
-    const std::size_t zones = scene_.config.heat_zones.size();
-    if (zones == 0) return;
-    views_.heat.zones = static_cast<std::uint32_t>(zones);
-    views_.heat.zone = back_end_.template allocate<HeatZone>("heat zones", zones);
-    views_.heat.zone_volume = back_end_.template allocate<real>("heat zone volumes", zones);
-  }
-
   Scene scene_;
   Plan plan_;
   StepResults results_;
   B back_end_;
   StepViews views_;
-  std::size_t contact_states_ = 0, contact_pairs_ = 0;
+  ContactCounts contact_counts_;
   typename B::template Mirror<StepBlock> input_;
   typename B::template Mirror<BodyState> bodies_;
   typename B::template Mirror<HealthSums> health_;
