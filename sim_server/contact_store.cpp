@@ -128,7 +128,11 @@ ContactStore::ContactStore(const Scene& scene, const Plan& plan) : shape_of_(sce
     shape.push_back(add_shape(scene.bodies[b], *this));
   }
   add_rigid_pairs(scene, plan, parts);
-  add_elastic_parts(scene, plan, parts);
+  for (const std::uint32_t b : plan.elastic_bodies)
+    add_soft_parts(scene, plan, b, plan.force_first[b], elastic_part, parts);
+  first_frozen = static_cast<std::uint32_t>(states);
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
+    if (plan.changes[b]) add_soft_parts(scene, plan, b, plan.slot_first[b], frozen_part, parts);
   of_body.push_back(0);
   for (const std::vector<std::uint32_t>& list : parts) {
     part.insert(part.end(), list.begin(), list.end());
@@ -154,26 +158,26 @@ void ContactStore::add_rigid_pairs(const Scene& scene, const Plan& plan, Parts& 
     few = few && (scene.bodies[b].type != BodyType::rigid || parts[b].size() <= 2);
 }
 
-void ContactStore::add_elastic_parts(const Scene& scene, const Plan& plan, Parts& parts) {
+void ContactStore::add_soft_parts(const Scene& scene, const Plan& plan, std::uint32_t a, std::uint32_t first,
+                                  std::vector<SoftPart>& list, Parts& parts) {
   constexpr std::uint32_t kPart = 256;  // particles: enough for a block of threads, few enough for many blocks
-  for (const std::uint32_t a : plan.elastic_bodies)
-    for (std::uint32_t done = 0; done < scene.bodies[a].count; done += kPart) {
-      ElasticPart one{plan.force_first[a] + done, std::min(kPart, scene.bodies[a].count - done),
-                      static_cast<std::uint32_t>(pair.size()), 0};
-      for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
-        if (shape_of_[b] == kNone || plan.group[a] == plan.group[b]) continue;
-        ContactLaw law =
-            meet(scene.config.materials[scene.bodies[a].material], scene.config.materials[scene.bodies[b].material]);
-        // its own elasticity makes it bounce; the layer that touches is only damped as springs are (rigid.h)
-        law.stiffness = real(0.4);
-        law.damping = real(0.15);
-        parts[b].push_back(2 * static_cast<std::uint32_t>(pair.size()) + 1);
-        pair.push_back({a, b, kNone, shape_of_[b], static_cast<std::uint32_t>(states), law});
-        states += one.count;
-        ++one.pairs;
-      }
-      if (one.pairs > 0) elastic_part.push_back(one);
+  for (std::uint32_t done = 0; done < scene.bodies[a].count; done += kPart) {
+    SoftPart one{first + done, std::min(kPart, scene.bodies[a].count - done), static_cast<std::uint32_t>(pair.size()),
+                 0};
+    for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+      if (shape_of_[b] == kNone || plan.group[a] == plan.group[b]) continue;
+      ContactLaw law =
+          meet(scene.config.materials[scene.bodies[a].material], scene.config.materials[scene.bodies[b].material]);
+      // its own elasticity makes it bounce; the layer that touches is only damped as springs are (rigid.h)
+      law.stiffness = real(0.4);
+      law.damping = real(0.15);
+      parts[b].push_back(2 * static_cast<std::uint32_t>(pair.size()) + 1);
+      pair.push_back({a, b, kNone, shape_of_[b], static_cast<std::uint32_t>(states), law});
+      states += one.count;
+      ++one.pairs;
     }
+    if (one.pairs > 0) list.push_back(one);
+  }
 }
 
 std::vector<NodeGrid> ContactStore::grids_at(const Packed* from) const {

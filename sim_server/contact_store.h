@@ -10,10 +10,10 @@
 namespace palp {
 
 struct ContactStore {
-  std::vector<ContactPair> pair;  // of rigid and fixed bodies, then of elastic parts
+  std::vector<ContactPair> pair;  // of rigid and fixed bodies, then of soft parts
   std::uint32_t rigid_pairs = 0;
   bool few = true;  // ContactViews::few
-  std::vector<ElasticPart> elastic_part;
+  std::vector<SoftPart> elastic_part, frozen_part;
   std::vector<ContactBody> shape;
   std::vector<Piece> piece;
   std::vector<NodeGrid> grid;  // without their nodes
@@ -21,6 +21,7 @@ struct ContactStore {
   std::vector<Packed> point;
   std::vector<std::uint32_t> of_body, part;
   std::size_t states = 0;
+  std::uint32_t first_frozen = 0;  // of the states
 
   ContactStore(const Scene& scene, const Plan& plan);
   // The grids with their nodes from `node` on.
@@ -29,7 +30,9 @@ struct ContactStore {
  private:
   using Parts = std::vector<std::vector<std::uint32_t>>;  // of each body
   void add_rigid_pairs(const Scene& scene, const Plan& plan, Parts& parts);
-  void add_elastic_parts(const Scene& scene, const Plan& plan, Parts& parts);
+  // Of a soft body, whose particles begin at `first` in the order of its matter.
+  void add_soft_parts(const Scene& scene, const Plan& plan, std::uint32_t body, std::uint32_t first,
+                      std::vector<SoftPart>& list, Parts& parts);
   std::vector<std::uint32_t> shape_of_;  // per body, kNone
 };
 

@@ -88,7 +88,7 @@ void snapshot_elastic(B& back_end, const Scene& scene, const Plan& plan, const S
 
 // What contacts remember from step to step.
 struct ContactCounts {
-  std::size_t states = 0, pairs = 0;
+  std::size_t states = 0, frozen_states = 0, pairs = 0;
 };
 
 template <class B>
@@ -104,17 +104,22 @@ ContactCounts allocate_contact(B& back_end, const Scene& scene, const Plan& plan
   c.grid = allocate_copy(back_end, "contact grids", store.grids_at(node));
   c.point = allocate_copy(back_end, "contact points", store.point);
   c.elastic_part = allocate_copy(back_end, "contact elastic parts", store.elastic_part);
+  c.frozen_parts = static_cast<std::uint32_t>(store.frozen_part.size());
+  c.frozen_part = allocate_copy(back_end, "contact frozen parts", store.frozen_part);
+  c.first_frozen = store.first_frozen;
+  if (c.frozen_parts > 0) c.near = back_end.template allocate<real>("contact near", store.states - store.first_frozen);
   c.by.of_body = allocate_copy(back_end, "contact of bodies", store.of_body);
   c.by.part = allocate_copy(back_end, "contact parts", store.part);
   c.state = back_end.template allocate<ContactState>("contact states", store.states);
   c.by.wrench = back_end.template allocate<PairWrench>("contact wrenches", store.pair.size());
-  return {store.states, store.pair.size()};
+  return {store.states, store.states - store.first_frozen, store.pair.size()};
 }
 
 template <class B>
 void reset_contact(B& back_end, ContactCounts counts, const ContactViews& c) {
   back_end.upload(c.state, std::vector<ContactState>(counts.states, no_contact()));
   back_end.upload(c.by.wrench, std::vector<PairWrench>(counts.pairs, no_wrench()));
+  if (c.frozen_parts > 0) back_end.upload(c.near, std::vector<real>(counts.frozen_states, real(-1)));
 }
 
 template <class B>
@@ -125,6 +130,7 @@ void allocate_change(B& back_end, const Scene& scene, const Plan& plan, StepView
   c.count = plan.slots;
   c.slot_of = allocate_copy(back_end, "change slots", store.slot_of);
   c.group = allocate_copy(back_end, "change groups", store.group);
+  c.shaped = allocate_copy(back_end, "change shaped", store.shaped);
   c.tag = allocate_copy(back_end, "change tags", store.tag);
   v.change_force_of = allocate_copy(back_end, "change forces of", store.force_of);
   c.x = back_end.template allocate<Packed>("change position", n);

@@ -155,8 +155,10 @@ void plan_contact(const Scene& scene, Plan& plan) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
       const Body &a = scene.bodies[i], &b = scene.bodies[j];
-      const bool fluid = a.type == BodyType::fluid || b.type == BodyType::fluid;
-      if (fluid || !(moves(a) || moves(b)) || plan.group[i] == plan.group[j]) continue;
+      const bool freezes = (plan.changes[i] && b.contact != nullptr) || (plan.changes[j] && a.contact != nullptr);
+      if (freezes && plan.method == Method::accurate && plan.group[i] != plan.group[j]) plan.fields = true;
+      const auto flows = [&](std::size_t k) { return scene.bodies[k].type == BodyType::fluid || plan.changes[k]; };
+      if (flows(i) || flows(j) || !(moves(a) || moves(b)) || plan.group[i] == plan.group[j]) continue;
       const auto soft = [](const Body& body) { return body.type == BodyType::elastic; };
       const bool shaped = a.contact != nullptr && b.contact != nullptr;
       const bool by_field = shaped || (a.contact != nullptr && soft(b)) || (b.contact != nullptr && soft(a));

@@ -22,7 +22,7 @@ struct Plan {
   bool wrench = false;       // a body whose wrench is asked for: rigid ones, and fixed ones with a probe
   bool moving = false;       // rigid bodies
   bool contact = false;      // springs between the particles of solids that no distance field serves
-  bool fields = false;       // contact by distance fields: of two bodies that have one, or of an elastic body with one
+  bool fields = false;       // contact by distance fields: of two bodies that have one, or of soft matter with one
   bool elastic = false;      // elastic bodies
   bool plastic = false;      // some of them yield
   bool tears = false;        // some of them tear

@@ -77,6 +77,7 @@ ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
   set.resize(plan.slots);
   rotation.assign(plan.slots, Quat::Identity());
   fraction.assign(scene.position.size(), real(0));
+  for (const Body& b : scene.bodies) shaped.push_back(plan.fields && b.contact != nullptr ? 1 : 0);
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& from = scene.bodies[b];
     if (plan.slot_first[b] == kNone) continue;

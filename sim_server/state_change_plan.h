@@ -18,7 +18,7 @@ bool changes_state(const Scene& scene, const Body& body);
 void plan_slots(const Scene& scene, Plan& plan);
 
 struct ChangeStore {
-  std::vector<std::uint32_t> slot_of, group, force_of;
+  std::vector<std::uint32_t> slot_of, group, shaped, force_of;
   std::vector<Tag> tag;
   std::vector<Packed> x, v, own, other;
   std::vector<real> solid, set, soft;

@@ -4,7 +4,7 @@
 
 #include "sim_server/physics/boundary.h"
 #include "sim_server/physics/cohesion.h"
-#include "sim_server/physics/elastic_contact.h"
+#include "sim_server/physics/frozen_contact.h"
 #include "sim_server/physics/health.h"
 #include "sim_server/physics/heat.h"
 #include "sim_server/physics/integrate.h"
@@ -183,12 +183,12 @@ void meeting_stages(B& back_end, const Plan& plan, const StepViews& v, real elap
       fluid_stages(back_end, plan, v, elapsed, bonds);
   };
   if (plan.change)
-    forces(Bonded{v.change.group});
+    forces(Bonded{v.change.group, v.change.shaped});
   else
     forces(NoBonds{});
 }
 
-// By distance fields: wrenches of pairs, and forces on elastic particles, onto those that act already.
+// By distance fields: wrenches of pairs, and forces on soft particles, onto those that act already.
 template <class B>
 void contact_stages(B& back_end, const StepViews& v) {
   const PairPoints points{v.contact, v.body.body, v.grid, v.medium.dt};
@@ -196,8 +196,15 @@ void contact_stages(B& back_end, const StepViews& v) {
     back_end.for_each_block("contact depth", v.contact.pairs, MeasureContact{points});
   if (v.contact.pairs > 0) back_end.for_each_block("contact", v.contact.pairs, MeetBodies{points});
   if (v.contact.elastic_parts > 0)
-    back_end.for_each_block("elastic contact", v.contact.elastic_parts,
-                            MeetElastic{points, v.elastic, v.body, v.medium});
+    back_end.for_each_block(
+        "elastic contact", v.contact.elastic_parts,
+        MeetParticles<ElasticMatter>{points, v.contact.elastic_part, {v.elastic, v.body, v.medium}, v.medium.spacing});
+  if (v.contact.frozen_parts > 0)
+    back_end.for_each_block("frozen contact", v.contact.frozen_parts,
+                            MeetParticles<FrozenMatter>{points,
+                                                        v.contact.frozen_part,
+                                                        {v.change, v.medium, v.contact.near, v.contact.first_frozen},
+                                                        v.medium.spacing});
 }
 
 template <class B>

@@ -31,13 +31,13 @@ struct ContactLaw {
 
 struct ContactPair {
   std::uint32_t a, b;              // bodies
-  std::uint32_t shape_a, shape_b;  // of ContactViews::shape; none where a is elastic
-  std::uint32_t first;             // of ContactViews::state: a's points, then b's; a elastic: its particles
+  std::uint32_t shape_a, shape_b;  // of ContactViews::shape; none where a is soft
+  std::uint32_t first;             // of ContactViews::state: a's points, then b's; a soft: its particles
   ContactLaw law;
 };
 
-// Particles of an elastic body, in the order of BodyViews::force, and the pairs that they are a's part of.
-struct ElasticPart {
+// Particles of a soft body, in the order of its kind of matter, and the pairs that they are a's part of.
+struct SoftPart {
   std::uint32_t first, count;
   std::uint32_t first_pair, pairs;
 };
@@ -49,16 +49,19 @@ struct ContactState {
 };
 
 struct ContactViews {
-  std::uint32_t pairs = 0;  // of rigid and fixed bodies; those of elastic parts follow
-  std::uint32_t elastic_parts = 0;
+  std::uint32_t pairs = 0;  // of rigid and fixed bodies; those of soft parts follow
+  std::uint32_t elastic_parts = 0, frozen_parts = 0;
   bool few = false;  // no rigid body is in more pairs than need no comparison of their loads
   const ContactPair* pair = nullptr;
   const ContactBody* shape = nullptr;
   const Piece* piece = nullptr;
   const NodeGrid* grid = nullptr;
   const Packed* point = nullptr;  // about the centre of mass, body axes; radius of the ball around it
-  const ElasticPart* elastic_part = nullptr;
+  const SoftPart* elastic_part = nullptr;
+  const SoftPart* frozen_part = nullptr;
   ContactState* state = nullptr;
+  real* near = nullptr;  // FrozenMatter::near
+  std::uint32_t first_frozen = 0;
   PairWrenches by;
 };
 
@@ -143,10 +146,15 @@ struct PairPoints {
     t.v = owner.v + owner.w.cross(t.r) - field.v - (field.fixed ? Vec3(0, 0, 0) : Vec3(field.w.cross(t.other)));
     if (field.fixed) t.v += field.v.dot(t.n) * t.n;
     if (owner.fixed) t.v -= owner.v.dot(t.n) * t.n;
-    const real half = real(0.5) * dt * Eigen::numext::abs(t.v.dot(t.n));
-    t.mean = mean_depth(t.depth, half);
-    t.share = share_inside(t.depth, half);
+    set_depth(t, t.depth);
     return t;
+  }
+
+  PALP_HD void set_depth(Touch& t, real depth) const {
+    const real half = real(0.5) * dt * Eigen::numext::abs(t.v.dot(t.n));
+    t.depth = depth;
+    t.mean = mean_depth(depth, half);
+    t.share = share_inside(depth, half);
   }
 
   // What moves along n at the point, from both bodies.

@@ -1,4 +1,4 @@
-// Contact of elastic bodies with rigid and fixed ones: each particle, a ball half a spacing wide, against their signed
+// Contact of what is soft with rigid and fixed bodies: each particle, a ball half a spacing wide, against their signed
 // distances, by the law of contact.h. Forces act in the particle's middle, so that both momenta are kept.
 //
 // m_i = min(m of the particle, m_b / n): m_b is what of the other body moves along n at the particle, n the number of
@@ -11,12 +11,32 @@
 
 namespace palp {
 
-// One team a part of an elastic body: no two teams touch the same particle.
-struct MeetElastic {
-  PairPoints all;
+// Elastic bodies, by their particles in the order of forces.
+struct ElasticMatter {
   ElasticViews elastic;
   BodyViews bodies;
   Medium medium;
+
+  PALP_HD real share(std::uint32_t) const { return real(1); }  // of the forces of contact that it gets
+  PALP_HD Motion motion(std::uint32_t i) const {
+    return {elastic.rest[i].xyz() + elastic.u[i].xyz(), elastic.v[i].xyz(), Vec3(0, 0, 0), false};
+  }
+  PALP_HD real mass(std::uint32_t i) const {
+    return medium.material[elastic.tag[i].material()].density * elastic.rest[i].w;
+  }
+  PALP_HD void add(std::uint32_t i, const Vec3& f) const { bodies.force[i] = pack(bodies.force[i].xyz() + f, 0); }
+  // Frozen matter alone remembers how near it was.
+  PALP_HD void let_go(std::uint32_t) const {}
+  PALP_HD real reach(std::uint32_t, real half, real) const { return half; }
+};
+
+// One team a part of a soft body: no two teams touch the same particle.
+template <class Matter>
+struct MeetParticles {
+  PairPoints all;
+  const SoftPart* parts;
+  Matter matter;
+  real spacing;
 
   PALP_HD static real moving_mass(real particle, const BodyState& field, const Mat3& R, const PairPoints::Touch& t) {
     if (field.kind != Kind::rigid) return particle;
@@ -28,28 +48,38 @@ struct MeetElastic {
 
   // Of particle i by the pair's b; none without contact.
   PALP_HD Vec3 force_on(std::uint32_t i, const ContactPair& pair, const BodyState& field, const Mat3& R,
-                        ContactState& state, Vec3& arm) const {
-    const Packed X = elastic.rest[i];
-    const Motion particle{X.xyz() + elastic.u[i].xyz(), elastic.v[i].xyz(), Vec3(0, 0, 0), false};
-    const PairPoints::Touch t = all.touch(particle, motion_of(field), Vec3(0, 0, 0), real(0.5) * medium.spacing, false,
-                                          R, all.contact.shape[pair.shape_b], state.side);
+                        std::uint32_t place, Vec3& arm) const {
+    ContactState& state = all.contact.state[place];
+    const real share = matter.share(i);
+    PairPoints::Touch t;
+    t.near = false;
+    const Motion particle = matter.motion(i);
+    const real half = real(0.5) * spacing;
+    if (share > real(0))
+      t = all.touch(particle, motion_of(field), Vec3(0, 0, 0), half, false, R, all.contact.shape[pair.shape_b],
+                    state.side);
+    else
+      matter.let_go(place);
     if (!t.near) {
       if (state.side.w > real(-1e29)) state = no_contact();
+      if (share > real(0)) matter.reach(place, half, half);
       return Vec3(0, 0, 0);
     }
     state.side = pack(R.transpose() * t.n, t.depth);
+    const real reach = matter.reach(place, half, half - t.depth);
+    if (reach < half) all.set_depth(t, t.depth - (half - reach));
     if (!(t.mean > real(0))) {
       state.anchor = {0, 0, 0, 0};
       return Vec3(0, 0, 0);
     }
     arm = t.other;
-    const real m = moving_mass(medium.material[elastic.tag[i].material()].density * X.w, field, R, t);
+    const real m = share * moving_mass(matter.mass(i), field, R, t);
     return all.force(pair.law, t, m, real(1), real(1), R, state);
   }
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t index, Team team) const {
-    const ElasticPart part = all.contact.elastic_part[index];
+    const SoftPart part = parts[index];
     for (std::uint32_t k = part.first_pair; k < part.first_pair + part.pairs; ++k) {
       const ContactPair pair = all.contact.pair[k];
       const BodyState& field = all.body[pair.b];
@@ -58,9 +88,9 @@ struct MeetElastic {
       for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) {
         const std::uint32_t i = part.first + p;
         Vec3 arm(0, 0, 0);
-        const Vec3 f = force_on(i, pair, field, R, all.contact.state[pair.first + p], arm);
+        const Vec3 f = force_on(i, pair, field, R, pair.first + p, arm);
         if (f.isZero(0)) continue;
-        bodies.force[i] = pack(bodies.force[i].xyz() + f, 0);
+        matter.add(i, f);
         force += f;
         torque -= arm.cross(f);
       }

@@ -30,6 +30,7 @@ struct ChangeViews {
   std::uint32_t count = 0;
   const std::uint32_t* slot_of = nullptr;  // by body: add a particle's id; kNone: has no slots
   const std::uint32_t* group = nullptr;    // by body: bonds form within a group
+  const std::uint32_t* shaped = nullptr;   // by body: Bonded::shaped
   const Tag* tag = nullptr;                // with the material of its bonds
   Packed* x = nullptr;                     // position, rest volume [m, m^3]
   Packed* v = nullptr;                     // velocity, acting pressure of a fluid particle [m/s, Pa]

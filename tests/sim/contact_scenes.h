@@ -20,6 +20,34 @@ inline SceneConfig contact_scene(double spacing, double friction, double restitu
   return config;
 }
 
+// What can freeze at 300 K, and all else, insulated.
+inline SceneConfig frozen_scene(double friction) {
+  SceneConfig config = contact_scene(0.01, friction, 0.2);
+  MaterialConfig& m = config.materials[0];
+  m.heat_capacity = 1000;
+  MaterialConfig ice = m;
+  ice.name = "ice";
+  ice.viscosity = 0.1;
+  ice.young_modulus = 2e4;
+  ice.poisson_ratio = 0.3;
+  ice.damping = 5;
+  ice.conductivity = 1e-6;
+  ice.melting_temperature = 300;
+  ice.latent_heat = 2000;
+  config.materials.push_back(ice);
+  return config;
+}
+
+inline BodyConfig at_temperature(BodyConfig config, double temperature) {
+  config.temperature = temperature;
+  return config;
+}
+
+inline BodyConfig of_ice(BodyConfig config, double temperature) {
+  config.material = "ice";
+  return at_temperature(config, temperature);
+}
+
 inline Scene sampled(const SceneConfig& config) { return sample_scene(config, 1000000); }
 
 inline BodyConfig at(BodyConfig config, const Eigen::Vector3d& position,

@@ -54,6 +54,7 @@ inline constexpr Tolerance kTranslation{2e-3, 2e-6, "positions near 1 m are roun
 // analytic cases, reference D1 and D3
 inline constexpr Tolerance kHydrostaticProfile{0.02, 0.02, "of the pressure at the bottom (Adami et al. 2012)"};
 inline constexpr Tolerance kWallForce{0.01, 0.01, "of the weight, mean over an acoustic period"};
+inline constexpr Tolerance kRestDrift{0.1, 0.1, "of a spacing, over a minute"};
 inline constexpr Tolerance kRestingSpeed{0.01, 0.01, "of sqrt(g H)"};
 inline constexpr Tolerance kCompression{0.012, 0.012, "g H / c^2 = 1 % at c = 10 sqrt(g H), and sound"};
 inline constexpr Tolerance kDamBreakFront{0.10, 0.10, "of the distance, Martin & Moyce 1952"};
