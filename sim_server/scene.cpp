@@ -74,12 +74,16 @@ void move(Particles& particles, const Eigen::Isometry3d& pose) {
   for (Eigen::Vector3d& v : particles.velocity) v = pose.linear() * v;
 }
 
-// Whether any solid can run into another.
+// Whether any solid, or what can become one, can run into another.
 bool something_moves(const SceneConfig& config) {
   std::size_t moving = 0, solids = 0;
   for (const BodyConfig& body : config.bodies) {
-    moving += body.type == BodyType::rigid || body.type == BodyType::elastic ? 1 : 0;
-    solids += body.type != BodyType::fluid ? 1 : 0;
+    const auto material = std::find_if(config.materials.begin(), config.materials.end(),
+                                       [&](const MaterialConfig& m) { return m.name == body.material; });
+    const bool sets = material != config.materials.end() && material->young_modulus;
+    const bool solid = body.type != BodyType::fluid || sets;
+    moving += solid && body.type != BodyType::fixed ? 1 : 0;
+    solids += solid ? 1 : 0;
   }
   return moving > 0 && solids > 1;
 }

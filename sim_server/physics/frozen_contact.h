@@ -1,8 +1,8 @@
 // Contact of what has frozen or set (state_change.h) with rigid and fixed bodies, as that of elastic bodies: the
 // solid's share K of it, while the fluid's forces keep 1 - K (bonded.h).
 //
-// A fluid's particles may be nearer to a wall than half a spacing. What freezes there keeps that distance for as long
-// as it stays, so that freezing pushes nothing away and stores no energy.
+// A fluid's particles may be nearer to a wall than half a spacing. What freezes there may stay
+// there until it has left, so that freezing pushes nothing away and stores no energy.
 #pragma once
 
 #include "sim_server/physics/elastic_contact.h"
@@ -23,8 +23,10 @@ struct FrozenMatter {
   PALP_HD void let_go(std::uint32_t place) const { near[place - first] = real(-1); }
   PALP_HD real reach(std::uint32_t place, real half, real distance) const {
     real& kept = near[place - first];
-    const real now = distance < half ? distance : half;
-    if (kept < real(0) || kept < now) kept = now > real(0) ? now : real(0);
+    if (distance >= half)
+      kept = half;
+    else if (kept < real(0))
+      kept = distance > real(0) ? distance : real(0);
     return kept;
   }
 };
