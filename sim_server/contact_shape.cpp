@@ -82,6 +82,27 @@ ContactPiece piece_of(const Part& part) {
   return piece;
 }
 
+// Where a cut goes through the solid's hull it has no end: the mouth of a cup would else be closed by the lid of what
+// was cut out, which is nearer than its walls.
+void open_ends(ContactPiece& piece, const Eigen::AlignedBox3d& bounds) {
+  const double far = bounds.diagonal().norm();
+  Eigen::AlignedBox3d hull;  // of the solid, in the cut's frame
+  for (int c = 0; c < 8; ++c)
+    hull.extend(piece.pose.inverse() * bounds.corner(static_cast<Eigen::AlignedBox3d::CornerType>(c)));
+  const bool round = piece.type == ShapeType::cylinder;
+  for (int a = round ? 2 : 0; a < 3; ++a) {
+    const double low = round ? -piece.high.z() : piece.low[a], high = piece.high[a];
+    const double down = hull.min()[a] >= low ? far : 0, up = hull.max()[a] <= high ? far : 0;
+    if (round) {
+      piece.pose.translation() += piece.pose.linear().col(2) * (up - down) / 2;
+      piece.high.z() += (up + down) / 2;
+    } else {
+      piece.low[a] -= down;
+      piece.high[a] += up;
+    }
+  }
+}
+
 // A point of a surface, and the ball inside that touches the surface there. Balls round edges off a little, so that
 // their middles stay outside what they lie on: a point of a face's rim that lies on another rim has two nearest faces.
 struct Feature {
@@ -260,6 +281,8 @@ std::shared_ptr<const ContactShape> make_contact_shape(const Solid& solid, const
   } else {
     for (const Part& part : solid.parts) {
       shape->pieces.push_back(piece_of(part));
+      if (part.subtract && (part.type == ShapeType::box || part.type == ShapeType::cylinder))
+        open_ends(shape->pieces.back(), solid.bounds);
       if (part.type != ShapeType::mesh) continue;
       shape->pieces.back().grid = static_cast<int>(shape->grids.size());
       shape->grids.push_back(distance_grid(part, spacing / 2));

@@ -35,6 +35,7 @@ void declare(CLI::App& app, Arguments& a) {
 
 int run(const Arguments& a) {
   const auto simulation = palp::open_simulation(a.scene);
+  if (a.scene.particles) spdlog::info("{}", palp::particle_choice(simulation->scene(), *a.scene.particles));
   spdlog::info("{}: {}", simulation->backend_name(), simulation->numerics());
   const auto bus = palp::open_bus(a.bus);
   spdlog::info("serving '{}' over {} in domain {}", simulation->scene().config.name, palp::to_string(a.bus.vendor),

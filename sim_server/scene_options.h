@@ -6,8 +6,10 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "sim_server/particle_count.h"
 #include "sim_server/scene_files.h"
 #include "sim_server/simulation.h"
 
@@ -16,6 +18,7 @@ namespace palp {
 struct SceneOptions {
   std::string scene;  // a file, or the name of one of palp's own
   SceneOverrides overrides;
+  std::optional<std::size_t> particles;  // of the scene's matter (particle_count.h), which decides the spacing
   Backend backend = Backend::automatic;
 };
 
@@ -28,8 +31,8 @@ inline void add_backend_option(CLI::App& app, Backend& backend) {
       ->default_str("auto");
 }
 
-// Adds the scene itself, --backend, --method, --accuracy and --spacing to app; they are stored in options, which must
-// outlive the parsing. What is not given stays as the scene file has it.
+// Adds the scene itself, --backend, --method, --accuracy, --spacing and --particles to app; they are stored in options,
+// which must outlive the parsing. What is not given stays as the scene file has it.
 inline void add_scene_options(CLI::App& app, SceneOptions& options) {
   const std::map<std::string, Method> methods{{to_string(Method::paper), Method::paper},
                                               {to_string(Method::accurate), Method::accurate}};
@@ -44,14 +47,27 @@ inline void add_scene_options(CLI::App& app, SceneOptions& options) {
   app.add_option("--accuracy", options.overrides.accuracy, "accuracy level, instead of the scene's")
       ->transform(CLI::CheckedTransformer(accuracies).description(""))
       ->type_name("fast|balanced|accurate");
-  app.add_option("--spacing", options.overrides.spacing, "particle spacing in metres, instead of the scene's");
+  CLI::Option* spacing =
+      app.add_option("--spacing", options.overrides.spacing, "particle spacing in metres, instead of the scene's");
+  app.add_option(
+         "--particles", options.particles,
+         "choose the spacing so that fluids, elastic and free rigid bodies (else static ones) have about so many")
+      ->check(CLI::Range(1, 100000000))
+      ->excludes(spacing);
 }
 
-// Reads and samples the scene and sets its simulation up. Throws ConfigError that lists every fault of the scene, or
-// std::runtime_error when the back end cannot serve.
+// Reads and samples the scene. Throws ConfigError that lists every fault of the scene.
+inline Scene open_scene(const SceneOptions& options) {
+  const std::string file = find_scene_file(options.scene);
+  return sample_scene(options.particles ? load_scene_with_particles(file, options.overrides, *options.particles)
+                                        : load_scene(file, options.overrides),
+                      particles_in_memory());
+}
+
+// Opens the scene and sets its simulation up. Throws as open_scene, or std::runtime_error when the back end cannot
+// serve.
 inline std::unique_ptr<Simulation> open_simulation(const SceneOptions& options) {
-  const SceneConfig config = load_scene(find_scene_file(options.scene), options.overrides);
-  return make_simulation(sample_scene(config, particles_in_memory()), options.backend);
+  return make_simulation(open_scene(options), options.backend);
 }
 
 }  // namespace palp

@@ -40,6 +40,7 @@ int run(Arguments& a) {
   if (!a.path.empty()) a.run.path = palp::read_path(a.path);
   const auto simulation = palp::open_simulation(a.scene);
   const palp::Scene& scene = simulation->scene();
+  if (a.scene.particles) fmt::print(stderr, "{}\n", palp::particle_choice(scene, *a.scene.particles));
   fmt::print(stderr, "{}: {} particles, {}; {}\n", scene.config.name, scene.position.size(), simulation->backend_name(),
              simulation->numerics());
   a.run.progress = isatty(STDERR_FILENO) != 0;

@@ -156,6 +156,28 @@ TEST_F(DistanceTest, OfACutBall) {
   for (const ContactPoint& p : field.points()) EXPECT_LT(std::abs(field.at(p.position).d), 1e-4);
 }
 
+// The lid of what was cut out of a cup does not close it, however little it stands above the rim.
+TEST_F(DistanceTest, OfACup) {
+  ShapeConfig cup = box(Vector3d::Zero());
+  cup.type = ShapeType::cylinder;
+  cup.radius = 0.12;
+  cup.height = 0.4;
+  ShapeConfig cut = cup;
+  cut.subtract = true;
+  cut.radius = 0.1;
+  cut.position = {0, 0, 0.021};  // its floor at -0.179, its lid 21 mm above the rim
+  cup.orientation = cut.orientation = random_rotation(random_);
+  cut.position = cup.orientation * cut.position;
+  const Field field({cup, cut});
+  for (double z = -0.05; z < 0.19; z += 0.01) {
+    const Vector3d x(0.03, 0, z);
+    const Distance found = field.at(cup.orientation * x);
+    EXPECT_TRUE(within(found.d - 0.07, tol::kDistance)) << z;
+    EXPECT_LT((cup.orientation.conjugate() * found.n.cast<double>() + Vector3d::UnitX()).norm(), 1e-4) << z;
+  }
+  EXPECT_TRUE(within(field.at(cup.orientation * Vector3d(0.03, 0, -0.15)).d - 0.029, tol::kDistance)) << "the floor";
+}
+
 // A mesh's stored distances and normals: errors that a smooth surface may have by the nodes' distance.
 TEST_F(DistanceTest, OfAMesh) {
   const std::string file = ::testing::TempDir() + "contact_ball.obj";

@@ -7,19 +7,21 @@ set(physics_unit_sources
   conservation_test.cpp contact_test.cpp equations_test.cpp health_test.cpp heat_test.cpp kept_lists_test.cpp plan_test.cpp
   proxy_test.cpp rigid_test.cpp state_change_test.cpp viscosity_test.cpp)
 set(physics_sources
-  batter_test.cpp buoyancy_test.cpp change_motion_test.cpp cohesion_test.cpp contact_motion_test.cpp dam_break_test.cpp frozen_contact_test.cpp
-  density_ratio_test.cpp elastic_contact_test.cpp elastic_physics_test.cpp elastic_scenes_test.cpp heat_flow_test.cpp
-  hydrostatics_test.cpp melting_scenes_test.cpp plastic_physics_test.cpp rest_test.cpp resting_noise_test.cpp shear_flow_test.cpp stability_test.cpp
+  batter_test.cpp buoyancy_test.cpp change_motion_test.cpp cohesion_test.cpp contact_motion_test.cpp
+  crepe_scene_test.cpp cuboid_scenes_test.cpp dam_break_test.cpp density_ratio_test.cpp elastic_contact_test.cpp
+  elastic_physics_test.cpp elastic_scenes_test.cpp frozen_contact_test.cpp heat_flow_test.cpp hydrostatics_test.cpp
+  kitchen_scene_test.cpp melting_scenes_test.cpp plastic_physics_test.cpp rest_test.cpp resting_noise_test.cpp
+  shear_flow_test.cpp stability_test.cpp
   tear_physics_test.cpp)
 
 palp_test(NAME physics_unit_test SOURCES ${physics_unit_sources} ${physics_host_sources} ${physics_support}
   LIBS palp_simulation palp_scene palp_config LABELS unit)
 palp_test(NAME physics_test SOURCES ${physics_sources} ${physics_support}
-  LIBS palp_simulation palp_scene palp_config LABELS physics TIMEOUT 300)
+  LIBS palp_bridge palp_simulation palp_scene palp_config LABELS physics TIMEOUT 300)
 
 if(PALP_HAVE_CUDA)
   palp_test(NAME physics_gpu_test SOURCES ${physics_unit_sources} ${physics_sources} ${physics_support}
-    LIBS palp_simulation palp_scene palp_config LABELS gpu TIMEOUT 300)
+    LIBS palp_bridge palp_simulation palp_scene palp_config LABELS gpu TIMEOUT 300)
   target_compile_definitions(physics_gpu_test PRIVATE PALP_TEST_CUDA)
   palp_test(NAME cpu_vs_cuda_test SOURCES cpu_vs_cuda_test.cpp ${physics_support}
     LIBS palp_simulation palp_config LABELS gpu TIMEOUT 300)

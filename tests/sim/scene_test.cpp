@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <random>
 
 #include "config/error.h"
+#include "sim_server/particle_count.h"
 #include "tests/sim/scene_builder.h"
 
 namespace palp {
@@ -53,6 +55,25 @@ TEST(Scene, RigidBodiesHaveExactMassAndMoveAsOne) {
   }
   EXPECT_NEAR(sum, volume, 1e-12);
   EXPECT_TRUE(s.temperature.empty());
+}
+
+TEST(Scene, HasAsManyParticlesAsWanted) {
+  const std::string folder = PALP_SOURCE_DIR "/config/scenes/";
+  for (const char* state : {"fluid", "elastic", "rigid", "static"}) {
+    for (const std::size_t wanted : {1000, 3000, 10000, 30000}) {
+      const std::string file = folder + "cuboid_" + state + ".toml";
+      const Scene s = sample_scene(load_scene_with_particles(file, {}, wanted), 1000000);
+      SCOPED_TRACE(particle_choice(s, wanted));
+      const std::size_t block =
+          std::find_if(s.bodies.begin(), s.bodies.end(), [](const Body& b) { return b.name == "cuboid"; })->count;
+      EXPECT_EQ(matter_particles(s), block) << "the tool and what holds the cuboid do not count";
+      EXPECT_NEAR(static_cast<double>(block), static_cast<double>(wanted), 0.1 * static_cast<double>(wanted));
+    }
+  }
+  // curved matter in several bodies
+  const Scene s = sample_scene(load_scene_with_particles(folder + "submerged_sphere.toml", {}, 20000), 1000000);
+  EXPECT_NEAR(static_cast<double>(matter_particles(s)), 20000, 1000) << particle_choice(s, 20000);
+  EXPECT_THROW(load_scene_with_particles(folder + "taylor_green.toml", {}, 1000), ConfigError) << "read from a file";
 }
 
 TEST(Scene, BodiesFollowOneAnotherAndProxiesFindTheirs) {
