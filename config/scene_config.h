@@ -112,7 +112,7 @@ struct HeatZoneConfig {
   std::string where;
 };
 
-enum class Quantity { pressure, density, velocity, temperature, front, energy, extremes, body, heat };
+enum class Quantity { pressure, density, velocity, temperature, front, energy, extremes, body, heat, pieces };
 
 struct ProbeConfig {
   std::string name;

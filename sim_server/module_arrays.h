@@ -143,6 +143,10 @@ void allocate_change(B& back_end, const Scene& scene, const Plan& plan, StepView
   c.bond = back_end.template allocate<std::uint32_t>("bonds", all);
   c.own = back_end.template allocate<Packed>("bond vectors", all);
   c.other = back_end.template allocate<Packed>("bond vectors back", all);
+  v.pieces.id = back_end.template allocate<std::uint32_t>("pieces", n);
+  v.pieces.a = back_end.template allocate<std::uint32_t>("piece numbers", n);
+  v.pieces.b = back_end.template allocate<std::uint32_t>("piece numbers in work", n);
+  v.pieces.still = back_end.template allocate<std::uint32_t>("piece rounds", kPieceRounds);
   v.change_medium = make_change_medium(scene, plan);
 }
 
@@ -164,13 +168,19 @@ void reset_change(B& back_end, const Scene& scene, const Plan& plan, const StepV
   back_end.upload(c.own, store.own);
   back_end.upload(c.other, store.other);
   back_end.upload(v.state.solid, store.fraction);
+  back_end.upload(v.pieces.id, store.piece);
+  back_end.upload(v.pieces.still, std::vector<std::uint32_t>(kPieceRounds, 1));
 }
 
 // id: of each particle in the state's order.
 template <class B>
-void snapshot_change(B& back_end, const ParticleView& state, const std::vector<std::uint32_t>& id, Snapshot& out) {
+void snapshot_change(B& back_end, const Scene& scene, const Plan& plan, const StepViews& v,
+                     const std::vector<std::uint32_t>& id, Snapshot& out) {
   std::vector<real> solid(id.size());
-  back_end.download(solid, state.solid);
+  std::vector<std::uint32_t> piece(plan.slots);
+  back_end.download(solid, v.state.solid);
+  back_end.download(piece, v.pieces.id);
+  out.body_id = body_ids(scene, plan, piece);
   out.solid.resize(solid.size());
   for (std::size_t i = 0; i < solid.size(); ++i) out.solid[id[i]] = static_cast<float>(solid[i]);
 }

@@ -109,7 +109,7 @@ class SimulationOn final : public Simulation {
       store.scatter_heat(start, views_.heat_medium, out);
     }
     if (plan_.elastic) snapshot_elastic(back_end_, scene_, plan_, views_, out);
-    if (plan_.change) snapshot_change(back_end_, views_.state, store.id, out);
+    if (plan_.change) snapshot_change(back_end_, scene_, plan_, views_, store.id, out);
     out.time = output_.time;
   }
 

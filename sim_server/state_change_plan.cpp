@@ -24,6 +24,27 @@ std::pair<double, double> start_fraction(const Scene& scene, const Body& body, d
   return {std::max(set, frozen ? 1.0 : 0.0), set};
 }
 
+// The least slot that bonds lead to, of each that is solid.
+std::vector<std::uint32_t> start_pieces(const ChangeStore& store) {
+  std::vector<std::uint32_t> piece(store.solid.size(), kNone), open;
+  for (std::uint32_t first = 0; first < piece.size(); ++first) {
+    if (piece[first] != kNone || !(store.solid[first] > kPieceSolid)) continue;
+    piece[first] = first;
+    open.push_back(first);
+    while (!open.empty()) {
+      const std::uint32_t i = open.back();
+      open.pop_back();
+      for (std::uint32_t b = 0; b < store.bonds[i]; ++b) {
+        const std::uint32_t j = store.bond[std::size_t(i) * kMaxBonds + b];
+        if (piece[j] != kNone || !(store.solid[j] > kPieceSolid)) continue;
+        piece[j] = first;
+        open.push_back(j);
+      }
+    }
+  }
+  return piece;
+}
+
 // A slot's material: a tool has that of the matter around it.
 std::uint32_t bonded_material(const Scene& scene, const Plan& plan, std::uint32_t body) {
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
@@ -132,6 +153,34 @@ ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
     correction[i] = c.inverse;
     projection[i] = c.projection;
   }
+  piece = start_pieces(*this);
+}
+
+namespace {
+
+// Calls f(body, particle, number) for the slots that have a number.
+template <class F>
+void each_numbered(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& number, F&& f) {
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
+    for (std::uint32_t k = 0; plan.slot_first[b] != kNone && k < scene.bodies[b].count; ++k)
+      if (const std::uint32_t n = number[plan.slot_first[b] + k]; n != kNone) f(b, scene.bodies[b].first + k, n);
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> body_ids(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& piece) {
+  std::vector<std::uint32_t> out = scene.body, name(piece.size(), kNone);
+  each_numbered(scene, plan, piece, [&](std::uint32_t b, std::uint32_t, std::uint32_t id) {
+    if (!plan.changes[b]) name[id] = std::min(name[id], b);
+  });
+  // bodies and their slots have the same order, so a piece's first particle comes first
+  each_numbered(scene, plan, piece, [&](std::uint32_t, std::uint32_t p, std::uint32_t id) {
+    if (name[id] == kNone) name[id] = static_cast<std::uint32_t>(scene.bodies.size()) + p;
+  });
+  each_numbered(scene, plan, piece, [&](std::uint32_t b, std::uint32_t p, std::uint32_t id) {
+    if (plan.changes[b]) out[p] = name[id];
+  });
+  return out;
 }
 
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim_server/physics/state_change.h"
+#include "sim_server/physics/pieces.h"
 #include "sim_server/plan.h"
 
 namespace palp {
@@ -25,11 +25,15 @@ struct ChangeStore {
   std::vector<Quat> rotation;
   std::vector<Mat3> correction, projection;
   std::vector<std::uint32_t> bonds, bond;
-  std::vector<real> fraction;  // by particle
+  std::vector<std::uint32_t> piece;  // PieceViews::id
+  std::vector<real> fraction;        // by particle
 
   // What is solid at the start is bonded as it lies.
   ChangeStore(const Scene& scene, const Plan& plan);
 };
+
+// Snapshot::body_id. piece: PieceViews::id.
+std::vector<std::uint32_t> body_ids(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& piece);
 
 ChangeMedium make_change_medium(const Scene& scene, const Plan& plan);
 

@@ -9,6 +9,7 @@
 #include "sim_server/physics/heat.h"
 #include "sim_server/physics/integrate.h"
 #include "sim_server/physics/paper.h"
+#include "sim_server/physics/pieces.h"
 #include "sim_server/physics/rigid.h"
 #include "sim_server/physics/tear.h"
 #include "sim_server/plan.h"
@@ -42,6 +43,7 @@ struct StepViews {
   ChangeMedium change_medium;
   ChangeViews change;
   const std::uint32_t* change_force_of = nullptr;  // BondForce::force_of
+  PieceViews pieces;
 };
 
 // Whether two particles ever act on each other: stored neighbour lists leave out the pairs that do not.
@@ -128,12 +130,26 @@ void bond_stages(B& back_end, const StepViews& v) {
   back_end.for_each_group("bond force", n, BondForce{v.change, v.body, v.change_force_of, v.grid, kernel, v.medium});
 }
 
+// Which of what is solid hangs together.
+template <class B>
+void piece_stages(B& back_end, const StepViews& v) {
+  const std::uint32_t n = v.change.count;
+  back_end.for_each("pieces begin", n, BeginPieces{v.change, v.pieces});
+  back_end.for_each("pieces begin", kPieceRounds, BeginRounds{v.pieces});
+  for (std::uint32_t round = 0; round < kPieceRounds; ++round) {
+    back_end.for_each("pieces join", n, JoinPieces{v.change, v.pieces, round});
+    back_end.for_each("pieces join", n, JumpPieces{v.pieces, round});
+  }
+  back_end.for_each("pieces", n, NamePieces{v.change, v.pieces});
+}
+
 // After heat has flown.
 template <class B>
 void change_stages(B& back_end, const StepViews& v) {
   const WendlandC2 kernel = WendlandC2::with_support(v.change_medium.support);
   back_end.for_each("solid fractions", v.particles, ChangeFractions{v.state, v.change, v.change_medium});
   back_end.for_each("bonds", v.particles, ChangeBonds{v.state, v.change, v.grid, kernel, v.change_medium});
+  piece_stages(back_end, v);
 }
 
 template <class B>

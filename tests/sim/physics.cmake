@@ -2,7 +2,7 @@
 # but those that call kernels on the host, make the GPU's, whose tests skip themselves where there is no GPU.
 set(physics_support ../support/backend.cpp ../support/equations.cpp)
 set(physics_host_sources
-  distance_test.cpp elastic_test.cpp kernels_test.cpp neighbors_test.cpp plastic_test.cpp tear_test.cpp)
+  distance_test.cpp elastic_test.cpp kernels_test.cpp neighbors_test.cpp pieces_test.cpp plastic_test.cpp tear_test.cpp)
 set(physics_unit_sources
   conservation_test.cpp contact_test.cpp equations_test.cpp health_test.cpp heat_test.cpp kept_lists_test.cpp plan_test.cpp
   proxy_test.cpp rigid_test.cpp state_change_test.cpp viscosity_test.cpp)
