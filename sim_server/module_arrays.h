@@ -148,6 +148,19 @@ void allocate_change(B& back_end, const Scene& scene, const Plan& plan, StepView
   v.pieces.b = back_end.template allocate<std::uint32_t>("piece numbers in work", n);
   v.pieces.still = back_end.template allocate<std::uint32_t>("piece rounds", kPieceRounds);
   v.change_medium = make_change_medium(scene, plan);
+  if (!plan.rigidifies) return;
+  RigidViews& r = v.rigid_pieces;
+  r.root = back_end.template allocate<std::uint32_t>("rigid root", n);
+  r.local = back_end.template allocate<Packed>("rigid local", n);
+  r.push = back_end.template allocate<Packed>("rigid push", n);
+  r.piece = back_end.template allocate<RigidPiece>("rigid pieces", n);
+  r.list = back_end.template allocate<std::uint32_t>("rigid list", kMaxRigidPieces);
+  r.past = back_end.template allocate<std::uint32_t>("rigid past threshold", n);
+  r.whole = back_end.template allocate<std::uint32_t>("rigid whole", n);
+  r.same = back_end.template allocate<std::uint32_t>("rigid same", n);
+  r.last = back_end.template allocate<std::uint32_t>("rigid last", n);
+  r.place = back_end.template allocate<std::uint32_t>("rigid place", n);
+  r.roots = back_end.template allocate<std::uint32_t>("rigid roots", rigid_chunks(plan.slots));
 }
 
 template <class B>
@@ -170,6 +183,9 @@ void reset_change(B& back_end, const Scene& scene, const Plan& plan, const StepV
   back_end.upload(v.state.solid, store.fraction);
   back_end.upload(v.pieces.id, store.piece);
   back_end.upload(v.pieces.still, std::vector<std::uint32_t>(kPieceRounds, 1));
+  if (!plan.rigidifies) return;
+  back_end.upload(v.rigid_pieces.root, std::vector<std::uint32_t>(plan.slots, kNone));
+  back_end.upload(v.rigid_pieces.list, std::vector<std::uint32_t>(kMaxRigidPieces, kNone));
 }
 
 // id: of each particle in the state's order.
@@ -181,6 +197,10 @@ void snapshot_change(B& back_end, const Scene& scene, const Plan& plan, const St
   back_end.download(solid, v.state.solid);
   back_end.download(piece, v.pieces.id);
   out.body_id = body_ids(scene, plan, piece);
+  if (plan.rigidifies) {
+    back_end.download(piece, v.rigid_pieces.root);
+    out.rigid = rigid_particles(scene, plan, piece);
+  }
   out.solid.resize(solid.size());
   for (std::size_t i = 0; i < solid.size(); ++i) out.solid[id[i]] = static_cast<float>(solid[i]);
 }

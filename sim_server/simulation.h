@@ -90,6 +90,7 @@ struct Snapshot {
   // solid, that of a tool which holds the piece, else the number of the scene's bodies and the index of the piece's
   // first particle. Empty when nothing changes state.
   std::vector<std::uint32_t> body_id;
+  std::vector<std::uint8_t> rigid;  // 1: its piece moves as a rigid body; empty when nothing becomes one
 };
 
 // What a plan costs: for tests of lightness and for the printed report.

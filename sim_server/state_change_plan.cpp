@@ -69,6 +69,8 @@ void plan_slots(const Scene& scene, Plan& plan) {
   for (std::uint32_t b = 0; b < count; ++b) {
     if (!changes_state(scene, scene.bodies[b])) continue;
     plan.changes[b] = held[b] = plan.change = true;
+    const MaterialConfig& m = material_of(scene, scene.bodies[b]);
+    if (m.rigid_below || m.rigid_when_set) plan.rigidifies = true;
     for (const std::uint32_t other : scene.bodies[b].bonded_to) held[other] = true;
   }
   if (!plan.change) return;
@@ -183,6 +185,13 @@ std::vector<std::uint32_t> body_ids(const Scene& scene, const Plan& plan, const 
   return out;
 }
 
+std::vector<std::uint8_t> rigid_particles(const Scene& scene, const Plan& plan,
+                                          const std::vector<std::uint32_t>& root) {
+  std::vector<std::uint8_t> out(scene.position.size(), 0);
+  each_numbered(scene, plan, root, [&](std::uint32_t, std::uint32_t p, std::uint32_t) { out[p] = 1; });
+  return out;
+}
+
 namespace {
 
 // sum |dF/dx| of a particle in the corner of a lattice, the most that a lattice has [1/m].
@@ -219,6 +228,8 @@ ChangeMedium make_change_medium(const Scene& scene, const Plan& plan) {
     const MaterialConfig& from = scene.config.materials[i];
     m.heat[i] = heat.material[i];
     m.cooking[i] = static_cast<real>(from.cooking_temperature.value_or(0));
+    m.rigid_below[i] = static_cast<real>(from.rigid_below.value_or(0));
+    m.rigid_when_set[i] = from.rigid_when_set;
     m.cooking_rate[i] = static_cast<real>(from.cooking_temperature ? 1 / from.cooking_time : 0);
   }
   m.dt = static_cast<real>(plan.heat_interval / scene.config.rate_hz);

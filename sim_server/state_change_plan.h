@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim_server/physics/pieces.h"
+#include "sim_server/physics/rigid_pieces.h"
 #include "sim_server/plan.h"
 
 namespace palp {
@@ -34,6 +34,9 @@ struct ChangeStore {
 
 // Snapshot::body_id. piece: PieceViews::id.
 std::vector<std::uint32_t> body_ids(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& piece);
+
+// Snapshot::rigid. root: RigidViews::root.
+std::vector<std::uint8_t> rigid_particles(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& root);
 
 ChangeMedium make_change_medium(const Scene& scene, const Plan& plan);
 

@@ -174,14 +174,17 @@ PALP_HD inline CoupledMass coupled_mass(real mass, const Mat3& inertia, const Ve
   return {mass, damper, r, A.inverse()};
 }
 
-PALP_HD inline Mat3 world_inverse_inertia(const BodyState& b, const Quat& q) {
+// Of BodyState, or of anything else with these members.
+template <class Body>
+PALP_HD inline Mat3 world_inverse_inertia(const Body& b, const Quat& q) {
   const Mat3 R = q.toRotationMatrix();
   return R * b.inverse_inertia * R.transpose();
 }
 
 // Symplectic Euler for the centre; for the rotation the angular momentum is the state, so it is kept exactly, and the
 // angular velocity is taken at mid-step, which keeps the energy to second order.
-PALP_HD inline void advance_free_body(BodyState& b, const Vec3& gravity, real dt) {
+template <class Body>
+PALP_HD inline void advance_free_body(Body& b, const Vec3& gravity, real dt) {
   b.v += dt * (b.force / b.mass + gravity);
   b.x += dt * b.v;
   b.L += dt * b.torque;

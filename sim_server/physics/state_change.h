@@ -59,10 +59,12 @@ struct ChangeMedium {
   HeatMaterial heat[kMaxMaterials];
   real cooking[kMaxMaterials];       // temperature from which it sets [K]; 0: never
   real cooking_rate[kMaxMaterials];  // of the share that has set [1/s]
-  real dt;                           // between two changes [s]
-  real support;                      // H of bonds [m]
-  real slack;                        // how far particles may be from where the grid has them [m]
-  real most_reach;                   // of sum |dF/dx|, that a particle has with its stiffness in full [1/m]
+  real rigid_below[kMaxMaterials];   // temperature below which what is solid is rigid [K]; 0: never
+  bool rigid_when_set[kMaxMaterials];
+  real dt;          // between two changes [s]
+  real support;     // H of bonds [m]
+  real slack;       // how far particles may be from where the grid has them [m]
+  real most_reach;  // of sum |dF/dx|, that a particle has with its stiffness in full [1/m]
 };
 
 // Solid fractions from enthalpy and temperature, over the particles.
