@@ -157,7 +157,7 @@ class SimulationOn final : public Simulation {
     v.id = back_end_.template allocate<std::uint32_t>(set + " id", n);
     if (plan_.temperature) v.temperature = back_end_.template allocate<real>(set + " temperature", n);
     if (plan_.heat) v.enthalpy = back_end_.template allocate<real>(set + " enthalpy", n);
-    if (plan_.change) v.solid = back_end_.template allocate<real>(set + " solid fraction", n);
+    if (plan_.change) v.solid = back_end_.template allocate<Solidity>(set + " solid fraction", n);
     return v;
   }
 

@@ -99,7 +99,7 @@ ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
   solid.resize(plan.slots);
   set.resize(plan.slots);
   rotation.assign(plan.slots, Quat::Identity());
-  fraction.assign(scene.position.size(), real(0));
+  fraction.assign(scene.position.size(), Solidity{0, kNone});
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& from = scene.bodies[b];
     if (plan.slot_first[b] == kNone) continue;
@@ -116,7 +116,7 @@ ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
       v[s] = pack(scene.velocity[p].cast<real>(), 0);
       const auto [now, lasting] =
           plan.changes[b] ? start_fraction(scene, from, scene.temperature[p]) : std::pair(1.0, 1.0);
-      fraction[p] = solid[s] = static_cast<real>(now);
+      solid[s] = static_cast<real>(now);
       set[s] = static_cast<real>(lasting);
     }
   }
@@ -156,6 +156,7 @@ ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
     projection[i] = c.projection;
   }
   piece = start_pieces(*this);
+  for (std::uint32_t s = 0; s < plan.slots; ++s) fraction[particle[s]] = {solid[s], piece[s]};
 }
 
 namespace {

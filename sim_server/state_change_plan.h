@@ -25,14 +25,14 @@ struct ChangeStore {
   std::vector<Quat> rotation;
   std::vector<Mat3> correction, projection;
   std::vector<std::uint32_t> bonds, bond;
-  std::vector<std::uint32_t> piece;  // PieceViews::id
-  std::vector<real> fraction;        // by particle
+  std::vector<std::uint32_t> piece;
+  std::vector<Solidity> fraction;  // by particle
 
   // What is solid at the start is bonded as it lies.
   ChangeStore(const Scene& scene, const Plan& plan);
 };
 
-// Snapshot::body_id. piece: PieceViews::id.
+// Snapshot::body_id. piece: ChangeViews::piece.
 std::vector<std::uint32_t> body_ids(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& piece);
 
 // Snapshot::rigid. root: RigidViews::root.

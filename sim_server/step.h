@@ -149,10 +149,10 @@ template <class B>
 void rigidify_stages(B& back_end, const StepViews& v) {
   const std::uint32_t n = v.change.count, chunks = std::max(rigid_chunks(n), kMaxRigidPieces);
   back_end.for_each("rigid find", v.particles, FindPast{v.state, v.change, v.rigid_pieces, v.change_medium});
-  back_end.for_each("rigid find", n, FindWhole{v.change, v.pieces, v.rigid_pieces, v.grid});
-  back_end.for_each("rigid list", chunks, CountRoots{v.pieces, v.rigid_pieces, n});
-  back_end.for_each("rigid list", n, ListRoots{v.pieces, v.rigid_pieces});
-  back_end.for_each("rigid assign", n, AssignRigid{v.pieces, v.rigid_pieces});
+  back_end.for_each("rigid find", n, FindWhole{v.change, v.rigid_pieces, v.grid});
+  back_end.for_each("rigid list", chunks, CountRoots{v.change, v.rigid_pieces, n});
+  back_end.for_each("rigid list", n, ListRoots{v.change, v.rigid_pieces});
+  back_end.for_each("rigid assign", n, AssignRigid{v.change, v.rigid_pieces});
   back_end.for_each_block("rigid form", kMaxRigidPieces, FormRigid{v.change, v.rigid_pieces, v.grid});
 }
 
@@ -162,6 +162,7 @@ void change_stages(B& back_end, const Plan& plan, const StepViews& v) {
   const WendlandC2 kernel = WendlandC2::with_support(v.change_medium.support);
   back_end.for_each("solid fractions", v.particles, ChangeFractions{v.state, v.change, v.change_medium});
   back_end.for_each("bonds", v.particles, ChangeBonds{v.state, v.change, v.grid, kernel, v.change_medium});
+  back_end.for_each("pieces act", v.particles, ActPieces{v.state, v.change});
   piece_stages(back_end, v);
   if (plan.rigidifies) rigidify_stages(back_end, v);
 }

@@ -27,7 +27,6 @@ inline constexpr std::uint32_t kPieceRounds = 8;
 inline constexpr real kPieceSolid = real(0.5);
 
 struct PieceViews {
-  std::uint32_t* id = nullptr;     // by slot; kNone: liquid
   std::uint32_t* a = nullptr;      // by slot
   std::uint32_t* b = nullptr;      // by slot
   std::uint32_t* still = nullptr;  // by round: whether it changed nothing
@@ -103,9 +102,21 @@ struct NamePieces {
 
   PALP_HD void operator()(std::uint32_t k) const {
     if (!(change.solid[k] > kPieceSolid))
-      pieces.id[k] = kNone;
+      change.piece[k] = kNone;
     else if (pieces.still[kPieceRounds - 1] != 0)
-      pieces.id[k] = pieces.a[k];
+      change.piece[k] = pieces.a[k];
+  }
+};
+
+// From now on forces go by what the last change found; what it joined has its bonds by then. Over the particles.
+struct ActPieces {
+  ParticleView state;
+  ChangeViews change;
+
+  PALP_HD void operator()(std::uint32_t i) const {
+    const std::uint32_t k = slot_of(change, state.tag[i], state.id[i]);
+    if (k == kNone) return;
+    change.acting[k] = state.solid[i].piece = change.piece[k];
   }
 };
 

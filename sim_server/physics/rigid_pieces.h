@@ -77,12 +77,11 @@ struct FindPast {
 // Whether whole pieces are, over the slots.
 struct FindWhole {
   ChangeViews change;
-  PieceViews pieces;
   RigidViews rigid;
   CellGrid grid;
 
   PALP_HD void operator()(std::uint32_t k) const {
-    const std::uint32_t id = pieces.id[k];
+    const std::uint32_t id = change.piece[k];
     if (id == kNone) return;
     if (rigid.past[k] == 0 || !has_one_place(k, id)) lower(rigid.whole + id, 0);
   }
@@ -94,7 +93,7 @@ struct FindWhole {
     const Vec3 x_k = change.x[k].xyz(), r = separation(grid, x_k, change.x[id]);
     for (std::uint32_t b = 0; b < change.bonds[k]; ++b) {
       const std::uint32_t j = change.bond[row + b];
-      if (pieces.id[j] != id) continue;
+      if (change.piece[j] != id) continue;
       const Vec3 gap = r - separation(grid, change.x[j].xyz(), change.x[id]) - separation(grid, x_k, change.x[j]);
       for (int a = 0; a < 3; ++a)
         if (grid.periodic(a) && Eigen::numext::abs(gap[a]) > real(0.5) * grid.period[a]) return false;
@@ -103,13 +102,13 @@ struct FindWhole {
   }
 };
 
-PALP_HD inline bool is_rigid_root(const PieceViews& pieces, const RigidViews& rigid, std::uint32_t k) {
-  return pieces.id[k] == k && rigid.whole[k] != 0;
+PALP_HD inline bool is_rigid_root(const ChangeViews& change, const RigidViews& rigid, std::uint32_t k) {
+  return change.piece[k] == k && rigid.whole[k] != 0;
 }
 
 // Over the chunks, and the list.
 struct CountRoots {
-  PieceViews pieces;
+  ChangeViews change;
   RigidViews rigid;
   std::uint32_t slots;
 
@@ -117,24 +116,24 @@ struct CountRoots {
     if (c < kMaxRigidPieces) rigid.list[c] = kNone;
     std::uint32_t roots = 0;
     for (std::uint32_t k = c * kRigidChunk; k < (c + 1) * kRigidChunk && k < slots; ++k)
-      if (is_rigid_root(pieces, rigid, k)) ++roots;
+      if (is_rigid_root(change, rigid, k)) ++roots;
     if (c * kRigidChunk < slots) rigid.roots[c] = roots;
   }
 };
 
 // In the order of the slots, which they are the threads of.
 struct ListRoots {
-  PieceViews pieces;
+  ChangeViews change;
   RigidViews rigid;
 
   PALP_HD void operator()(std::uint32_t k) const {
     rigid.place[k] = kNone;
-    if (!is_rigid_root(pieces, rigid, k)) return;
+    if (!is_rigid_root(change, rigid, k)) return;
     const std::uint32_t chunk = k / kRigidChunk;
     std::uint32_t place = 0;
     for (std::uint32_t c = 0; c < chunk; ++c) place += rigid.roots[c];
     for (std::uint32_t other = chunk * kRigidChunk; other < k; ++other)
-      if (is_rigid_root(pieces, rigid, other)) ++place;
+      if (is_rigid_root(change, rigid, other)) ++place;
     if (place >= kMaxRigidPieces) return;
     rigid.place[k] = place;
     rigid.list[place] = k;
@@ -143,11 +142,11 @@ struct ListRoots {
 
 // Who belongs to which, and what has changed in that, over the slots.
 struct AssignRigid {
-  PieceViews pieces;
+  ChangeViews change;
   RigidViews rigid;
 
   PALP_HD void operator()(std::uint32_t k) const {
-    const std::uint32_t id = pieces.id[k], before = rigid.root[k];
+    const std::uint32_t id = change.piece[k], before = rigid.root[k];
     const std::uint32_t now = id != kNone && rigid.place[id] != kNone ? id : kNone;
     if (now != before) {
       if (now != kNone) lower(rigid.same + now, 0);

@@ -94,6 +94,38 @@ TEST(StateChange, PiecesSplitAndMerge) {
   EXPECT_EQ(number_of(snapshot_of(*simulation).body_id, scene.bodies.size()), 1u);
 }
 
+// Two pieces of one body are two bodies: they bounce off each other.
+TEST(StateChange, PiecesOfABodyMeet) {
+  for (const bool rigid : {false, true}) {
+    Scene scene = melting_scene(1e5);
+    if (rigid) scene.config.materials[0].rigid_below = kMelting - 5;
+    const auto body = add_body(scene, "two", BodyType::elastic, 0, {-0.05, -0.02, -0.02}, {0.05, 0.02, 0.02},
+                               [](const Eigen::Vector3d& x) { return std::abs(x.x()) > 0.02; });
+    for (std::size_t i = 0; i < scene.position.size(); ++i)
+      scene.velocity[i] = {scene.position[i].x() > 0 ? -0.2 : 0.2, 0, 0};
+    scene.temperature.assign(scene.position.size(), kMelting - 6);
+    const auto simulation = simulate(scene);
+    double closest = 1, gap = 1;
+    const Motion start = motion_of(scene, snapshot_of(*simulation));
+    for (int k = 0; k < 40; ++k) {
+      run_until(*simulation, 0.01 * k);
+      ASSERT_TRUE(simulation->output().health.ok);
+      const Snapshot s = snapshot_of(*simulation);
+      EXPECT_EQ(number_of(s.body_id, scene.bodies.size()), 2u);
+      gap = 0;
+      for (std::size_t i = 0; i < scene.position.size(); ++i)
+        gap += (scene.position[i].x() > 0 ? 2.0 : -2.0) * s.position[3 * i] / scene.bodies[body].count;
+      closest = std::min(closest, gap);
+      const Motion now = motion_of(scene, s);
+      EXPECT_LE(now.kinetic, start.kinetic * (1 + value_of(tol::kChangeEnergy)));
+      EXPECT_TRUE(within(now.momentum.norm() / (0.2 * mass_of(scene)), tol::kChangeMomentum));
+    }
+    RecordProperty(rigid ? "rigid_closest" : "closest", std::to_string(closest));
+    EXPECT_GT(closest, 2.5 * kSpacing) << "they are three spacings thick";
+    EXPECT_GT(gap, closest + 0.5 * kSpacing);
+  }
+}
+
 TEST(StateChange, WithAWrenchIsRefused) {
   Scene scene = on_a_floor(BodyType::elastic, kMelting - 1);
   ProbeConfig probe;
