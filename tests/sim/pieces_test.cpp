@@ -143,8 +143,7 @@ TEST_F(Pieces, ThatMeltWhileTheyAreNumberedHaveNone) {
     change();
     for (real& K : solid_) K = static_cast<real>(between(0, 1) < 0.5 ? 0 : 1);
     change();
-    for (std::uint32_t k = 0; k < count_; ++k)
-      ASSERT_TRUE(solid_[k] > kPieceSolid || id_[k] == kNone);
+    for (std::uint32_t k = 0; k < count_; ++k) ASSERT_TRUE(solid_[k] > kPieceSolid || id_[k] == kNone);
     changes_to_settle();
     change();
     changes_to_settle();
