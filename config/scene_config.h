@@ -37,6 +37,8 @@ struct MaterialConfig {
   double latent_heat = 0;                        // [J/kg], above 0 when it melts
   std::optional<double> cooking_temperature;     // from which it sets for good [K]; unset: never
   double cooking_time = 1;                       // that it takes [s]
+  std::optional<double> rigid_below;             // solid matter colder than this is rigid [K]; unset: none is
+  bool rigid_when_set = false;                   // what has set for good is rigid
   std::array<float, 3> color{0.3f, 0.5f, 0.9f};  // sRGB
   std::string where;                             // file:line, for messages
 };
@@ -112,7 +114,7 @@ struct HeatZoneConfig {
   std::string where;
 };
 
-enum class Quantity { pressure, density, velocity, temperature, front, energy, extremes, body, heat };
+enum class Quantity { pressure, density, velocity, temperature, front, energy, extremes, body, heat, pieces };
 
 struct ProbeConfig {
   std::string name;

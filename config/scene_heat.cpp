@@ -74,6 +74,18 @@ void read_heat_keys(TomlTable& table, MaterialConfig& material) {
   if (table.has("cooking_temperature") && !material.young_modulus)
     table.fault("cooking_temperature",
                 "cooking_temperature is given without young_modulus, expected that of the cooked material in Pa");
+  material.rigid_below = table.number("rigid_below", kTemperature);
+  material.rigid_when_set = table.boolean("rigid_when_set").value_or(false);
+  if (material.rigid_when_set && !table.has("cooking_temperature"))
+    table.fault("rigid_when_set", "rigid_when_set is true, but nothing sets; give a cooking_temperature in K");
+  if (material.rigid_below &&
+      !(material.young_modulus && (material.melting_temperature || table.has("cooking_temperature"))))
+    table.fault("rigid_below",
+                "rigid_below is given, but the material does not change state; give it a young_modulus, and a "
+                "melting_temperature or a cooking_temperature");
+  if (material.rigid_below && material.melting_temperature && *material.rigid_below > *material.melting_temperature)
+    table.fault("rigid_below", fmt::format("rigid_below is {}, expected at most the melting_temperature, which is {}",
+                                           *material.rigid_below, *material.melting_temperature));
   for (const char* key : {"conductivity", "melting_temperature", "cooking_temperature"}) {
     if (table.has(key) && !table.has("heat_capacity"))
       table.fault(key, fmt::format("{} is given without heat_capacity, expected one in J/(kg K)", key));

@@ -9,7 +9,7 @@ namespace palp {
 namespace {
 
 const std::vector<std::string> kQuantities{"pressure", "density",  "velocity", "temperature", "front",
-                                           "energy",   "extremes", "body",     "heat"};
+                                           "energy",   "extremes", "body",     "heat",        "pieces"};
 
 bool is_field(Quantity quantity) { return quantity <= Quantity::temperature; }
 
@@ -83,7 +83,8 @@ void check_place(TomlTable& table, const SceneConfig& scene, const ProbeConfig& 
       break;
     }
   }
-  const bool of_heat = probe.quantity == Quantity::temperature || probe.quantity == Quantity::heat;
+  const bool of_heat =
+      probe.quantity == Quantity::temperature || probe.quantity == Quantity::heat || probe.quantity == Quantity::pieces;
   if (of_heat && !has_temperature(scene)) {
     table.fault("quantity", fmt::format("quantity is \"{}\", but no body has a temperature",
                                         kQuantities[static_cast<std::size_t>(probe.quantity)]));

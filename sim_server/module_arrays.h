@@ -149,7 +149,25 @@ void allocate_change(B& back_end, const Scene& scene, const Plan& plan, StepView
   c.bond = back_end.template allocate<std::uint32_t>("bonds", all);
   c.own = back_end.template allocate<Packed>("bond vectors", all);
   c.other = back_end.template allocate<Packed>("bond vectors back", all);
+  c.piece = back_end.template allocate<std::uint32_t>("pieces", n);
+  c.acting = back_end.template allocate<std::uint32_t>("pieces that act", n);
+  v.pieces.a = back_end.template allocate<std::uint32_t>("piece numbers", n);
+  v.pieces.b = back_end.template allocate<std::uint32_t>("piece numbers in work", n);
+  v.pieces.still = back_end.template allocate<std::uint32_t>("piece rounds", kPieceRounds);
   v.change_medium = make_change_medium(scene, plan);
+  if (!plan.rigidifies) return;
+  RigidViews& r = v.rigid_pieces;
+  r.root = back_end.template allocate<std::uint32_t>("rigid root", n);
+  r.local = back_end.template allocate<Packed>("rigid local", n);
+  r.push = back_end.template allocate<Packed>("rigid push", n);
+  r.piece = back_end.template allocate<RigidPiece>("rigid pieces", n);
+  r.list = back_end.template allocate<std::uint32_t>("rigid list", kMaxRigidPieces);
+  r.past = back_end.template allocate<std::uint32_t>("rigid past threshold", n);
+  r.whole = back_end.template allocate<std::uint32_t>("rigid whole", n);
+  r.same = back_end.template allocate<std::uint32_t>("rigid same", n);
+  r.last = back_end.template allocate<std::uint32_t>("rigid last", n);
+  r.place = back_end.template allocate<std::uint32_t>("rigid place", n);
+  r.roots = back_end.template allocate<std::uint32_t>("rigid roots", rigid_chunks(plan.slots));
 }
 
 template <class B>
@@ -170,15 +188,29 @@ void reset_change(B& back_end, const Scene& scene, const Plan& plan, const StepV
   back_end.upload(c.own, store.own);
   back_end.upload(c.other, store.other);
   back_end.upload(v.state.solid, store.fraction);
+  back_end.upload(c.piece, store.piece);
+  back_end.upload(c.acting, store.piece);
+  back_end.upload(v.pieces.still, std::vector<std::uint32_t>(kPieceRounds, 1));
+  if (!plan.rigidifies) return;
+  back_end.upload(v.rigid_pieces.root, std::vector<std::uint32_t>(plan.slots, kNone));
+  back_end.upload(v.rigid_pieces.list, std::vector<std::uint32_t>(kMaxRigidPieces, kNone));
 }
 
 // id: of each particle in the state's order.
 template <class B>
-void snapshot_change(B& back_end, const ParticleView& state, const std::vector<std::uint32_t>& id, Snapshot& out) {
-  std::vector<real> solid(id.size());
-  back_end.download(solid, state.solid);
+void snapshot_change(B& back_end, const Scene& scene, const Plan& plan, const StepViews& v,
+                     const std::vector<std::uint32_t>& id, Snapshot& out) {
+  std::vector<Solidity> solid(id.size());
+  std::vector<std::uint32_t> piece(plan.slots);
+  back_end.download(solid, v.state.solid);
+  back_end.download(piece, v.change.piece);
+  out.body_id = body_ids(scene, plan, piece);
+  if (plan.rigidifies) {
+    back_end.download(piece, v.rigid_pieces.root);
+    out.rigid = rigid_particles(scene, plan, piece);
+  }
   out.solid.resize(solid.size());
-  for (std::size_t i = 0; i < solid.size(); ++i) out.solid[id[i]] = static_cast<float>(solid[i]);
+  for (std::size_t i = 0; i < solid.size(); ++i) out.solid[id[i]] = static_cast<float>(solid[i].K);
 }
 
 // A parameter that is set later may be the first to ask for it.

@@ -30,6 +30,7 @@ struct Plan {
   bool temperature = false;  // carried
   bool heat = false;         // conducted, lost and supplied
   bool change = false;       // matter that melts, freezes or sets
+  bool rigidifies = false;   // and becomes rigid
   // numerics
   double support = 0;          // H [m]
   double elastic_support = 0;  // of elastic bodies [m]

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "sim_server/point_grid.h"
 
@@ -77,6 +78,9 @@ std::vector<std::string> probe_columns(const ProbeConfig& probe) {
     case Quantity::heat:
       more({"heat_J", "min_temperature_K", "mean_temperature_K", "max_temperature_K", "liquid_fraction"});
       break;
+    case Quantity::pieces:
+      more({"pieces", "largest_kg"});
+      break;
     case Quantity::body:
       more({"x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s",
             "wz_rad_s", "fx_N", "fy_N", "fz_N", "tx_N_m", "ty_N_m", "tz_N_m"});
@@ -114,6 +118,9 @@ std::vector<ProbeRow> ProbeSampler::evaluate(const ProbeConfig& probe) const {
       break;
     case Quantity::heat:
       rows.push_back(heat(probe));
+      break;
+    case Quantity::pieces:
+      rows.push_back(pieces(probe));
       break;
     default:
       for (const Eigen::Vector3d& point : probe.points) {
@@ -269,6 +276,20 @@ ProbeRow ProbeSampler::heat(const ProbeConfig& probe) const {
     }
   }
   return {finite(flows ? taken_up : NAN), finite(low), finite(mean / mass), finite(high), finite(liquid / melting)};
+}
+
+// Of matter that changes state: how many pieces it is solid in, and the mass of the largest.
+ProbeRow ProbeSampler::pieces(const ProbeConfig& probe) const {
+  std::map<std::uint32_t, double> mass;
+  double largest = 0;
+  for (std::size_t i = 0; i < snapshot_->body_id.size(); ++i) {
+    const std::uint32_t b = scene_.body[i], id = snapshot_->body_id[i];
+    if (!counts(probe, b) || id == b) continue;
+    double& sum = mass[id];
+    sum += scene_.config.materials[scene_.bodies[b].material].density * scene_.volume[i];
+    largest = std::max(largest, sum);
+  }
+  return {finite(static_cast<double>(mass.size())), finite(largest)};
 }
 
 BodyOutput ProbeSampler::body_state(std::size_t index) const {

@@ -41,6 +41,7 @@ class ProbeSampler {
   ProbeRow extremes(const ProbeConfig& probe) const;
   ProbeRow body(const ProbeConfig& probe) const;
   ProbeRow heat(const ProbeConfig& probe) const;
+  ProbeRow pieces(const ProbeConfig& probe) const;
   BodyOutput body_state(std::size_t index) const;
   bool counts(const ProbeConfig& probe, std::size_t body) const;
 

@@ -86,6 +86,11 @@ struct Snapshot {
   std::vector<float> heat;         // taken up by the particle since the start [J]; empty when nothing conducts
   std::vector<float> liquid;       // fraction, 0..1; NaN: does not melt; empty when nothing conducts
   std::vector<float> solid;        // fraction K^d, 0..1; empty when nothing changes state
+  // The body that the particle belongs to: the index of the scene's body, or, in a piece of what changes state and is
+  // solid, that of a tool which holds the piece, else the number of the scene's bodies and the index of the piece's
+  // first particle. Empty when nothing changes state.
+  std::vector<std::uint32_t> body_id;
+  std::vector<std::uint8_t> rigid;  // 1: its piece moves as a rigid body; empty when nothing becomes one
 };
 
 // What a plan costs: for tests of lightness and for the printed report.

@@ -109,7 +109,7 @@ class SimulationOn final : public Simulation {
       store.scatter_heat(start, views_.heat_medium, out);
     }
     if (plan_.elastic) snapshot_elastic(back_end_, scene_, plan_, views_, out);
-    if (plan_.change) snapshot_change(back_end_, views_.state, store.id, out);
+    if (plan_.change) snapshot_change(back_end_, scene_, plan_, views_, store.id, out);
     out.time = output_.time;
   }
 
@@ -157,7 +157,7 @@ class SimulationOn final : public Simulation {
     v.id = back_end_.template allocate<std::uint32_t>(set + " id", n);
     if (plan_.temperature) v.temperature = back_end_.template allocate<real>(set + " temperature", n);
     if (plan_.heat) v.enthalpy = back_end_.template allocate<real>(set + " enthalpy", n);
-    if (plan_.change) v.solid = back_end_.template allocate<real>(set + " solid fraction", n);
+    if (plan_.change) v.solid = back_end_.template allocate<Solidity>(set + " solid fraction", n);
     return v;
   }
 

@@ -24,6 +24,27 @@ std::pair<double, double> start_fraction(const Scene& scene, const Body& body, d
   return {std::max(set, frozen ? 1.0 : 0.0), set};
 }
 
+// The least slot that bonds lead to, of each that is solid.
+std::vector<std::uint32_t> start_pieces(const ChangeStore& store) {
+  std::vector<std::uint32_t> piece(store.solid.size(), kNone), open;
+  for (std::uint32_t first = 0; first < piece.size(); ++first) {
+    if (piece[first] != kNone || !(store.solid[first] > kPieceSolid)) continue;
+    piece[first] = first;
+    open.push_back(first);
+    while (!open.empty()) {
+      const std::uint32_t i = open.back();
+      open.pop_back();
+      for (std::uint32_t b = 0; b < store.bonds[i]; ++b) {
+        const std::uint32_t j = store.bond[std::size_t(i) * kMaxBonds + b];
+        if (piece[j] != kNone || !(store.solid[j] > kPieceSolid)) continue;
+        piece[j] = first;
+        open.push_back(j);
+      }
+    }
+  }
+  return piece;
+}
+
 // A slot's material: a tool has that of the matter around it.
 std::uint32_t bonded_material(const Scene& scene, const Plan& plan, std::uint32_t body) {
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
@@ -48,6 +69,8 @@ void plan_slots(const Scene& scene, Plan& plan) {
   for (std::uint32_t b = 0; b < count; ++b) {
     if (!changes_state(scene, scene.bodies[b])) continue;
     plan.changes[b] = held[b] = plan.change = true;
+    const MaterialConfig& m = material_of(scene, scene.bodies[b]);
+    if (m.rigid_below || m.rigid_when_set) plan.rigidifies = true;
     for (const std::uint32_t other : scene.bodies[b].bonded_to) held[other] = true;
   }
   if (!plan.change) return;
@@ -76,7 +99,7 @@ ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
   solid.resize(plan.slots);
   set.resize(plan.slots);
   rotation.assign(plan.slots, Quat::Identity());
-  fraction.assign(scene.position.size(), real(0));
+  fraction.assign(scene.position.size(), Solidity{0, kNone});
   for (const Body& b : scene.bodies) shaped.push_back(plan.fields && b.contact != nullptr ? 1 : 0);
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& from = scene.bodies[b];
@@ -94,7 +117,7 @@ ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
       v[s] = pack(scene.velocity[p].cast<real>(), 0);
       const auto [now, lasting] =
           plan.changes[b] ? start_fraction(scene, from, scene.temperature[p]) : std::pair(1.0, 1.0);
-      fraction[p] = solid[s] = static_cast<real>(now);
+      solid[s] = static_cast<real>(now);
       set[s] = static_cast<real>(lasting);
     }
   }
@@ -133,6 +156,42 @@ ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
     correction[i] = c.inverse;
     projection[i] = c.projection;
   }
+  piece = start_pieces(*this);
+  for (std::uint32_t s = 0; s < plan.slots; ++s) fraction[particle[s]] = {solid[s], piece[s]};
+}
+
+namespace {
+
+// Calls f(body, particle, number) for the slots that have a number.
+template <class F>
+void each_numbered(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& number, F&& f) {
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
+    for (std::uint32_t k = 0; plan.slot_first[b] != kNone && k < scene.bodies[b].count; ++k)
+      if (const std::uint32_t n = number[plan.slot_first[b] + k]; n != kNone) f(b, scene.bodies[b].first + k, n);
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> body_ids(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& piece) {
+  std::vector<std::uint32_t> out = scene.body, name(piece.size(), kNone);
+  each_numbered(scene, plan, piece, [&](std::uint32_t b, std::uint32_t, std::uint32_t id) {
+    if (!plan.changes[b]) name[id] = std::min(name[id], b);
+  });
+  // bodies and their slots have the same order, so a piece's first particle comes first
+  each_numbered(scene, plan, piece, [&](std::uint32_t, std::uint32_t p, std::uint32_t id) {
+    if (name[id] == kNone) name[id] = static_cast<std::uint32_t>(scene.bodies.size()) + p;
+  });
+  each_numbered(scene, plan, piece, [&](std::uint32_t b, std::uint32_t p, std::uint32_t id) {
+    if (plan.changes[b]) out[p] = name[id];
+  });
+  return out;
+}
+
+std::vector<std::uint8_t> rigid_particles(const Scene& scene, const Plan& plan,
+                                          const std::vector<std::uint32_t>& root) {
+  std::vector<std::uint8_t> out(scene.position.size(), 0);
+  each_numbered(scene, plan, root, [&](std::uint32_t, std::uint32_t p, std::uint32_t) { out[p] = 1; });
+  return out;
 }
 
 namespace {
@@ -171,6 +230,8 @@ ChangeMedium make_change_medium(const Scene& scene, const Plan& plan) {
     const MaterialConfig& from = scene.config.materials[i];
     m.heat[i] = heat.material[i];
     m.cooking[i] = static_cast<real>(from.cooking_temperature.value_or(0));
+    m.rigid_below[i] = static_cast<real>(from.rigid_below.value_or(0));
+    m.rigid_when_set[i] = from.rigid_when_set;
     m.cooking_rate[i] = static_cast<real>(from.cooking_temperature ? 1 / from.cooking_time : 0);
   }
   m.dt = static_cast<real>(plan.heat_interval / scene.config.rate_hz);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim_server/physics/state_change.h"
+#include "sim_server/physics/rigid_pieces.h"
 #include "sim_server/plan.h"
 
 namespace palp {
@@ -25,11 +25,18 @@ struct ChangeStore {
   std::vector<Quat> rotation;
   std::vector<Mat3> correction, projection;
   std::vector<std::uint32_t> bonds, bond;
-  std::vector<real> fraction;  // by particle
+  std::vector<std::uint32_t> piece;
+  std::vector<Solidity> fraction;  // by particle
 
   // What is solid at the start is bonded as it lies.
   ChangeStore(const Scene& scene, const Plan& plan);
 };
+
+// Snapshot::body_id. piece: ChangeViews::piece.
+std::vector<std::uint32_t> body_ids(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& piece);
+
+// Snapshot::rigid. root: RigidViews::root.
+std::vector<std::uint8_t> rigid_particles(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& root);
 
 ChangeMedium make_change_medium(const Scene& scene, const Plan& plan);
 

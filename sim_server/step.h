@@ -9,6 +9,7 @@
 #include "sim_server/physics/heat.h"
 #include "sim_server/physics/integrate.h"
 #include "sim_server/physics/paper.h"
+#include "sim_server/physics/pieces.h"
 #include "sim_server/physics/rigid.h"
 #include "sim_server/physics/tear.h"
 #include "sim_server/plan.h"
@@ -42,6 +43,8 @@ struct StepViews {
   ChangeMedium change_medium;
   ChangeViews change;
   const std::uint32_t* change_force_of = nullptr;  // BondForce::force_of
+  PieceViews pieces;
+  RigidViews rigid_pieces;
 };
 
 // Whether two particles ever act on each other: stored neighbour lists leave out the pairs that do not.
@@ -128,12 +131,40 @@ void bond_stages(B& back_end, const StepViews& v) {
   back_end.for_each_group("bond force", n, BondForce{v.change, v.body, v.change_force_of, v.grid, kernel, v.medium});
 }
 
+// Which of what is solid hangs together.
+template <class B>
+void piece_stages(B& back_end, const StepViews& v) {
+  const std::uint32_t n = v.change.count;
+  back_end.for_each("pieces begin", n, BeginPieces{v.change, v.pieces});
+  back_end.for_each("pieces begin", kPieceRounds, BeginRounds{v.pieces});
+  for (std::uint32_t round = 0; round < kPieceRounds; ++round) {
+    back_end.for_each("pieces join", n, JoinPieces{v.change, v.pieces, round});
+    back_end.for_each("pieces join", n, JumpPieces{v.pieces, round});
+  }
+  back_end.for_each("pieces", n, NamePieces{v.change, v.pieces});
+}
+
+// Which pieces are rigid.
+template <class B>
+void rigidify_stages(B& back_end, const StepViews& v) {
+  const std::uint32_t n = v.change.count, chunks = std::max(rigid_chunks(n), kMaxRigidPieces);
+  back_end.for_each("rigid find", v.particles, FindPast{v.state, v.change, v.rigid_pieces, v.change_medium});
+  back_end.for_each("rigid find", n, FindWhole{v.change, v.rigid_pieces, v.grid});
+  back_end.for_each("rigid list", chunks, CountRoots{v.change, v.rigid_pieces, n});
+  back_end.for_each("rigid list", n, ListRoots{v.change, v.rigid_pieces});
+  back_end.for_each("rigid assign", n, AssignRigid{v.change, v.rigid_pieces});
+  back_end.for_each_block("rigid form", kMaxRigidPieces, FormRigid{v.change, v.rigid_pieces, v.grid});
+}
+
 // After heat has flown.
 template <class B>
-void change_stages(B& back_end, const StepViews& v) {
+void change_stages(B& back_end, const Plan& plan, const StepViews& v) {
   const WendlandC2 kernel = WendlandC2::with_support(v.change_medium.support);
   back_end.for_each("solid fractions", v.particles, ChangeFractions{v.state, v.change, v.change_medium});
   back_end.for_each("bonds", v.particles, ChangeBonds{v.state, v.change, v.grid, kernel, v.change_medium});
+  back_end.for_each("pieces act", v.particles, ActPieces{v.state, v.change});
+  piece_stages(back_end, v);
+  if (plan.rigidifies) rigidify_stages(back_end, v);
 }
 
 template <class B>
@@ -211,7 +242,7 @@ template <class B>
 void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, bool heat) {
   if (plan.meets) meeting_stages(back_end, plan, v, elapsed);
   if (heat) heat_stages(back_end, plan, v);
-  if (heat && plan.change) change_stages(back_end, v);
+  if (heat && plan.change) change_stages(back_end, plan, v);
   if (plan.change) bond_stages(back_end, v);
   if (plan.elastic) elastic_stages(back_end, plan, v);
   if (plan.fields) contact_stages(back_end, v);
@@ -221,7 +252,11 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
                       AdvanceBodies{v.body.body, v.rigid, v.proxy, v.forcing, v.medium.dt, elapsed});
   if (plan.elastic)
     back_end.for_each("move elastic", v.elastic.count, MoveElastic{v.elastic, v.body, v.medium, v.forcing});
-  const MoveParticles move{v.state, v.acceleration, v.body, v.elastic, v.change, v.grid, v.medium};
+  if (plan.rigidifies) {
+    back_end.for_each("rigid push", v.particles, PushRigid{v.state, v.acceleration, v.change, v.rigid_pieces});
+    back_end.for_each_block("rigid move", kMaxRigidPieces, AdvanceRigid{v.rigid_pieces, v.medium.dt});
+  }
+  const MoveParticles move{v.state, v.acceleration, v.body, v.elastic, v.change, v.rigid_pieces, v.grid, v.medium};
   if (plan.meets)
     back_end.move("move", v.particles, move);
   else

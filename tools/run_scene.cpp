@@ -31,6 +31,8 @@ class SnapshotFiles {
     std::vector<std::string> columns{"x", "y", "z", "vx", "vy", "vz", "density", "pressure"};
     const bool warm = !snapshot.temperature.empty();
     if (warm) columns.push_back("temperature");
+    const bool changes = !snapshot.body_id.empty();
+    if (changes) columns.push_back("body_id");
     columns.push_back("body");
     CsvFile file(fmt::format("{}/particles_{:06}.csv", folder_, count_), columns);
     std::string rows;
@@ -40,6 +42,7 @@ class SnapshotFiles {
       fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},", x[0], x[1], x[2], v[0], v[1], v[2],
                      snapshot.density[i], snapshot.pressure[i]);
       if (warm) fmt::format_to(to, "{:.9g},", snapshot.temperature[i]);
+      if (changes) fmt::format_to(to, "{},", snapshot.body_id[i]);
       fmt::format_to(to, "{}\n", scene_.bodies[scene_.body[i]].name);
       if (rows.size() > (1u << 20)) {
         file.append(rows);

@@ -24,7 +24,7 @@ struct ExtrapolateToWalls {
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag_i = state.tag[i];
     if (tag_i.is_fluid()) return;
-    const real K_i = bonds.solid(state, i);
+    const auto solid_i = bonds.solid(state, i);
     const Vec3 g = forcing->level_gravity;
     const real c2 = medium.sound_speed * medium.sound_speed;
     real p = 0, weight = 0;
@@ -35,7 +35,7 @@ struct ExtrapolateToWalls {
                     if (!tag_j.is_fluid()) return;
                     const Packed vp_j = fetch(state.vp + j);
                     const real W =
-                        kernel.W(Eigen::numext::sqrt(r2)) * bonds.share(tag_i, K_i, tag_j, bonds.solid(state, j));
+                        kernel.W(Eigen::numext::sqrt(r2)) * bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j));
                     const real rho_j = medium.material[tag_j.material()].density + vp_j.w / c2;
                     p += W * (acting_pressure(medium, vp_j.w) + rho_j * g.dot(x_ij));
                     v += W * vp_j.xyz();

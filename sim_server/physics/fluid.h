@@ -39,14 +39,14 @@ struct AdvanceDensity {
     const real c2 = medium.sound_speed * medium.sound_speed;
     const real rho0 = medium.material[tag_i.material()].density;
     const Vec3 hydrostatic = forcing->level_gravity * rho0;  // gradient of p at rest
-    const real K_i = bonds.solid(from, i);
+    const auto solid_i = bonds.solid(from, i);
     real divergence = 0, laplacian = 0;
     for_neighbors(
         grid, from.xV, x_i, kernel.support, team, [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
           const Packed vp_j = fetch(from.vp + j);
           const Tag tag_j = medium.uniform ? tag_i : from.tag[j];
           const real VF =
-              xV_j.w * kernel.F(Eigen::numext::sqrt(r2)) * bonds.share(tag_i, K_i, tag_j, bonds.solid(from, j));
+              xV_j.w * kernel.F(Eigen::numext::sqrt(r2)) * bonds.share(tag_i, solid_i, tag_j, bonds.solid(from, j));
           // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
           const Vec3 v_j = tag_j.kind() == Kind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
           divergence += VF * (v_i - v_j).dot(x_ij);
@@ -122,13 +122,13 @@ struct FluidForce {
     if (!tag_i.is_fluid()) return;
     const Packed xV_i = state.xV[i], vp_i = state.vp[i];
     const Material material_i = medium.material[tag_i.material()];
-    const real K_i = bonds.solid(state, i);
+    const auto solid_i = bonds.solid(state, i);
     Vec3 force(0, 0, 0);
     for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
                   [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
                     const Packed vp_j = fetch(state.vp + j);
                     const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
-                    const real share = bonds.share(tag_i, K_i, tag_j, bonds.solid(state, j));
+                    const real share = bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j));
                     if (tag_j.is_fluid())
                       force += share * fluid_pair_force(medium, kernel, material_i, tag_i, xV_i, vp_i, tag_j, xV_j.w,
                                                         vp_j, x_ij, r2);

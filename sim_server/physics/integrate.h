@@ -1,8 +1,9 @@
 // Moves the particles at the end of a sub-step: fluids by symplectic Euler, rigid bodies' particles with
-// their body, elastic ones where elastic.h moved them. What changes state is a fluid with bonds.
+// their body, elastic ones where elastic.h moved them. What changes state is a fluid with bonds, or part of a rigid
+// piece.
 #pragma once
 
-#include "sim_server/physics/state_change.h"
+#include "sim_server/physics/rigid_pieces.h"
 
 namespace palp {
 
@@ -12,6 +13,7 @@ struct MoveParticles {
   BodyViews bodies;
   ElasticViews elastic;
   ChangeViews change;
+  RigidViews rigid;
   CellGrid grid;
   Medium medium;
 
@@ -21,7 +23,13 @@ struct MoveParticles {
     const Packed xV = state.xV[i], vp = state.vp[i];
     const std::uint32_t slot = change.count > 0 ? slot_of(change, tag, state.id[i]) : kNone;
     Vec3 x, v;
-    if (tag.is_fluid()) {
+    const std::uint32_t root = slot != kNone && rigid.root != nullptr ? rigid.root[slot] : kNone;
+    if (root != kNone) {
+      const RigidPiece& piece = rigid.piece[root];
+      const Vec3 r = piece.q * rigid.local[slot].xyz();
+      v = piece.v + piece.w.cross(r);
+      x = grid.wrap_fully(piece.x + r);
+    } else if (tag.is_fluid()) {
       v = vp.xyz() + medium.dt * acceleration[i].xyz();
       if (slot != kNone) v += medium.dt / state.mass[i] * change.force[slot].xyz();
       x = xV.xyz() + medium.dt * v;

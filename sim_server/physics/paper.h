@@ -63,14 +63,14 @@ struct PaperForce {
     const BodyState* body = tag_i.is_fluid() ? nullptr : &bodies.body[tag_i.body()];
     if (body != nullptr && body->force_first == kNone) return;
     const Packed xV_i = state.xV[i], vp_i = state.vp[i];
-    const real K_i = bonds.solid(state, i);
+    const auto solid_i = bonds.solid(state, i);
     Vec3 force(0, 0, 0);
     for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
                   [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
                     const Tag tag_j = state.tag[j];
                     if (body != nullptr && tag_j.body() == tag_i.body()) return;
                     force +=
-                        bonds.paper_share(tag_i, K_i, tag_j, bonds.solid(state, j)) *
+                        bonds.paper_share(tag_i, solid_i, tag_j, bonds.solid(state, j)) *
                         paper_pair_force(medium, kernel, tag_i, xV_i, vp_i, tag_j, xV_j, fetch(state.vp + j), x_ij, r2);
                   });
     force = team.sum(force);

@@ -6,7 +6,7 @@
 // m           mass                                                        kg
 // T           temperature                                                 K
 // h           specific enthalpy                                           J/kg
-// K           solid fraction, of what changes state                       -
+// K, piece    solid fraction; piece (pieces.h), of what changes state      -
 #pragma once
 
 #include "sim_server/physics/real.h"
@@ -29,6 +29,13 @@ inline Tag make_tag(Kind kind, std::uint32_t material, std::uint32_t body) {
   return {static_cast<std::uint32_t>(kind) | material << 2 | body << 8};
 }
 
+inline constexpr std::uint32_t kNone = 0xffffffffu;
+
+struct alignas(8) Solidity {
+  real K;
+  std::uint32_t piece;  // kNone: it is liquid, or not known yet
+};
+
 // One set of per-particle arrays, sorted by cell. There are two: the state, and the copy that sorting writes.
 struct ParticleView {
   Packed* xV = nullptr;
@@ -38,7 +45,7 @@ struct ParticleView {
   std::uint32_t* id = nullptr;  // index in the scene's order
   real* temperature = nullptr;
   real* enthalpy = nullptr;
-  real* solid = nullptr;
+  Solidity* solid = nullptr;
 };
 
 // What a step changes of a particle.

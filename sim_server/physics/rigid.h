@@ -12,8 +12,6 @@
 
 namespace palp {
 
-inline constexpr std::uint32_t kNone = 0xffffffffu;
-
 struct BodyState {
   Vec3 x, v, L, w;
   Quat q;
@@ -95,14 +93,14 @@ struct SolidForce {
     if (body.force_first == kNone) return;
     const Packed xV_i = state.xV[i];
     const Vec3 v_i = state.vp[i].xyz();
-    const real K_i = bonds.solid(state, i);
+    const auto solid_i = bonds.solid(state, i);
     Vec3 force(0, 0, 0);
     for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
                   [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
                     const Tag tag_j = state.tag[j];
                     const Packed vp_j = fetch(state.vp + j);
                     if (tag_j.is_fluid())
-                      force -= bonds.share(tag_i, K_i, tag_j, bonds.solid(state, j)) *
+                      force -= bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j)) *
                                wall_pair_force(medium, kernel, tag_j, xV_j, vp_j, xV_i.w, v_i, wall[i], -x_ij, r2);
                     else if (contact && tag_j.body() != tag_i.body())
                       force += contact_pair_force(medium, body, bodies.body[tag_j.body()], v_i - vp_j.xyz(), x_ij, r2);
@@ -174,14 +172,17 @@ PALP_HD inline CoupledMass coupled_mass(real mass, const Mat3& inertia, const Ve
   return {mass, damper, r, A.inverse()};
 }
 
-PALP_HD inline Mat3 world_inverse_inertia(const BodyState& b, const Quat& q) {
+// Of BodyState, or of anything else with these members.
+template <class Body>
+PALP_HD inline Mat3 world_inverse_inertia(const Body& b, const Quat& q) {
   const Mat3 R = q.toRotationMatrix();
   return R * b.inverse_inertia * R.transpose();
 }
 
 // Symplectic Euler for the centre; for the rotation the angular momentum is the state, so it is kept exactly, and the
 // angular velocity is taken at mid-step, which keeps the energy to second order.
-PALP_HD inline void advance_free_body(BodyState& b, const Vec3& gravity, real dt) {
+template <class Body>
+PALP_HD inline void advance_free_body(Body& b, const Vec3& gravity, real dt) {
   b.v += dt * (b.force / b.mass + gravity);
   b.x += dt * b.v;
   b.L += dt * b.torque;

@@ -17,6 +17,7 @@
 // fluid force; their pressure then is that of what touches them.
 #pragma once
 
+#include "sim_server/physics/bonded.h"
 #include "sim_server/physics/elastic.h"
 #include "sim_server/physics/heat.h"
 
@@ -43,6 +44,8 @@ struct ChangeViews {
   Mat3* correction = nullptr;              // L
   Mat3* projection = nullptr;              // what L makes of the moment: I but where neighbours span no space
   real* soft = nullptr;                    // what its stress is multiplied with, 0..1
+  std::uint32_t* piece = nullptr;          // least slot of its piece (pieces.h); kNone: liquid
+  std::uint32_t* acting = nullptr;         // the piece that fluid forces go by: that of one change earlier
   Packed* force = nullptr;                 // [N]
   std::uint32_t* bonds = nullptr;          // how many
   std::uint32_t* bond = nullptr;           // [kMaxBonds] slots of its partners
@@ -60,10 +63,12 @@ struct ChangeMedium {
   HeatMaterial heat[kMaxMaterials];
   real cooking[kMaxMaterials];       // temperature from which it sets [K]; 0: never
   real cooking_rate[kMaxMaterials];  // of the share that has set [1/s]
-  real dt;                           // between two changes [s]
-  real support;                      // H of bonds [m]
-  real slack;                        // how far particles may be from where the grid has them [m]
-  real most_reach;                   // of sum |dF/dx|, that a particle has with its stiffness in full [1/m]
+  real rigid_below[kMaxMaterials];   // temperature below which what is solid is rigid [K]; 0: never
+  bool rigid_when_set[kMaxMaterials];
+  real dt;          // between two changes [s]
+  real support;     // H of bonds [m]
+  real slack;       // how far particles may be from where the grid has them [m]
+  real most_reach;  // of sum |dF/dx|, that a particle has with its stiffness in full [1/m]
 };
 
 // Solid fractions from enthalpy and temperature, over the particles.
@@ -91,7 +96,7 @@ struct ChangeFractions {
       if (frozen > now) now = frozen;
     }
     change.solid[k] = now;
-    state.solid[i] = now;
+    state.solid[i].K = now;
     if (!(K > real(0))) change.rotation[k] = Quat::Identity();
   }
 };
@@ -156,6 +161,7 @@ struct ChangeBonds {
     real p;
     Mat3 R_T;
     real K, before;
+    std::uint32_t piece, acting;
   };
   PALP_HD Side side(std::uint32_t k) const {
     return {k,
@@ -164,7 +170,15 @@ struct ChangeBonds {
             change.v[k].w,
             change.rotation[k].toRotationMatrix().transpose(),
             change.solid[k],
-            change.before[k]};
+            change.before[k],
+            change.piece[k],
+            change.acting[k]};
+  }
+  // By how much more of the fluid forces is taken away from a pair that is bonded.
+  PALP_HD real withdrawn(const Side& i, std::uint32_t j) const {
+    const real now = may_be_bonded(i.piece, change.piece[j]) ? i.K * change.solid[j] : real(0);
+    const real before = may_be_bonded(i.acting, change.acting[j]) ? i.before * change.before[j] : real(0);
+    return now - before;
   }
   // p_i + p_j; a tool shows the pressure of the matter that it is bonded to.
   PALP_HD real pressures(const Side& i, std::uint32_t j) const {
@@ -188,10 +202,12 @@ struct ChangeBonds {
       const real old = k0 / k1;
       own = old * own + (real(1) - old) * (i.R_T * x_ji);
       other = old * other - (real(1) - old) * (change.rotation[j].conjugate().toRotationMatrix() * x_ji);
-      q += (k1 - k0) * pressures(i, j);
-    } else if (k1 < k0) {
-      q *= k1 / k0;
     }
+    const real more = withdrawn(i, j);
+    if (more > real(0))
+      q += more * pressures(i, j);
+    else if (k1 < k0)
+      q *= k1 / k0;
     if (!(own.norm() < medium.support) && !(other.norm() < medium.support)) return false;
     change.bond[row + n] = j;
     change.own[row + n] = pack(own, q);
@@ -199,15 +215,16 @@ struct ChangeBonds {
     return true;
   }
 
-  // A bond to j where one stiffens that was not there; returns how many there are.
+  // A bond to j where one stiffens that was not there, or two pieces have become one; returns how many there are.
   PALP_HD std::uint32_t form(const Side& i, std::uint32_t j, const Vec3& x_ji, std::uint32_t n) const {
     const std::size_t row = std::size_t(i.slot) * kMaxBonds;
-    const real stiffer = i.K * change.solid[j] - i.before * change.before[j];
-    if (n == kMaxBonds || !(stiffer > real(0))) return n;
+    const bool stiffer = i.K * change.solid[j] > i.before * change.before[j];
+    const real more = withdrawn(i, j);
+    if (n == kMaxBonds || !(stiffer || more > real(0))) return n;
     for (std::uint32_t b = 0; b < n; ++b)
       if (change.bond[row + b] == j) return n;
     change.bond[row + n] = j;
-    change.own[row + n] = pack(i.R_T * x_ji, stiffer * pressures(i, j));
+    change.own[row + n] = pack(i.R_T * x_ji, more > real(0) ? more * pressures(i, j) : real(0));
     change.other[row + n] = pack(-(change.rotation[j].conjugate().toRotationMatrix() * x_ji), 0);
     return n + 1;
   }

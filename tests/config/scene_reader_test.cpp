@@ -222,6 +222,15 @@ TEST(SceneReader, TakesWhatMelts) {
   EXPECT_EQ(s.heat_zones[0].temperature, 500);
 }
 
+TEST(SceneReader, TakesWhatBecomesRigid) {
+  const std::string wax =
+      "young_modulus = 1e5\nheat_capacity = 2100\nmelting_temperature = 330\nlatent_heat = 2e5\nrigid_below = 320\n"
+      "cooking_temperature = 350\nrigid_when_set = true\ncolor = \"#102030\"";
+  const SceneConfig s = read(replaced(kScene, "color = \"#102030\"", wax));
+  EXPECT_EQ(s.materials[0].rigid_below, 320);
+  EXPECT_TRUE(s.materials[0].rigid_when_set);
+}
+
 TEST(SceneReader, TakesWhatYieldsAndTears) {
   const std::string dough =
       "young_modulus = 5e4\nyield_stress = 1500\nhardening = 1000\ntear_strain = 2\ncolor = \"#102030\"";
@@ -384,6 +393,15 @@ const BadRow kBad[] = {
      "32: material 'water': melting_temperature is given without latent_heat, expected both or none"},
     {"density = 1000", "density = 1000\nlatent_heat = 300",
      "31: material 'water': latent_heat is given without melting_temperature, expected both or none"},
+    {"density = 1000", "density = 1000\nrigid_below = 300",
+     "31: material 'water': rigid_below is given, but the material does not change state; give it a young_modulus, and "
+     "a melting_temperature or a cooking_temperature"},
+    {"density = 1000",
+     "density = 1000\nyoung_modulus = 1e5\nheat_capacity = 1\nmelting_temperature = 300\nlatent_heat = 1\n"
+     "rigid_below = 301",
+     "35: material 'water': rigid_below is 301, expected at most the melting_temperature, which is 300"},
+    {"density = 1000", "density = 1000\nrigid_when_set = true",
+     "31: material 'water': rigid_when_set is true, but nothing sets; give a cooking_temperature in K"},
     {"density = 1000", "density = 1000\nyield_stress = 100",
      "31: material 'water': yield_stress is given without young_modulus, expected one in Pa"},
     {"density = 1000", "density = 1000\ntear_strain = 0.1",

@@ -70,10 +70,13 @@ TEST(StateChange, ASplashThatFreezesHolds) {
     }
 }
 
+class HeldRod : public ::testing::TestWithParam<bool> {};
+
 // A rod that is held in a fluid at rest feels its lift, and goes on feeling it, without a jump, while all around it
-// freezes and melts again.
-TEST(StateChange, AHandFeelsNoJump) {
+// freezes, becomes rigid where that is asked for, and melts again.
+TEST_P(HeldRod, AHandFeelsNoJump) {
   Scene scene = melting_scene(1e5);
+  if (GetParam()) scene.config.materials[0].rigid_below = kMelting - 0.75;
   scene.config.numerics.support_over_spacing = 2;
   scene.config.gravity = {0, 0, -9.81};
   scene.config.numerics.max_speed.reset();
@@ -97,6 +100,7 @@ TEST(StateChange, AHandFeelsNoJump) {
   const auto simulation = simulate(scene);
   const double lift = 1000 * 9.81 * scene.bodies[rod].volume;
   double jitter = 0, jump = 0, before = 0, most = 0;
+  int rigid = 0;
   for (int k = 0; k < 3000; ++k) {
     ASSERT_TRUE(simulation->step({}).health.ok);
     const double force = simulation->output().bodies[rod].force.z();
@@ -106,12 +110,18 @@ TEST(StateChange, AHandFeelsNoJump) {
       most = std::max(most, std::abs(force - lift));
     }
     before = force;
+    if (k % 50 != 0 || !GetParam()) continue;
+    const Snapshot s = snapshot_of(*simulation);
+    rigid += std::count(s.rigid.begin(), s.rigid.end(), 1) > 0 ? 1 : 0;
   }
+  EXPECT_EQ(rigid > 5, GetParam());
   RecordProperty("jump_over_lift", std::to_string(jump / lift));
   RecordProperty("jitter_over_lift", std::to_string(jitter / lift));
   RecordProperty("most_over_lift", std::to_string(most / lift));
   EXPECT_TRUE(within(jump / lift, tol::kChangeJump));
 }
+INSTANTIATE_TEST_SUITE_P(StateChange, HeldRod, ::testing::Bool(),
+                         [](const auto& param) { return param.param ? "Rigid" : "Elastic"; });
 
 // A lump that turns, flies and wobbles, and melts, freezes and melts again on the way.
 TEST(StateChange, KeepsMomentumAndAddsNoEnergy) {

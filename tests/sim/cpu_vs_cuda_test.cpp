@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/backend.h"
+#include "tests/support/change_scenes.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
 
@@ -122,6 +123,38 @@ TEST_P(CpuVsCuda, AgreeInTheSumOfALongRun) {
   EXPECT_LT((center_cpu - center_gpu).norm(), 0.05 * dx);
   EXPECT_NEAR(energy_gpu / energy_cpu, 1, 0.01);
   EXPECT_LT((force_gpu - force_cpu).norm() / force_cpu.norm(), 0.01);
+}
+
+// A bar of which the middle melts and freezes again while its cold ends are rigid, over a pool that freezes.
+TEST(CpuVsCudaChanges, AgreeOnPiecesAndTheirMotion) {
+  for (const double support : {2.0, 3.0}) {
+    SCOPED_TRACE(support);
+    Random random(7);
+    Scene scene = melting_scene();
+    scene.config.numerics.support_over_spacing = support;
+    scene.config.materials[0].rigid_below = kMelting - 5;
+    add_body(scene, "bar", BodyType::elastic, 0, {-0.06, -0.015, -0.015}, {0.06, 0.015, 0.015});
+    add_body(scene, "pool", BodyType::fluid, 0, {-0.06, -0.03, -0.06}, {0.06, 0.03, -0.02});
+    for (std::size_t i = 0; i < scene.position.size(); ++i) {
+      scene.velocity[i] = random_vector(random, 0.02);
+      const double melt = std::abs(scene.position[i].x()) < 0.02 ? 0.1 : -6;
+      scene.temperature.push_back(kMelting + (scene.body[i] == 0 ? melt : uniform(random, 0, 0.2)));
+    }
+    add_heat(scene, -6 * mass_of(scene), 0.02, 0.06);
+    const auto cpu = simulate(scene, Backend::cpu), gpu = simulate(scene, Backend::cuda);
+    std::size_t most = 0;
+    for (int k = 1; k <= 8; ++k) {
+      run_until(*cpu, 0.01 * k);
+      run_until(*gpu, 0.01 * k);
+      ASSERT_TRUE(cpu->output().health.ok && gpu->output().health.ok) << gpu->output().health.cause;
+      const Snapshot a = snapshot_of(*cpu), b = snapshot_of(*gpu);
+      EXPECT_EQ(a.body_id, b.body_id) << k;
+      EXPECT_EQ(a.rigid, b.rigid) << k;
+      most = std::max(most, static_cast<std::size_t>(std::count(a.rigid.begin(), a.rigid.end(), 1)));
+      EXPECT_TRUE(within(difference(a.position, b.position), tol::kManySteps)) << k;
+    }
+    EXPECT_GT(most, 70u) << "both ends are rigid";
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, CpuVsCuda, ::testing::Values(Method::accurate, Method::paper),

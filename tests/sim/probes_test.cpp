@@ -205,6 +205,21 @@ TEST_F(ProbesTest, HeatIsAddedUp) {
   EXPECT_NEAR(*r[5], 0.25, 1e-9);
 }
 
+TEST_F(ProbesTest, PiecesAreCounted) {
+  EXPECT_EQ(*row(probe(Quantity::pieces))[1], 0) << "nothing changes state";
+  snapshot_.body_id = scene_.body;
+  const auto first = scene_.bodies[1].first;
+  for (const std::uint32_t k : {0u, 1u, 5u}) snapshot_.body_id[first + k] = 3 + first;
+  snapshot_.body_id[first + 3] = 3 + first + 3;
+  ProbeConfig right = probe(Quantity::pieces);
+  for (const std::string name : {"", "right", "left"}) {
+    right.body = name;
+    const ProbeRow r = row(right);
+    EXPECT_EQ(*r[1], name == "left" ? 0 : 2) << name;
+    EXPECT_NEAR(*r[2], name == "left" ? 0 : 3 * 500 * scene_.volume[first], 1e-9) << name;
+  }
+}
+
 TEST_F(ProbesTest, StraysAndNonFiniteParticlesDoNoHarm) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);

@@ -101,6 +101,9 @@ inline constexpr Tolerance kChangeJump{
     0.03, 0.03,
     "of the force, from one step to the next, when all freezes and melts in a quarter "
     "of a second each, in 25 changes: slower ones jump in proportion less"};
+inline constexpr Tolerance kRigidShape{1e-5, 1e-5, "of a spacing: places up to 0.3 m are rounded to 3e-8 m"};
+inline constexpr Tolerance kRigidEnergy{1e-3, 1e-3,
+                                        "of the kinetic energy, over a turn or less: first moments in real"};
 inline constexpr Tolerance kFreeFall{2e-6, 1e-12, "symplectic Euler of a constant acceleration, 1000 steps"};
 inline constexpr Tolerance kTopEnergy{1e-4, 1e-4, "relative, over 60 s at 1 ms"};
 inline constexpr Tolerance kElasticGradient{2e-5, 1e-12, "of an affine field; displacements of ten spacings in real"};
