@@ -31,22 +31,26 @@ inline void add_backend_option(CLI::App& app, Backend& backend) {
       ->default_str("auto");
 }
 
+inline void add_accuracy_option(CLI::App& app, std::optional<Accuracy>& accuracy) {
+  const std::map<std::string, Accuracy> accuracies{{to_string(Accuracy::fast), Accuracy::fast},
+                                                   {to_string(Accuracy::balanced), Accuracy::balanced},
+                                                   {to_string(Accuracy::accurate), Accuracy::accurate}};
+  app.add_option("--accuracy", accuracy, "accuracy level, instead of the scene's")
+      ->transform(CLI::CheckedTransformer(accuracies).description(""))
+      ->type_name("fast|balanced|accurate");
+}
+
 // Adds the scene itself, --backend, --method, --accuracy, --spacing and --particles to app; they are stored in options,
 // which must outlive the parsing. What is not given stays as the scene file has it.
 inline void add_scene_options(CLI::App& app, SceneOptions& options) {
   const std::map<std::string, Method> methods{{to_string(Method::paper), Method::paper},
                                               {to_string(Method::accurate), Method::accurate}};
-  const std::map<std::string, Accuracy> accuracies{{to_string(Accuracy::fast), Accuracy::fast},
-                                                   {to_string(Accuracy::balanced), Accuracy::balanced},
-                                                   {to_string(Accuracy::accurate), Accuracy::accurate}};
   app.add_option("scene", options.scene, "scene file, or the name of one in config/scenes")->required();
   add_backend_option(app, options.backend);
   app.add_option("--method", options.overrides.method, "equations of the fluid, instead of the scene's")
       ->transform(CLI::CheckedTransformer(methods).description(""))
       ->type_name("paper|accurate");
-  app.add_option("--accuracy", options.overrides.accuracy, "accuracy level, instead of the scene's")
-      ->transform(CLI::CheckedTransformer(accuracies).description(""))
-      ->type_name("fast|balanced|accurate");
+  add_accuracy_option(app, options.overrides.accuracy);
   CLI::Option* spacing =
       app.add_option("--spacing", options.overrides.spacing, "particle spacing in metres, instead of the scene's");
   app.add_option(

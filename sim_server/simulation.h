@@ -121,6 +121,7 @@ class Simulation {
   virtual std::string backend_name() const = 0;  // "cpu, 2 threads, float", "cuda, NVIDIA H100, float"
   virtual std::string numerics() const = 0;      // one line: what the accuracy level expanded to
   virtual double support_radius() const = 0;     // H [m]
+  virtual int sub_steps() const = 0;             // of a haptic step
 
   // One haptic step of 1 / rate_hz seconds. Valid until the next call. No allocation after the first step.
   virtual const StepOutput& step(const StepInput& input) = 0;

@@ -33,6 +33,7 @@ class SimulationOn final : public Simulation {
   std::string numerics() const override { return describe(plan_, scene_); }
 
   double support_radius() const override { return plan_.support; }
+  int sub_steps() const override { return plan_.sub_steps; }
 
   void set_parameter(const std::string& name, const std::string& value) override {
     SceneConfig config = scene_.config;

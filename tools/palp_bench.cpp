@@ -1,5 +1,6 @@
-// Measures what a sub-step costs against the number of particles: fluid cuboids in a tray, at each support radius asked
-// for. JSON with the hardware named. Times are of whole haptic steps, waits included, divided by their sub-steps.
+// Measures what a sub-step costs against the number of particles: periodic cubes of fluid, at each support radius asked
+// for, or scenes, their tools held still by a hand. JSON with the hardware named. Times are of whole haptic steps,
+// waits included, divided by their sub-steps.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -17,7 +18,9 @@
 namespace {
 
 struct Arguments {
-  std::vector<std::size_t> particles{1000, 10000, 30000, 100000, 1000000};
+  std::vector<std::size_t> particles;  // empty: the default ones of cubes, a scene's own
+  std::vector<std::string> scenes;
+  std::optional<palp::Accuracy> accuracy;
   std::vector<double> supports{2.0, 2.6, 3.0};
   std::string out;
   palp::Backend backend = palp::Backend::automatic;
@@ -77,71 +80,117 @@ std::string processor_name() {
 }
 
 struct Sample {
+  std::string what;  // "calm" or "stirred", or the scene
   std::size_t particles;
-  bool stirred;
-  double support, median_us, p10_us, p90_us;
+  double support;                    // [spacings]
+  int sub_steps;                     // of a haptic step
+  double median_us, p10_us, p90_us;  // of a sub-step
   int steps;
 };
 
-const char* flow_name(const Sample& s) { return s.stirred ? "stirred" : "calm"; }
+// Hands that hold their tools where these are.
+palp::StepInput still_hands(const palp::Scene& scene) {
+  palp::StepInput input{};
+  for (std::size_t p = 0; p < scene.proxies.size(); ++p) {
+    const palp::Body& tool = scene.bodies[scene.proxies[p].body];
+    input[p].engaged = true;
+    input[p].state.position = tool.position + tool.orientation * scene.proxies[p].handle;
+    input[p].state.orientation = tool.orientation;
+    input[p].gains = scene.proxies[p].limit;
+  }
+  return input;
+}
 
-Sample measure(palp::Simulation& simulation, double support, bool stirred, const Arguments& a) {
+Sample measure(palp::Simulation& simulation, const std::string& what, const Arguments& a) {
   using Clock = std::chrono::steady_clock;
   std::vector<double> times;
-  const palp::StepInput input{};
+  const palp::StepInput input = still_hands(simulation.scene());
+  const int sub_steps = simulation.sub_steps();
   for (int k = 0; k < 3; ++k) simulation.step(input);
   const auto end = Clock::now() + std::chrono::duration<double>(a.seconds);
   while (Clock::now() < end || times.size() < 5) {
     const auto t0 = Clock::now();
     const palp::StepOutput& out = simulation.step(input);
-    times.push_back(1e6 * std::chrono::duration<double>(Clock::now() - t0).count() / a.sub_steps);
-    if (!out.health.ok) throw std::runtime_error("the benchmark's fluid diverged: " + out.health.cause);
+    times.push_back(1e6 * std::chrono::duration<double>(Clock::now() - t0).count() / sub_steps);
+    if (!out.health.ok) throw std::runtime_error("the benchmark diverged: " + out.health.cause);
   }
   std::sort(times.begin(), times.end());
   const auto at = [&](double share) {
     return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))];
   };
-  return {simulation.scene().position.size(), stirred, support, at(0.5), at(0.1), at(0.9),
-          static_cast<int>(times.size())};
+  const palp::Scene& scene = simulation.scene();
+  return {
+      what,    scene.position.size(),         simulation.support_radius() / scene.spacing, sub_steps, at(0.5), at(0.1),
+      at(0.9), static_cast<int>(times.size())};
 }
 
-palp::Json json_of(const std::vector<Sample>& samples, const std::string& backend, int sub_steps) {
+palp::Json json_of(const std::vector<Sample>& samples, const std::string& backend, bool scenes) {
   const auto to_hundredths = [](double us) { return 0.01 * std::round(100 * us); };
   palp::Json results = palp::Json::array();
   for (const Sample& s : samples) {
-    results.push_back({{"flow", flow_name(s)},
-                       {"support_over_spacing", s.support},
+    results.push_back({{scenes ? "scene" : "flow", s.what},
+                       {"support_over_spacing", 0.01 * std::round(100 * s.support)},
+                       {"sub_steps_per_step", s.sub_steps},
                        {"particles", s.particles},
                        {"median_us", to_hundredths(s.median_us)},
                        {"p10_us", to_hundredths(s.p10_us)},
                        {"p90_us", to_hundredths(s.p90_us)},
                        {"steps", s.steps}});
   }
-  return {{"benchmark", "fluid sub-step, periodic cube, accurate"},
+  return {{"benchmark", scenes ? "sub-step of scenes" : "fluid sub-step, periodic cube, accurate"},
           {"backend", backend},
           {"processor", processor_name()},
           {"cores", std::thread::hardware_concurrency()},
-          {"sub_steps_per_step", sub_steps},
           {"results", results}};
 }
 
-int run(const Arguments& a) {
+struct Bench {
+  const Arguments& a;
   std::vector<Sample> samples;
-  std::string name;
+  std::string backend;
+
+  void add(const palp::Scene& scene, const std::string& what) {
+    const auto simulation = palp::make_simulation(scene, a.backend);
+    backend = simulation->backend_name();
+    samples.push_back(measure(*simulation, what, a));
+    const Sample& s = samples.back();
+    fmt::print(stderr,
+               "{}, H = {:.2g} dx, {:8} particles: {:9.1f} us a sub-step ({:.1f} .. {:.1f}) of {}, {:.1f} M "
+               "particle-steps/s\n",
+               s.what, s.support, s.particles, s.median_us, s.p10_us, s.p90_us, s.sub_steps,
+               static_cast<double>(s.particles) / s.median_us);
+  }
+};
+
+void add_cubes(const Arguments& a, Bench& bench) {
+  const std::vector<std::size_t> counts =
+      a.particles.empty() ? std::vector<std::size_t>{1000, 10000, 30000, 100000, 1000000} : a.particles;
   for (const bool stirred : {false, true})
-    for (std::size_t k = 0; k < a.supports.size() * a.particles.size(); ++k) {
-      const double support = a.supports[k / a.particles.size()];
-      const palp::Scene scene = fluid_cube(a.particles[k % a.particles.size()], support, a.sub_steps, stirred);
-      const auto simulation = palp::make_simulation(scene, a.backend);
-      name = simulation->backend_name();
-      samples.push_back(measure(*simulation, support, stirred, a));
-      const Sample& s = samples.back();
-      fmt::print(stderr,
-                 "{}, H = {} dx, {:8} particles: {:9.1f} us a sub-step ({:.1f} .. {:.1f}), {:.1f} M particle-steps/s\n",
-                 flow_name(s), s.support, s.particles, s.median_us, s.p10_us, s.p90_us,
-                 static_cast<double>(s.particles) / s.median_us);
+    for (const double support : a.supports)
+      for (const std::size_t n : counts)
+        bench.add(fluid_cube(n, support, a.sub_steps, stirred), stirred ? "stirred" : "calm");
+}
+
+void add_scenes(const Arguments& a, Bench& bench) {
+  for (const std::string& name : a.scenes) {
+    palp::SceneOptions options;
+    options.scene = name;
+    options.overrides.accuracy = a.accuracy;
+    if (a.particles.empty()) bench.add(palp::open_scene(options), name);
+    for (const std::size_t n : a.particles) {
+      options.particles = n;
+      bench.add(palp::open_scene(options), name);
     }
-  const palp::Json json = json_of(samples, name, a.sub_steps);
+  }
+}
+
+int run(const Arguments& a) {
+  Bench bench{a, {}, {}};
+  if (a.scenes.empty())
+    add_cubes(a, bench);
+  else
+    add_scenes(a, bench);
+  const palp::Json json = json_of(bench.samples, bench.backend, !a.scenes.empty());
   if (a.out.empty()) {
     fmt::print("{}", palp::json_text(json));
   } else {
@@ -153,15 +202,20 @@ int run(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Measures the cost of a fluid sub-step against the number of particles.");
+  CLI::App app("Measures the cost of a sub-step against the number of particles.");
   Arguments a;
   palp::add_backend_option(app, a.backend);
-  app.add_option("--particles", a.particles, "Numbers of particles, rounded to cubes")
+  app.add_option("--scene", a.scenes, "Scenes instead of cubes of fluid: files, or names of those in config/scenes")
+      ->delimiter(',');
+  palp::add_accuracy_option(app, a.accuracy);
+  app.add_option("--particles", a.particles, "Numbers of particles, rounded to cubes; of a scene, of its matter")
       ->delimiter(',')
       ->check(CLI::Range(64, 20000000));
-  app.add_option("--support", a.supports, "Support radii in spacings")->delimiter(',')->check(CLI::Range(1.8, 4.0));
+  app.add_option("--support", a.supports, "Support radii in spacings, of cubes")
+      ->delimiter(',')
+      ->check(CLI::Range(1.8, 4.0));
   app.add_option("--seconds", a.seconds, "Time to measure each case for")->check(CLI::Range(0.01, 600.0));
-  app.add_option("--sub-steps", a.sub_steps, "Sub-steps in a haptic step")->check(CLI::Range(1, 100));
+  app.add_option("--sub-steps", a.sub_steps, "Sub-steps in a haptic step, of cubes")->check(CLI::Range(1, 100));
   app.add_option("--out", a.out, "JSON file (default: standard output)");
   CLI11_PARSE(app, argc, argv);
   try {
