@@ -10,6 +10,9 @@ namespace {
 
 constexpr double kSpacing = 0.01;
 
+constexpr const char* kPapersStiffness =
+    "gradients are not corrected: stiffness depends on the kernel and on surfaces near by";
+
 class ElasticIn : public ::testing::TestWithParam<Method> {};
 
 Scene with_material(double young, double poisson, double damping, Method method = Method::accurate) {
@@ -75,7 +78,7 @@ TEST_P(ElasticIn, WavesRunAtTheSpeedOfYoungsModulus) {
   RecordProperty("speed_over_exact", std::to_string(measured / speed));
   EXPECT_TRUE(within(measured / speed - 1, tol::kWaveSpeed,
                      {"D13 speed of a wave in a bar", "sqrt(E / rho) = " + quantity(speed, "m/s"),
-                      quantity(measured, "m/s"), GetParam(), kTodo}));
+                      quantity(measured, "m/s"), GetParam(), kPapersStiffness}));
 }
 
 // A column that hangs from a clamp is longer by rho g L^2 / 2 E, where nothing narrows it.
@@ -105,13 +108,13 @@ TEST_P(ElasticIn, HangingColumnStretchesByItsWeight) {
   EXPECT_TRUE(
       within(stretch / expected - 1, tol::kElasticStatics,
              {"D9 column that hangs by its weight: stretch", "rho g L^2 / 2 E = " + quantity(1e3 * expected, "mm"),
-              quantity(1e3 * stretch, "mm"), GetParam(), kTodo}));
+              quantity(1e3 * stretch, "mm"), GetParam(), kPapersStiffness}));
   // and the clamp carries it
   const double weight = scene.bodies[column].mass * 9.81;
   const double carried = -simulation->output().bodies[clamp].force.x();
   EXPECT_TRUE(within(carried / weight - 1, tol::kElasticStatics,
                      {"D9 column that hangs by its weight: force on the clamp", "weight, " + quantity(weight, "N"),
-                      quantity(carried, "N"), GetParam(), kTodo}));
+                      quantity(carried, "N"), GetParam()}));
 }
 
 // Far-fetched, but hands do such things: a block turned inside out finds back to its shape.
@@ -138,9 +141,9 @@ TEST(ElasticBody, InvertedBlockRecovers) {
   EXPECT_LT(off, 0.05 * 6 * kSpacing);
 }
 
-TEST(ElasticBody, TooSmallOnesFallLikeStones) {
+TEST_P(ElasticIn, TooSmallOnesFallLikeStones) {
   for (int count = 1; count <= 3; ++count) {
-    Scene scene = with_material(1e5, 0.3, 0);
+    Scene scene = with_material(1e5, 0.3, 0, GetParam());
     scene.config.gravity = {0, 0, -9.81};
     add_body(scene, "crumb", BodyType::elastic, 0, {0, 0, 0}, {count * kSpacing, kSpacing, kSpacing});
     const auto simulation = simulate(scene);
@@ -149,8 +152,10 @@ TEST(ElasticBody, TooSmallOnesFallLikeStones) {
     simulation->snapshot(snapshot);
     const double t = simulation->output().time;
     for (std::size_t i = 0; i < scene.position.size(); ++i) {
-      EXPECT_NEAR(snapshot.velocity[3 * i + 2], -9.81 * t, 1e-4);
-      EXPECT_NEAR(snapshot.velocity[3 * i], 0, 1e-4);
+      const double off = std::hypot(snapshot.velocity[3 * i + 2] + 9.81 * t, snapshot.velocity[3 * i]);
+      EXPECT_TRUE(within(off, tol::kCrumbFall,
+                         {"D15 free fall of elastic crumbs of one to three particles, 0.2 s",
+                          "g t = " + quantity(9.81 * t, "m/s"), quantity(1e6 * off, "um/s off"), GetParam()}));
     }
   }
 }
@@ -178,11 +183,11 @@ TEST_P(ElasticIn, WithDampingTheForceSettles) {
   for (std::size_t k = 300; k < force.size(); ++k)
     ASSERT_TRUE(within(force[k] / force.back() - 1, tol::kSettled,
                        {"E6 jelly that a plate has pressed 6 mm: force from 0.2 s on",
-                        "in the end " + quantity(force.back(), "N"), quantity(force[k], "N"), GetParam(), kTodo}))
+                        "in the end " + quantity(force.back(), "N"), quantity(force[k], "N"), GetParam()}))
         << k << " ms";
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, ElasticIn, ::testing::Values(Method::accurate, Method::paper),
+INSTANTIATE_TEST_SUITE_P(Methods, ElasticIn, ::testing::ValuesIn(methods()),
                          [](const auto& param) { return to_string(param.param); });
 
 // Stiff and nearly incompressible: as many sub-steps as that takes, and no energy out of nothing.

@@ -43,7 +43,10 @@ Scene tank(const TankCase& c) {
   return scene;
 }
 
-constexpr const char *kPressure = "t", *kForce = "t", *kSpeed = "t", *kSqueezed = "t";
+constexpr const char* kTwice = "Eq. 2 takes half the gradient of pressure: a fluid at rest has twice rho g d";
+constexpr const char* kSloshes =
+    "neither density diffusion nor artificial viscosity: an inviscid fluid goes on sloshing";
+constexpr const char* kSqueezed = "twice the pressure is twice the compression, and it sloshes";
 
 class Tank : public ::testing::TestWithParam<TankCase> {};
 
@@ -85,25 +88,29 @@ TEST_P(Tank, ComesToRestWithTheHydrostaticPressure) {
   };
   EXPECT_TRUE(within(std::sqrt(square) / bottom, tol::kHydrostaticProfile,
                      row("pressure", "rho g (H - z), 900 Pa at the bottom (Adami 2012)",
-                         quantity(std::sqrt(square), "Pa off, rms"), kPressure)));
+                         quantity(std::sqrt(square), "Pa off, rms"), kTwice)));
   EXPECT_TRUE(
       within(-force / weight - 1, tol::kWallForce,
-             row("force on the walls", ("weight, " + quantity(weight, "N")).c_str(), quantity(-force, "N"), kForce)));
+             row("force on the walls", ("weight, " + quantity(weight, "N")).c_str(), quantity(-force, "N"), nullptr)));
   EXPECT_TRUE(within(speed, tol::kRestingSpeed,
-                     row("largest speed left", "0", quantity(1e3 * out->health.max_speed, "mm/s"), kSpeed)));
+                     row("largest speed left", "0", quantity(1e3 * out->health.max_speed, "mm/s"), kSloshes)));
   EXPECT_TRUE(within(compression, tol::kCompression,
                      row("largest compression", "g H / c^2 = 1 %", quantity(100 * compression, "%"), kSqueezed)));
   EXPECT_EQ(out->health.outside, 0u);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Supports, Tank,
-    ::testing::Values(TankCase{"three_spacings_ramp", 3.0, 1.0, "H = 3 dx, gravity grown in"},
-                      TankCase{"three_spacings_at_once", 3.0, 0.0, "H = 3 dx, gravity at once"},
-                      TankCase{"two_spacings_ramp", 2.0, 1.0, "H = 2 dx, gravity grown in"},
-                      TankCase{"paper_three_spacings", 3.0, 1.0, "H = 3 dx, gravity grown in", Method::paper},
-                      TankCase{"paper_two_spacings", 2.0, 1.0, "H = 2 dx, gravity grown in", Method::paper}),
-    [](const auto& param) { return std::string(param.param.name); });
+std::vector<TankCase> tanks() {
+  std::vector<TankCase> all{{"three_spacings_ramp", 3.0, 1.0, "H = 3 dx, gravity grown in"},
+                            {"three_spacings_at_once", 3.0, 0.0, "H = 3 dx, gravity at once"},
+                            {"two_spacings_ramp", 2.0, 1.0, "H = 2 dx, gravity grown in"}};
+  if (methods().size() < 2) return all;
+  all.push_back({"paper_three_spacings", 3.0, 1.0, "H = 3 dx, gravity grown in", Method::paper});
+  all.push_back({"paper_two_spacings", 2.0, 1.0, "H = 2 dx, gravity grown in", Method::paper});
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Supports, Tank, ::testing::ValuesIn(tanks()),
+                         [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace
 }  // namespace palp::testing

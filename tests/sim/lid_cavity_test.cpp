@@ -67,13 +67,14 @@ TEST_P(LidCavity, HasTheVortexOfGhia) {
     for (Point& p : points) p.found += mean_near(scene, s, p.x, p.z, p.axis) / (average / 10);
   }
   for (const Point& p : points)
-    EXPECT_TRUE(
-        within(p.found / p.expected - 1, tol::kLidCavity,
-               {"D6 box with a moving lid, Re 100, 30 x 30: " + std::string(p.what),
-                quantity(p.expected, "of the lid's speed (Ghia 1982)"), quantity(p.found, ""), GetParam(), kTodo}));
+    EXPECT_TRUE(within(p.found / p.expected - 1, tol::kLidCavity,
+                       {"D6 box with a moving lid, Re 100, 30 x 30: " + std::string(p.what),
+                        quantity(p.expected, "of the lid's speed (Ghia 1982)"), quantity(p.found, ""), GetParam(),
+                        "Eq. 3 as it stands: wall particles take part with the wall's own velocity, which does not "
+                        "place its surface"}));
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, LidCavity, ::testing::Values(Method::accurate, Method::paper),
+INSTANTIATE_TEST_SUITE_P(Methods, LidCavity, ::testing::ValuesIn(methods()),
                          [](const auto& param) { return to_string(param.param); });
 
 }  // namespace

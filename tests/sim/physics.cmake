@@ -18,7 +18,8 @@ palp_test(NAME physics_test SOURCES ${physics_sources} ${physics_support}
   LIBS palp_simulation palp_scene palp_config LABELS physics TIMEOUT 300)
 
 # what only tools/validate runs: cases that take longer than a test of every day may
-set(validation_sources cantilever_test.cpp closed_system_test.cpp cradle_test.cpp lid_cavity_test.cpp)
+set(validation_sources
+  cantilever_test.cpp closed_system_test.cpp cradle_test.cpp dam_break_box_test.cpp lid_cavity_test.cpp)
 palp_test(NAME validation_test SOURCES ${validation_sources} ${physics_support}
   LIBS palp_simulation palp_scene palp_config LABELS validation TIMEOUT 1200)
 

@@ -59,6 +59,10 @@ inline constexpr Tolerance kWallForce{0.01, 0.01, "of the weight, mean over an a
 inline constexpr Tolerance kRestingSpeed{0.01, 0.01, "of sqrt(g H)"};
 inline constexpr Tolerance kCompression{0.012, 0.012, "g H / c^2 = 1 % at c = 10 sqrt(g H), and sound"};
 inline constexpr Tolerance kDamBreakFront{0.10, 0.10, "of the distance, Martin & Moyce 1952"};
+inline constexpr Tolerance kRitter{0.03, 0.03,
+                                   "of the time, which is two spacings of the way; no lower bound is known"};
+inline constexpr Tolerance kThroughFloor{1e-6, 1e-6, "of a spacing: no particle's centre gets below the floor"};
+inline constexpr Tolerance kTilt{0.1, 0.1, "rad, of a box that is released a layer too high"};
 inline constexpr Tolerance kBuoyancy{0.03, 0.03, "of rho g V"};
 inline constexpr Tolerance kDraft{0.4, 0.4,
                                   "of a spacing: the gap at a solid and the level of a free surface; measured -0.26"};
@@ -111,6 +115,7 @@ inline constexpr Tolerance kElasticGradient{2e-5, 1e-12, "of an affine field; di
 inline constexpr Tolerance kElasticForce{2e-4, 1e-9, "of E dx^2 or of the exact force; strains in real"};
 inline constexpr Tolerance kElasticMomentum{3e-6, 1e-13, "of the sum of the sizes"};
 inline constexpr Tolerance kElasticSlope{3e-4, 1e-6, "of the largest force; central difference in double"};
+inline constexpr Tolerance kCrumbFall{1e-4, 1e-4, "m/s after 0.2 s; nothing may strain what has no extent"};
 inline constexpr Tolerance kPlateSag{0.05, 0.05, "of the sag, reference D11"};
 inline constexpr Tolerance kPlatePeriod{0.05, 0.05, "of the period, reference D12"};
 inline constexpr Tolerance kYoung{0.02, 0.02, "of E, reference D9"};

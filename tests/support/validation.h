@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -25,8 +26,11 @@ struct ValidationCase {
 // within(residual, tolerance), and reported. Of several reports of one case in a test the worst counts.
 ::testing::AssertionResult within(double residual, const Tolerance& tolerance, const ValidationCase& reported);
 
+// The methods that a case is run in: "accurate", and under tools/validate (which sets PALP_VALIDATE) "paper", too. For
+// cases in which the paper's form is measured rather than judged; those that both must hold have both every day.
+std::vector<Method> methods();
+
 // "1.235 kPa", with four digits.
-inline constexpr const char* kTodo = "todo";
 std::string quantity(double value, const std::string& unit);
 
 // The numerics of what is reported from here on, as a simulation prints them; simulate() of backend.h calls it.
