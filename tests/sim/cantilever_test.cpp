@@ -27,6 +27,9 @@ double fit(const std::vector<double>& t, const std::vector<double>& y, double w,
 constexpr const char* kPapersStiffness =
     "gradients are not corrected: stiffness depends on the kernel and on surfaces near by";
 
+constexpr const char* kSag = "D11 clamped plate, own weight, h = 10 dx: sag at the tip";
+constexpr const char* kSwing = "D12 clamped plate, h = 10 dx: period";
+
 class Cantilever : public ::testing::TestWithParam<Method> {};
 
 constexpr double kYoungs = 2e6, kPoissons = 0.3975, kLength = 0.2, kHigh = 0.02, kPull = 0.2;
@@ -51,8 +54,10 @@ Scene plate(Method method) {
 // Released straight, the plate swings about its sag: the mean is what Turek & Hron's CSM1 asks, the period what Gray,
 // Monaghan & Swift 2001 ask, of a thin plate without end across.
 TEST_P(Cantilever, SwingsAboutItsSag) {
-  constexpr double in_plane = kYoungs / (1 - kPoissons * kPoissons), k = 1.875 / kLength;
-  const double sag = 3 * 1000 * kPull * std::pow(kLength, 4) / (2 * in_plane * kHigh * kHigh);
+  // the bond holds at the clamp's outer particles, half a spacing beyond its face
+  constexpr double free = kLength + 0.5 * kHigh / 10, k = 1.875 / free;
+  constexpr double in_plane = kYoungs / (1 - kPoissons * kPoissons);
+  const double sag = 3 * 1000 * kPull * std::pow(free, 4) / (2 * in_plane * kHigh * kHigh);
   const double period = 2 * M_PI / std::sqrt(in_plane * kHigh * kHigh * std::pow(k, 4) / (12 * 1000));
   const Scene scene = plate(GetParam());
   const auto simulation = simulate(scene);
@@ -61,7 +66,14 @@ TEST_P(Cantilever, SwingsAboutItsSag) {
   Snapshot s;
   while (simulation->output().time < 1.1 * period) {
     const StepOutput& out = simulation->step({});
-    ASSERT_TRUE(out.health.ok) << out.health.cause;
+    if (!out.health.ok) {
+      ADD_FAILURE() << out.health.cause;
+      EXPECT_TRUE(
+          within(NAN, tol::kPlateSag, {kSag, "no divergence", "diverged at " + quantity(out.time, "s"), GetParam()}));
+      EXPECT_TRUE(within(NAN, tol::kPlatePeriod,
+                         {kSwing, "no divergence", "diverged at " + quantity(out.time, "s"), GetParam()}));
+      return;
+    }
     if (out.step % 4 != 0) continue;
     simulation->snapshot(s);
     double mean = 0, count = 0;
@@ -84,14 +96,13 @@ TEST_P(Cantilever, SwingsAboutItsSag) {
     found = abc;
   }
   // the outermost particles' centres are half a spacing from the end
-  const double at_tip = sag * (1 - 4. / 3 * 0.5 * scene.spacing / kLength);
+  const double at_tip = sag * (1 - 4. / 3 * 0.5 * scene.spacing / free);
   EXPECT_TRUE(within(found.x() / at_tip - 1, tol::kPlateSag,
-                     {"D11 clamped plate, own weight, h = 10 dx: sag at the tip",
-                      "3 rho g L^4 / (2 E' h^2) = " + quantity(1e3 * at_tip, "mm"), quantity(1e3 * found.x(), "mm"),
-                      GetParam(), kPapersStiffness}));
-  EXPECT_TRUE(within(swing / period - 1, tol::kPlatePeriod,
-                     {"D12 clamped plate, h = 10 dx: period", quantity(period, "s (thin plate; Gray 2001)"),
-                      quantity(swing, "s"), GetParam(), kPapersStiffness}));
+                     {kSag, "3 rho g L^4 / (2 E' h^2) = " + quantity(1e3 * at_tip, "mm"),
+                      quantity(1e3 * found.x(), "mm"), GetParam(), kPapersStiffness}));
+  EXPECT_TRUE(within(
+      swing / period - 1, tol::kPlatePeriod,
+      {kSwing, quantity(period, "s (thin plate; Gray 2001)"), quantity(swing, "s"), GetParam(), kPapersStiffness}));
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, Cantilever, ::testing::ValuesIn(methods()),

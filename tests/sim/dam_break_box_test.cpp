@@ -32,11 +32,14 @@ TEST_P(DamBreakOnABox, ReachesTheBoxBehindRittersFront) {
     for (std::uint32_t i = water.first; i < water.first + water.count; ++i)
       if (s.position[3 * i] - 0.5 * scene.spacing < face) arrival = out.time;
   }
-  EXPECT_EQ(outside, 0u);
   EXPECT_GT(push, 0) << "the box is hit";
   EXPECT_TRUE(within(arrival > 0 ? std::max(0.0, ritter / arrival - 1) : NAN, tol::kRitter,
                      {"D3 dam break on a box (SPHERIC test 2): water at the box",
                       "not before Ritter's front, " + quantity(ritter, "s"), quantity(arrival, "s"), GetParam()}));
+  EXPECT_TRUE(within(outside, Tolerance{0.5, 0.5, "particles"},
+                     {"D3 dam break on a box (SPHERIC test 2): particles that leave the tank", "0",
+                      quantity(outside, "of ") + quantity(water.count, ""), GetParam(),
+                      "nothing but pressure keeps particles out of a wall: fast ones pass it"}));
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, DamBreakOnABox, ::testing::ValuesIn(methods()),

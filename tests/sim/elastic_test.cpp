@@ -152,8 +152,12 @@ TEST_F(ElasticTest, ForcesKeepBothMomenta) {
     force_size += f[i].norm();
     torque_size += moment.norm();
   }
-  EXPECT_TRUE(within(force.norm() / force_size, tol::kElasticMomentum));
-  EXPECT_TRUE(within(torque.norm() / torque_size, tol::kElasticMomentum));
+  EXPECT_TRUE(within(force.norm() / force_size, tol::kElasticMomentum,
+                     {"D18 forces of a strained elastic body: sum", "0",
+                      quantity(1e6 * force.norm(), "uN of ") + quantity(force_size, "N")}));
+  EXPECT_TRUE(within(torque.norm() / torque_size, tol::kElasticMomentum,
+                     {"D18 forces of a strained elastic body: torque", "0",
+                      quantity(1e6 * torque.norm(), "uN m of ") + quantity(torque_size, "N m")}));
 }
 
 // sum V (mu |R^T F - I|^2 + lambda / 2 tr(R^T F - I)^2), every pair, double precision, R from a singular value
