@@ -188,7 +188,7 @@ TEST_P(ContactIn, FlatToolSlidesWithoutRipple) {
     const Eigen::Quaterniond orientation(Eigen::AngleAxisd(yaw, Vector3d::UnitZ()));
     add_flat_tool(config, orientation);
     // particles let the tool sink in further before they press back with as much
-    const double height = GetParam() == Method::paper ? 0.0162 : 0.02;
+    const double height = GetParam() == Method::paper ? 0.0150 : 0.02;
     const DrawnTool drawn = draw_flat_tool(*simulate(sampled(config)), orientation, height);
     EXPECT_GT(drawn.felt.low, 4);
     const std::string turned = yaw == 0 ? ", along the lattice: " : ", turned at random: ";

@@ -62,6 +62,7 @@ inline constexpr Tolerance kDamBreakFront{0.10, 0.10, "of the distance, Martin &
 inline constexpr Tolerance kRitter{0.03, 0.03,
                                    "of the time, which is two spacings of the way; no lower bound is known"};
 inline constexpr Tolerance kThroughFloor{1e-6, 1e-6, "of a spacing: no particle's centre gets below the floor"};
+inline constexpr Tolerance kNoParticle{0.5, 0.5, "particles: not one"};
 inline constexpr Tolerance kTilt{0.1, 0.1, "rad, of a box that is released a layer too high"};
 inline constexpr Tolerance kBuoyancy{0.03, 0.03, "of rho g V"};
 inline constexpr Tolerance kDraft{0.4, 0.4,
