@@ -237,8 +237,12 @@ TEST(ContactMotion, ALadleSlidesOverTheBlockInATray) {
   }
   EXPECT_GT(drawn, 1.59);
   EXPECT_GT(low, 3);
-  EXPECT_TRUE(within((felt_high - felt_low) / low, tol::kRipple));
-  EXPECT_TRUE(within((high - low) / low, tol::kRippleOfContact));
+  EXPECT_TRUE(within((felt_high - felt_low) / low, tol::kRipple,
+                     {"D19 ladle drawn over the block of tray_rigid, mu = 0.3: ripple that the hand feels", "0",
+                      quantity(1e3 * (felt_high - felt_low), "mN of ") + quantity(low, "N")}));
+  EXPECT_TRUE(within((high - low) / low, tol::kRippleOfContact,
+                     {"D19 ladle drawn over the block of tray_rigid, mu = 0.3: ripple of contact", "0",
+                      quantity(1e3 * (high - low), "mN of ") + quantity(low, "N")}));
   EXPECT_TRUE(within(friction / 0.3, tol::kFrictionSlide));
   EXPECT_EQ(pressed, 0) << "raised again";
 }

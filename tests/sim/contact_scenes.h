@@ -116,8 +116,8 @@ struct DrawnTool {
   double across = 0;     // the most that contact pushes along the way
 };
 
-// The hand presses the tool down with about 5 N and draws it along x with 0.2 m/s.
-inline DrawnTool draw_flat_tool(Simulation& simulation, const Eigen::Quaterniond& orientation) {
+// The hand, at a height that presses the tool down with about 5 N, draws it along x with 0.2 m/s.
+inline DrawnTool draw_flat_tool(Simulation& simulation, const Eigen::Quaterniond& orientation, double height = 0.02) {
   DrawnTool drawn;
   StepInput input;
   input[0].engaged = true;
@@ -125,7 +125,7 @@ inline DrawnTool draw_flat_tool(Simulation& simulation, const Eigen::Quaterniond
   input[0].gains = {1000, 20, 10, 0.2};
   for (int k = 0; k < 2000; ++k) {
     const double t = std::max(0, k - 500) * 1e-3;
-    input[0].state.position = {-0.15 + 0.2 * t, 0, 0.02};
+    input[0].state.position = {-0.15 + 0.2 * t, 0, height};
     input[0].state.linear = {k < 500 ? 0 : 0.2, 0, 0};
     const StepOutput& out = simulation.step(input);
     EXPECT_TRUE(out.health.ok) << out.health.cause;

@@ -43,7 +43,9 @@ TEST(ElasticContact, SoftBlocksStickAndSlipLikeRigidOnes) {
     const double a = kGravity * (std::sin(slope) - mu * std::cos(slope));
     const double found =
         (slide(scene, slope, {0.3, 0.2, 0.5}).speed - slide(scene, slope, {0.3, 0.2, 0.2}).speed) / 0.3;
-    EXPECT_TRUE(within(found / a - 1, tol::kSoftSlide));
+    EXPECT_TRUE(within(found / a - 1, tol::kSoftSlide,
+                       {"D14 soft block that slides with mu = " + quantity(mu, ""),
+                        "g (sin - mu cos) = " + quantity(a, "m/s^2"), quantity(found, "m/s^2")}));
   }
 }
 
@@ -57,7 +59,10 @@ TEST(ElasticContact, SoftBlockRestsOnAPlate) {
   const auto simulation = simulate(scene);
   run(*simulation, 1);
   const double weight = scene.bodies[1].mass * kGravity;
-  EXPECT_TRUE(within(-simulation->output().bodies[0].force.z() / weight - 1, tol::kStackForce));
+  const double on_plate = -simulation->output().bodies[0].force.z();
+  EXPECT_TRUE(within(
+      on_plate / weight - 1, tol::kStackForce,
+      {"D16 soft block at rest: force on the plate", "weight, " + quantity(weight, "N"), quantity(on_plate, "N")}));
   Snapshot snapshot;
   simulation->snapshot(snapshot);
   double low = 1;

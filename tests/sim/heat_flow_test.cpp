@@ -44,8 +44,8 @@ double x_of(const Snapshot& s, std::size_t i) { return s.position[3 * i]; }
 using Profile = std::function<double(double x, double t)>;
 
 // Largest difference of a particle's temperature from the exact one at each of the times, over the driving difference.
-void expect_profile(const Scene& scene, const std::vector<double>& times, double driving, const Profile& exact,
-                    Snapshot* last = nullptr) {
+void expect_profile(const Scene& scene, const std::vector<double>& times, double driving, const std::string& title,
+                    const Profile& exact, Snapshot* last = nullptr) {
   const auto simulation = simulate(scene);
   Snapshot s;
   for (const double t : times) {
@@ -58,7 +58,10 @@ void expect_profile(const Scene& scene, const std::vector<double>& times, double
     for (std::size_t i = 0; i < scene.position.size(); ++i)
       if (!scene.bodies[scene.body[i]].holds_temperature)
         worst = std::max(worst, std::abs(s.temperature[i] - exact(x_of(s, i), simulation->output().time)));
-    EXPECT_TRUE(within(worst / driving, tol::kHeatProfile)) << "t = " << t;
+    EXPECT_TRUE(within(worst / driving, tol::kHeatProfile,
+                       {title, "erfc profile, worst place and time",
+                        quantity(worst, "K off, of ") + quantity(driving, "K"), scene.config.method}))
+        << "t = " << t;
     ::testing::Test::RecordProperty("error_at_" + std::to_string(t), std::to_string(worst / driving));
   }
   if (last != nullptr) *last = s;
@@ -69,18 +72,19 @@ TEST(HeatFlow, ASemiInfiniteBodyWarmsFromItsEnd) {
   const auto stuff = add_conductor(scene, 1);
   add_piece(scene, "wall", stuff, -3 * kSpacing, 0, 1).holds_temperature = true;
   add_piece(scene, "body", stuff, 0, 2, 0);
-  expect_profile(scene, {0.05, 0.1}, 1, [](double x, double t) { return std::erfc(x / (2 * std::sqrt(t))); });
+  expect_profile(scene, {0.05, 0.1}, 1, "D17 semi-infinite body warmed from its end",
+                 [](double x, double t) { return std::erfc(x / (2 * std::sqrt(t))); });
 }
 
 // Two half-spaces that touch at x = 0: there it soon is (e1 T1 + e2 T2) / (e1 + e2), e = sqrt(k rho c).
-void expect_half_spaces(double k, BodyType right, double between) {
+void expect_half_spaces(double k, BodyType right, double between, const std::string& title) {
   const double until = 0.02, left_end = -4 * std::sqrt(until), right_end = 4 * std::sqrt(k * until);
   Scene scene = bar(left_end, right_end);
   add_piece(scene, "left", add_conductor(scene, 1), left_end, 0, 0);
   add_piece(scene, "right", add_conductor(scene, k), 0, right_end, 1, right);
   Snapshot s;
   expect_profile(
-      scene, {until / 2, until}, 1,
+      scene, {until / 2, until}, 1, title + ": profile",
       [=](double x, double t) {
         return x < 0 ? between * std::erfc(-x / (2 * std::sqrt(t)))
                      : 1 - (1 - between) * std::erfc(x / (2 * std::sqrt(k * t)));
@@ -94,13 +98,21 @@ void expect_half_spaces(double k, BodyType right, double between) {
     }
   // what the two innermost layers conduct to their common face
   const double T = 2 * (sum[0] + k * sum[1]) / (1 + k) / count;
-  EXPECT_TRUE(within(T / between - 1, tol::kHeatProfile));
+  EXPECT_TRUE(within(
+      T / between - 1, tol::kHeatProfile,
+      {title + ": where they touch", "(e1 T1 + e2 T2) / (e1 + e2) = " + quantity(between, "K"), quantity(T, "K")}));
   ::testing::Test::RecordProperty("between", std::to_string(T));
 }
 
-TEST(HeatFlow, HalfSpacesOfOneMaterialMeet) { expect_half_spaces(1, BodyType::fixed, 0.5); }
-TEST(HeatFlow, ABetterConductorMeets) { expect_half_spaces(10, BodyType::fixed, 0.759747); }
-TEST(HeatFlow, AFluidMeetsASolid) { expect_half_spaces(1, BodyType::fluid, 0.5); }
+TEST(HeatFlow, HalfSpacesOfOneMaterialMeet) {
+  expect_half_spaces(1, BodyType::fixed, 0.5, "D17 two half-spaces of one material");
+}
+
+TEST(HeatFlow, ABetterConductorMeets) {
+  expect_half_spaces(10, BodyType::fixed, 0.759747, "D17 two half-spaces, one conducts ten times better");
+}
+
+TEST(HeatFlow, AFluidMeetsASolid) { expect_half_spaces(1, BodyType::fluid, 0.5, "D17 a fluid and a solid half-space"); }
 
 TEST(HeatFlow, ASineDecays) {
   for (const double ratio : {2.0, 3.0}) {
@@ -119,7 +131,10 @@ TEST(HeatFlow, ASineDecays) {
     for (std::size_t i = 0; i < scene.position.size(); ++i)
       amplitude += 2 * (s.temperature[i] - 300) * std::sin(2 * M_PI * x_of(s, i)) / double(scene.position.size());
     const double rate = -std::log(amplitude) / simulation->output().time;
-    EXPECT_TRUE(within(rate / (4 * M_PI * M_PI) - 1, tol::kHeatDecay)) << "H / dx = " << ratio;
+    EXPECT_TRUE(within(rate / (4 * M_PI * M_PI) - 1, tol::kHeatDecay,
+                       {"D17 decay of a sine of 20 particles, H = " + quantity(ratio, "dx"),
+                        "alpha k^2 = " + quantity(4 * M_PI * M_PI, "1/s"), quantity(rate, "1/s")}))
+        << "H / dx = " << ratio;
     RecordProperty("rate_at_" + std::to_string(ratio), std::to_string(rate / (4 * M_PI * M_PI)));
   }
 }
@@ -134,7 +149,7 @@ double front_of(const Scene& scene, const Snapshot& s, bool solid) {
 }
 
 // The front is at 2 lambda sqrt(t): at every time, and as the slope of a line through the later half.
-void expect_front(const Scene& scene, double lambda, double until, bool solid) {
+void expect_front(const Scene& scene, double lambda, double until, bool solid, const std::string& title) {
   const auto simulation = simulate(scene);
   Snapshot s;
   double worst = 0, n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
@@ -147,9 +162,13 @@ void expect_front(const Scene& scene, double lambda, double until, bool solid) {
     if (out.time < until / 4) continue;
     ++n, sx += root, sy += front, sxx += root * root, sxy += root * front;
   }
-  EXPECT_TRUE(within(worst / kSpacing, tol::kMeltFront));
+  EXPECT_TRUE(within(worst / kSpacing, tol::kMeltFront,
+                     {title + ": front at any time", "2 lambda sqrt(alpha t), lambda = " + quantity(lambda, ""),
+                      quantity(worst / kSpacing, "dx off")}));
   const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
-  EXPECT_TRUE(within(slope / (2 * lambda) - 1, tol::kMeltSlope));
+  EXPECT_TRUE(within(
+      slope / (2 * lambda) - 1, tol::kMeltSlope,
+      {title + ": front's slope over sqrt(t)", quantity(2 * lambda, "m/sqrt(s)"), quantity(slope, "m/sqrt(s)")}));
   ::testing::Test::RecordProperty("front_off_by_spacings", std::to_string(worst / kSpacing));
   ::testing::Test::RecordProperty("slope_over_exact", std::to_string(slope / (2 * lambda)));
 }
@@ -162,7 +181,7 @@ TEST(HeatFlow, ASolidMeltsFromAWall) {
   scene.config.materials[stuff].latent_heat = 20;
   add_piece(scene, "wall", stuff, -3 * kSpacing, 0, 283).holds_temperature = true;
   add_piece(scene, "ice", stuff, 0, 2, 273);
-  expect_front(scene, 0.464786, 0.5, false);
+  expect_front(scene, 0.464786, 0.5, false, "Stefan, one phase, melting, Ste 0.5");
 }
 
 // Two phases: a liquid above its melting temperature freezes from a wall. lambda solves
@@ -176,11 +195,11 @@ TEST(HeatFlow, ALiquidFreezesFromAWall) {
   add_piece(scene, "liquid", stuff, 0, 2.3, 1.2);
   const double l = 0.5, e = std::exp(-l * l);
   ASSERT_NEAR(e / std::erf(l) - 0.2 / 0.8094 * e / std::erfc(l), l * std::sqrt(M_PI) / 0.8094, 1e-3);
-  expect_front(scene, l, 0.5, true);
+  expect_front(scene, l, 0.5, true, "Stefan, two phases, freezing");
 }
 
 // Cools as a whole, as it conducts far better than it loses: by exp(-coefficient area t / (mass c)).
-void expect_cooling(Scene scene, double area, double volume, const Tolerance& tolerance) {
+void expect_cooling(Scene scene, double area, double volume, const Tolerance& tolerance, const std::string& title) {
   scene.config.heat.loss_to_air = 0.02;
   scene.config.heat.air_temperature = 300;
   const auto simulation = simulate(scene);
@@ -191,7 +210,7 @@ void expect_cooling(Scene scene, double area, double volume, const Tolerance& to
   for (const float T : s.temperature) mean += T / double(s.temperature.size());
   const double rate = -std::log((mean - 300) / 100) / simulation->output().time;
   const double exact = 0.02 * area / volume;
-  EXPECT_TRUE(within(rate / exact - 1, tolerance));
+  EXPECT_TRUE(within(rate / exact - 1, tolerance, {title, quantity(exact, "1/s"), quantity(rate, "1/s")}));
   ::testing::Test::RecordProperty("rate_over_exact", std::to_string(rate / exact));
 }
 
@@ -199,7 +218,7 @@ TEST(HeatFlow, ASlabLosesHeatAtBothFaces) {
   Scene scene = bar(-1, 1);
   const auto stuff = add_conductor(scene, 1);
   add_piece(scene, "slab", stuff, -0.25, 0.25, 400);
-  expect_cooling(scene, 2, 0.5, tol::kPlaneLoss);
+  expect_cooling(scene, 2, 0.5, tol::kPlaneLoss, "Slab that loses heat to air at both faces: rate");
 }
 
 TEST(HeatFlow, ACubeLosesHeatOnAllSides) {
@@ -210,7 +229,7 @@ TEST(HeatFlow, ACubeLosesHeatOnAllSides) {
   const auto stuff = add_conductor(scene, 1);
   add_body(scene, "cube", BodyType::fixed, stuff, {-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3});
   scene.temperature.assign(scene.position.size(), 400);
-  expect_cooling(scene, 6 * 0.36, 0.216, tol::kCubeLoss);
+  expect_cooling(scene, 6 * 0.36, 0.216, tol::kCubeLoss, "Cube that loses heat to air on all sides: rate");
 }
 
 }  // namespace

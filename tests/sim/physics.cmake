@@ -1,6 +1,6 @@
 # The solver's tests. The CPU's binaries are physics_unit_test (seconds) and physics_test (minutes); the same sources,
 # but those that call kernels on the host, make the GPU's, whose tests skip themselves where there is no GPU.
-set(physics_support ../support/backend.cpp ../support/equations.cpp)
+set(physics_support ../support/backend.cpp ../support/equations.cpp ../support/validation.cpp)
 set(physics_host_sources
   distance_test.cpp elastic_test.cpp kernels_test.cpp neighbors_test.cpp pieces_test.cpp plastic_test.cpp tear_test.cpp)
 set(physics_unit_sources
@@ -19,10 +19,19 @@ palp_test(NAME physics_unit_test SOURCES ${physics_unit_sources} ${physics_host_
 palp_test(NAME physics_test SOURCES ${physics_sources} ${physics_support}
   LIBS palp_bridge palp_simulation palp_scene palp_config LABELS physics TIMEOUT 300)
 
+# what only tools/validate runs: cases that take longer than a test of every day may
+set(validation_sources
+  cantilever_test.cpp closed_system_test.cpp cradle_test.cpp dam_break_box_test.cpp lid_cavity_test.cpp)
+palp_test(NAME validation_test SOURCES ${validation_sources} ${physics_support}
+  LIBS palp_simulation palp_scene palp_config LABELS validation TIMEOUT 1200)
+
 if(PALP_HAVE_CUDA)
   palp_test(NAME physics_gpu_test SOURCES ${physics_unit_sources} ${physics_sources} ${physics_support}
     LIBS palp_bridge palp_simulation palp_scene palp_config LABELS gpu TIMEOUT 300)
   target_compile_definitions(physics_gpu_test PRIVATE PALP_TEST_CUDA)
+  palp_test(NAME validation_gpu_test SOURCES ${validation_sources} ${physics_support}
+    LIBS palp_simulation palp_scene palp_config LABELS validation TIMEOUT 1200)
+  target_compile_definitions(validation_gpu_test PRIVATE PALP_TEST_CUDA)
   palp_test(NAME cpu_vs_cuda_test SOURCES cpu_vs_cuda_test.cpp ${physics_support}
     LIBS palp_simulation palp_config LABELS gpu TIMEOUT 300)
   target_compile_definitions(cpu_vs_cuda_test PRIVATE PALP_TEST_CUDA)

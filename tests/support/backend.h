@@ -8,6 +8,7 @@
 
 #include "sim_server/backend/make.h"
 #include "sim_server/simulation.h"
+#include "tests/support/validation.h"
 
 namespace palp::testing {
 
@@ -18,7 +19,9 @@ inline constexpr Backend kBackend = Backend::cpu;
 #endif
 
 inline std::unique_ptr<Simulation> simulate(const Scene& scene, Backend backend = kBackend) {
-  return make_simulation(scene, backend);
+  auto simulation = make_simulation(scene, backend);
+  computed_with(simulation->numerics());
+  return simulation;
 }
 
 }  // namespace palp::testing

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdlib>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -10,10 +11,17 @@
 
 namespace palp::testing {
 
+// A file of the source tree, or of the one that PALP_SOURCE_DIR names where the tests run elsewhere than they were
+// built.
+inline std::string source_file(const std::string& name) {
+  const char* folder = std::getenv("PALP_SOURCE_DIR");
+  return std::string(folder != nullptr ? folder : PALP_SOURCE_DIR) + "/" + name;
+}
+
 inline Scene scene_file(const std::string& name, Accuracy accuracy = Accuracy::fast) {
   SceneOverrides overrides;
   overrides.accuracy = accuracy;
-  return sample_scene(load_scene(PALP_SOURCE_DIR "/config/scenes/" + name + ".toml", overrides), 1000000);
+  return sample_scene(load_scene(source_file("config/scenes/" + name + ".toml"), overrides), 1000000);
 }
 
 inline const Body& body_named(const Scene& scene, const std::string& name) {

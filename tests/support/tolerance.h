@@ -51,6 +51,8 @@ inline constexpr Tolerance kMomentum{1e-5, 1e-12, "pair forces are equal and opp
 inline constexpr Tolerance kMomentumOfSnapshot{1e-5, 2e-7, "as above, read through float"};
 inline constexpr Tolerance kSymmetry{2e-4, 2e-6, "the same sums in another order"};
 inline constexpr Tolerance kTranslation{2e-3, 2e-6, "positions near 1 m are rounded to 6e-8 m, 1e-6 of a spacing"};
+inline constexpr Tolerance kClosedMomentum{1e-5, 2e-7, "of the sum of |m v|, over 10,000 steps; read through float"};
+inline constexpr Tolerance kClosedEnergy{1e-3, 1e-3, "of the kinetic energy at the start: only dissipation is left"};
 // analytic cases, reference D1 and D3
 inline constexpr Tolerance kHydrostaticProfile{0.02, 0.02, "of the pressure at the bottom (Adami et al. 2012)"};
 inline constexpr Tolerance kWallForce{0.01, 0.01, "of the weight, mean over an acoustic period"};
@@ -58,11 +60,17 @@ inline constexpr Tolerance kRestDrift{0.1, 0.1, "of a spacing, over a minute"};
 inline constexpr Tolerance kRestingSpeed{0.01, 0.01, "of sqrt(g H)"};
 inline constexpr Tolerance kCompression{0.012, 0.012, "g H / c^2 = 1 % at c = 10 sqrt(g H), and sound"};
 inline constexpr Tolerance kDamBreakFront{0.10, 0.10, "of the distance, Martin & Moyce 1952"};
+inline constexpr Tolerance kRitter{0.03, 0.03,
+                                   "of the time, which is two spacings of the way; no lower bound is known"};
+inline constexpr Tolerance kThroughFloor{1e-6, 1e-6, "of a spacing: no particle's centre gets below the floor"};
+inline constexpr Tolerance kNoParticle{0.5, 0.5, "particles: not one"};
+inline constexpr Tolerance kTilt{0.1, 0.1, "rad, of a box that is released a layer too high"};
 inline constexpr Tolerance kBuoyancy{0.03, 0.03, "of rho g V"};
 inline constexpr Tolerance kDraft{0.4, 0.4,
                                   "of a spacing: the gap at a solid and the level of a free surface; measured -0.26"};
 inline constexpr Tolerance kShearFlow{0.05, 0.05, "of the middle speed"};
 inline constexpr Tolerance kTaylorGreen{0.10, 0.10, "of the decay rate over the first 0.1 s at 20 particles a box"};
+inline constexpr Tolerance kLidCavity{0.05, 0.05, "of the speed there, reference D6"};
 // viscosity in stages
 inline constexpr Tolerance kStagedFine{1e-3, 1e-3,
                                        "of the largest speed; both forms are of first order in the sub-step"};
@@ -106,14 +114,22 @@ inline constexpr Tolerance kRigidEnergy{1e-3, 1e-3,
                                         "of the kinetic energy, over a turn or less: first moments in real"};
 inline constexpr Tolerance kFreeFall{2e-6, 1e-12, "symplectic Euler of a constant acceleration, 1000 steps"};
 inline constexpr Tolerance kTopEnergy{1e-4, 1e-4, "relative, over 60 s at 1 ms"};
+inline constexpr Tolerance kTopFlip{0.5, 0.12,
+                                    "s; round-off in float shifts the logarithm of the distance from the axis"};
 inline constexpr Tolerance kElasticGradient{2e-5, 1e-12, "of an affine field; displacements of ten spacings in real"};
 inline constexpr Tolerance kElasticForce{2e-4, 1e-9, "of E dx^2 or of the exact force; strains in real"};
 inline constexpr Tolerance kElasticMomentum{3e-6, 1e-13, "of the sum of the sizes"};
 inline constexpr Tolerance kElasticSlope{3e-4, 1e-6, "of the largest force; central difference in double"};
+inline constexpr Tolerance kCrumbFall{1e-4, 1e-4, "m/s after 0.2 s; nothing may strain what has no extent"};
+inline constexpr Tolerance kPlateSag{0.05, 0.05, "of the sag, reference D11"};
+inline constexpr Tolerance kPlatePeriod{0.05, 0.05, "of the period, reference D12"};
+inline constexpr Tolerance kYoung{0.02, 0.02, "of E, reference D9"};
+inline constexpr Tolerance kPoisson{0.02, 0.02, "of nu, as for E"};
 inline constexpr Tolerance kWaveSpeed{0.05, 0.05,
                                       "of sqrt(E / rho): a pulse of thirty spacings in a bar of three across"};
 inline constexpr Tolerance kElasticStatics{0.03, 0.03,
                                            "of the stretch over 16 layers: the strain's step at the clamp is smoothed"};
+inline constexpr Tolerance kSettled{0.01, 0.01, "of the force in the end, from 0.2 s after the tool has stopped"};
 inline constexpr Tolerance kPlasticStress{1e-3, 1e-9, "of the yield stress: strains in real, times E over it"};
 inline constexpr Tolerance kPlasticEnergy{5e-3, 1e-8, "of s_y^2 / E, where many times that is stored"};
 inline constexpr Tolerance kPlasticStrain{1e-4, 1e-10, "of a strain: hundreds of steps in real"};
@@ -134,6 +150,8 @@ inline constexpr Tolerance kRestitution{0.02, 0.02,
 inline constexpr Tolerance kContactMomentum{1e-6, 1e-12, "of the sum of |m v|, reference D16: one force, two signs"};
 inline constexpr Tolerance kContactSpin{3e-5, 1e-11, "of the sum of |L|: places are in float, levers short"};
 inline constexpr Tolerance kStackForce{0.01, 0.01, "of the weight, reference D16"};
+inline constexpr Tolerance kStackDrift{0.01, 0.01, "of a spacing in 4 s"};
+inline constexpr Tolerance kFrictionAngle{0.02, 0.02, "of mu, reference D16: it holds so far below and slips above"};
 inline constexpr Tolerance kContactEnergy{1e-4, 1e-4, "of what the bodies began with: bounces end within a sub-step"};
 inline constexpr Tolerance kCarried{0.05, 0.05,
                                     "of the weight, over a second in which a ball may still hop by a millimetre"};

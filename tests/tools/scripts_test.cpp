@@ -1,6 +1,7 @@
 // The scripts of tools/, as a user meets them. tools/demo runs in a copy of the tree whose programs are stand-ins.
 #include <fstream>
 #include <sstream>
+#include <tuple>
 
 #include "tests/tools/child_process.h"
 #include "tests/tools/recording_support.h"
@@ -35,7 +36,7 @@ std::string read_text(const std::string& path) {
 
 TEST(Scripts, HelpSaysWhatThereIs) {
   const ScratchFolder folder;
-  for (const char* script : {"demo", "test", "setup", "lint", "plot.py"}) {
+  for (const char* script : {"demo", "test", "setup", "lint", "plot.py", "validate"}) {
     const Result result = call(folder, {kTools + script, "--help"});
     EXPECT_EQ(result.status, 0) << script;
     EXPECT_NE(result.output.find("usage"), std::string::npos) << script << ": " << result.output;
@@ -56,6 +57,11 @@ TEST(Scripts, WrongOptionsAreOneClearSentence) {
       {{"test", "--preset", "fast"}, "release, debug"},
       {{"setup", "--now"}, "unknown option '--now'"},
       {{"plot.py", "/no/such/file.csv"}, "cannot be read"},
+      {{"validate", "--backend", "metal"}, "'cpu', 'double', 'cuda'"},
+      {{"validate", "--only", "("}, "a regular expression was expected"},
+      {{"validate", "--bin", "/no/such/folder"}, "no test binaries in /no/such/folder"},
+      {{"validate", "--render"}, "--render needs --merge"},
+      {{"validate", "--render", "--merge", "/no/such/file.json"}, "no results.json"},
   };
   for (auto [command, expected] : cases) {
     command[0] = kTools + command[0];
@@ -117,6 +123,43 @@ TEST(Summary, AMissingOrBrokenPartIsUnhealthy) {
   EXPECT_EQ(call(folder, command).status, 0);
   fs::remove(folder / "scene.png");
   EXPECT_EQ(call(folder, command).status, 1);
+}
+
+// tools/validate over a test binary that is a stand-in: what it reports decides the status and stands in the table.
+TEST(Validate, JudgesWhatTestsReport) {
+  const ScratchFolder folder;
+  const std::string binary = folder / "validation_test";
+  const auto row = [](const std::string& more) {
+    return R"(, "validation_0": "{\"case\": \"a ball\", \"method\": \"paper\", \"back_end\": \"cpu\", )"
+           R"(\"reference\": \"1 m\", \"result\": \"1.1 m\", \"of\": \"of it\", \"numerics\": \"n\", )" +
+           more + R"(}")";
+  };
+  const std::string holds = row(R"(\"error\": 0.1, \"tolerance\": 0.2)"),
+                    fails = row(R"(\"error\": 0.3, \"tolerance\": 0.2)"),
+                    off = row(R"(\"error\": 0.3, \"tolerance\": 0.2, \"known\": \"it is half\")"),
+                    no_number = row(R"(\"error\": -1, \"tolerance\": 0.2)"), none;
+  const std::vector<std::tuple<std::string, int, int, std::string>> cases{
+      {holds, 0, 0, "1.1 m; error 0.1; holds"}, {off, 0, 0, "error 0.3; *off* [1]"},
+      {fails, 0, 1, "error 0.3; **FAILS**"},    {no_number, 0, 1, "error no number; **FAILS**"},
+      {holds, 1, 1, "ended with status 1"},     {none, 0, 1, "reported no validation case"},
+  };
+  for (const auto& [properties, status, expected, text] : cases) {
+    write_text(binary,
+               "#!/bin/bash\nif [ $1 = --gtest_list_tests ]; then echo Cradle.; echo '  One'; exit; fi\n"
+               "for a; do case $a in --gtest_output=json:*) out=${a#*json:};; esac; done\ncat >$out <<'END'\n"
+               R"({"testsuites": [{"testsuite": [{"name": "One", "result": "COMPLETED")" +
+                   properties + "}]}]}\nEND\nexit " + std::to_string(status) + "\n");
+    fs::permissions(binary, fs::perms::owner_all);
+    const Result result =
+        call(folder, {kTools + "validate", "--bin", folder / "", "--backend", "cpu", "--out", folder / "out"});
+    EXPECT_EQ(result.status, expected) << result.output;
+    EXPECT_NE(read_text(folder / "out/table.md").find(text), std::string::npos) << result.output << text;
+  }
+  write_text(binary,
+             "#!/bin/bash\nif [ $1 = --gtest_list_tests ]; then echo Cradle.; echo '  One'; exit; fi\nkill -9 $$\n");
+  const Result crashed = call(folder, {kTools + "validate", "--bin", folder / "", "--out", folder / "out"});
+  EXPECT_EQ(crashed.status, 1);
+  EXPECT_NE(crashed.output.find("no result"), std::string::npos) << crashed.output;
 }
 
 // A copy of what tools/demo needs; cmake and ninja find nothing to do.
