@@ -11,9 +11,8 @@
 //   P_i       2 mu (F_i - R_i) + lambda tr(R_i^T F_i - I) R_i                of mu |R^T F - I|^2 + lambda/2 tr^2
 //   f_i       sum_j V_i V_j F (P_i L_i + P_j L_j) X_ji                       exact gradient of sum V psi(F): conserves
 //                                                                            both momenta
-//   h_i       -alpha E V_i V_j F (d_i + d_j), d = F_i X_ji - x_ji            against modes that F_i cannot see, after
-//                                                                            Ganzenmueller 2015. F_i is the gradient
-//             with the least sum_j V_j F |d_i|^2, so that h is the exact gradient of alpha E/2 sum V_i V_j F |d_i|^2
+//   h_i       -alpha E V_i V_j W / X^2 (d_i + d_j) x_ji / |x_ji|,            Ganzenmueller 2015: against modes that F
+//             d = (F X_ji - x_ji).x_ji / |x_ji|                              cannot see
 // paper (Eq. 4 and 5, Becker, Ihmsen & Teschner 2009), without the factor that makes Eq. 4 twice too stiff for
 // Cauchy's strain:
 //   R_i       proper rotation nearest to sum_j m_j W x_ji X_ji^T
@@ -55,7 +54,7 @@ struct ElasticViews {
   PALP_HD bool bonded(std::uint32_t k) const { return torn == nullptr || torn[k] == 0; }
 };
 
-inline constexpr real kHourglass = real(0.3);  // alpha
+inline constexpr real kHourglass = real(1);  // alpha
 
 PALP_HD inline Mat3 elastic_stress(const Material& m, const Mat3& F, const Mat3& R) {
   const real volume = (R.array() * F.array()).sum() - real(3);
@@ -176,10 +175,6 @@ struct ElasticForce {
   Medium medium;
   bool hourglass, add;
 
-  PALP_HD static real within_yield(real error, real most) {
-    return error > most ? most : (error < -most ? -most : error);
-  }
-
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Material m = medium.material[elastic.tag[i].material()];
@@ -193,18 +188,21 @@ struct ElasticForce {
       const std::uint32_t j = elastic.neighbor[k];
       const Packed X_j = elastic.rest[j];
       const Vec3 X_ji = rest_separation(grid, X_i, X_j), x_ji = X_ji + elastic.u[j].xyz() - u_i;
-      const real r = X_ji.norm(), VVF = X_i.w * X_j.w * kernel.F(r);
+      const real r = X_ji.norm(), VV = X_i.w * X_j.w, VVF = VV * kernel.F(r);
       force += VVF * times(stress_i + elastic.stress[j], X_ji);
       const real now = x_ji.norm();
-      const Vec3 along = now > real(0) ? Vec3(x_ji / now) : Vec3(0, 0, 0);
+      if (!(now > real(0))) continue;
+      const Vec3 along = x_ji / now;
+      real push = 0;
       if (hourglass) {
-        Vec3 unseen = times(F_i + elastic.gradient[j], X_ji) - real(2) * x_ji;
-        // What flows must not be held by what F cannot see. Less of it would not keep angular momentum but where it is
-        // central.
-        if (m.yield > real(0)) unseen = within_yield(unseen.dot(along), real(2) * now * m.yield / young) * along;
-        force -= (kHourglass * young * VVF) * unseen;
+        real error = times(F_i + elastic.gradient[j], X_ji).dot(along) - real(2) * now;
+        // what flows must not be held by what F cannot see
+        const real most = real(2) * now * m.yield / young;
+        if (m.yield > real(0)) error = error > most ? most : (error < -most ? -most : error);
+        push = kHourglass * young * VV * kernel.W(r) / (r * r) * error;
       }
-      force += real(10) * m.damping * VVF * (elastic.v[j].xyz() - v_i).dot(along) * along;
+      if (m.damping > real(0)) push -= real(10) * m.damping * VVF * (elastic.v[j].xyz() - v_i).dot(along);
+      force -= push * along;
     }
     force = team.sum(force);
     if (!team.leader()) return;

@@ -345,13 +345,16 @@ struct BondForce {
       const real VV = x_i.w * change.x[j].w, KVV = change.solid[i] * change.solid[j] * VV;
       force += KVV * (kernel.F(r_own) * times(stress_i, own) - kernel.F(r_other) * times(change.stress[j], other));
       force -= VV * kernel.F(r) * own_q.w * x_ji;
-      const Vec3 unseen = (change.soft[i] * kernel.F(r_own)) * (times(F_i, own) - x_ji) -
-                          (change.soft[j] * kernel.F(r_other)) * (times(change.gradient[j], other) + x_ji);
-      force -= (KVV * kHourglass * young) * unseen;
       const real now = x_ji.norm();
       if (!(now > real(0))) continue;
       const Vec3 along = x_ji / now;
-      force += KVV * real(10) * m.damping * kernel.F(r) * (change.v[j].xyz() - v_i).dot(along) * along;
+      const real error = (times(F_i, own) - times(change.gradient[j], other)).dot(along) - real(2) * now;
+      // in a frozen fluid some are closer than on a lattice: they must not be too stiff for the sub-step
+      const real apart = r > real(0.8) * medium.spacing ? r : real(0.8) * medium.spacing;
+      const real push =
+          change.soft[i] * change.soft[j] * kHourglass * young * kernel.W(apart) / (apart * apart) * error -
+          real(10) * m.damping * kernel.F(r) * (change.v[j].xyz() - v_i).dot(along);
+      force -= KVV * push * along;
     }
     force = team.sum(force);
     if (!team.leader()) return;
