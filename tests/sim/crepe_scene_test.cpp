@@ -77,6 +77,26 @@ class Crepe {
   const Body& batter_;
 };
 
+void expect_on_the_plate(const Crepe& crepe, const Indices& piece) {
+  const Vector3d plate = body_named(crepe.played.scene, "plate").position;
+  double off = 0, high = -1, low = 1;
+  for (const std::size_t i : piece) {
+    const Vector3d x = crepe.played.place(i) - plate;
+    off = std::max(off, x.head<2>().norm());
+    high = std::max(high, x.z());
+    low = std::min(low, x.z());
+  }
+  double lost = 0;
+  for (const std::size_t i : crepe.all()) lost += crepe.played.place(i).z() < -0.05 ? 1 : 0;
+  ::testing::Test::RecordProperty("particles_lost", std::to_string(lost));
+  ::testing::Test::RecordProperty("off_the_plate's_middle_mm", std::to_string(1e3 * off));
+  EXPECT_LT(off, 0.125) << "beyond the plate's rim";
+  EXPECT_GT(low, -0.003) << "in the plate";
+  EXPECT_LT(high, 0.07);
+  EXPECT_LE(lost, 0.01 * static_cast<double>(crepe.all().size()))
+      << "more than single drops splashed over the table's edge";
+}
+
 TEST(CrepeScene, IsPouredCookedTurnedAndLaidOnThePlate) {
   Crepe crepe;
   const Scene& scene = crepe.played.scene;
@@ -113,24 +133,9 @@ TEST(CrepeScene, IsPouredCookedTurnedAndLaidOnThePlate) {
   EXPECT_GT(before, 0.8 * scene.spacing);
   EXPECT_LT(after, -0.4 * before) << "it is not turned over";
   EXPECT_GT(static_cast<double>(crepe.largest_piece(1.7).size()), 0.95 * count);
-  const Vector3d plate = body_named(scene, "plate").position;
-  double off = 0, high = -1, low = 1;
-  for (const std::size_t i : piece) {
-    const Vector3d x = crepe.played.place(i) - plate;
-    off = std::max(off, x.head<2>().norm());
-    high = std::max(high, x.z());
-    low = std::min(low, x.z());
-  }
-  double lost = 0;
-  for (const std::size_t i : crepe.all()) lost += crepe.played.place(i).z() < -0.05 ? 1 : 0;
-  RecordProperty("particles_lost", std::to_string(lost));
-  RecordProperty("off_the_plate's_middle_mm", std::to_string(1e3 * off));
+  expect_on_the_plate(crepe, piece);
   RecordProperty("cup_most_N", std::to_string(crepe.most[0]));
   RecordProperty("pan_most_N", std::to_string(crepe.most[1]));
-  EXPECT_LT(off, 0.125) << "beyond the plate's rim";
-  EXPECT_GT(low, -0.003) << "in the plate";
-  EXPECT_LT(high, 0.07);
-  EXPECT_LE(lost, 0.01 * count) << "more than single drops splashed over the table's edge";
   EXPECT_LT(crepe.most[0], 20);
   EXPECT_LT(crepe.most[1], 60);
 }
