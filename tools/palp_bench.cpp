@@ -9,10 +9,12 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
 #include <thread>
 
 #include "config/json_file.h"
+#include "sim_server/plan.h"
 #include "sim_server/scene_options.h"
 
 namespace {
@@ -25,7 +27,7 @@ struct Arguments {
   std::string out;
   palp::Backend backend = palp::Backend::automatic;
   double seconds = 1.0;
-  int sub_steps = 10;
+  std::optional<int> sub_steps;  // unset: 10 of cubes, a scene's own
 };
 
 // A periodic cube of fluid of about n particles, as published figures are: calm, its particles a little off their
@@ -168,7 +170,15 @@ void add_cubes(const Arguments& a, Bench& bench) {
   for (const bool stirred : {false, true})
     for (const double support : a.supports)
       for (const std::size_t n : counts)
-        bench.add(fluid_cube(n, support, a.sub_steps, stirred), stirred ? "stirred" : "calm");
+        bench.add(fluid_cube(n, support, a.sub_steps.value_or(10), stirred), stirred ? "stirred" : "calm");
+}
+
+// The scene with this many sub-steps in each haptic step, as long as they are.
+palp::Scene with_sub_steps(palp::Scene scene, std::optional<int> sub_steps) {
+  if (!sub_steps) return scene;
+  scene.config.rate_hz *= static_cast<double>(palp::make_plan(scene).sub_steps) / *sub_steps;
+  scene.config.numerics.sub_steps = sub_steps;
+  return scene;
 }
 
 void add_scenes(const Arguments& a, Bench& bench) {
@@ -176,10 +186,10 @@ void add_scenes(const Arguments& a, Bench& bench) {
     palp::SceneOptions options;
     options.scene = name;
     options.overrides.accuracy = a.accuracy;
-    if (a.particles.empty()) bench.add(palp::open_scene(options), name);
+    if (a.particles.empty()) bench.add(with_sub_steps(palp::open_scene(options), a.sub_steps), name);
     for (const std::size_t n : a.particles) {
       options.particles = n;
-      bench.add(palp::open_scene(options), name);
+      bench.add(with_sub_steps(palp::open_scene(options), a.sub_steps), name);
     }
   }
 }
@@ -215,7 +225,8 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::Range(1.8, 4.0));
   app.add_option("--seconds", a.seconds, "Time to measure each case for")->check(CLI::Range(0.01, 600.0));
-  app.add_option("--sub-steps", a.sub_steps, "Sub-steps in a haptic step, of cubes")->check(CLI::Range(1, 100));
+  app.add_option("--sub-steps", a.sub_steps, "Sub-steps in a haptic step (10 of cubes, a scene's own)")
+      ->check(CLI::Range(1, 100));
   app.add_option("--out", a.out, "JSON file (default: standard output)");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -18,6 +18,7 @@ struct ElasticMatter {
   Medium medium;
 
   PALP_HD real share(std::uint32_t) const { return real(1); }  // of the forces of contact that it gets
+  PALP_HD bool rough(std::uint32_t) const { return true; }     // whether friction acts on it
   PALP_HD Motion motion(std::uint32_t i) const {
     return {elastic.rest[i].xyz() + elastic.u[i].xyz(), elastic.v[i].xyz(), Vec3(0, 0, 0), false};
   }
@@ -25,9 +26,8 @@ struct ElasticMatter {
     return medium.material[elastic.tag[i].material()].density * elastic.rest[i].w;
   }
   PALP_HD void add(std::uint32_t i, const Vec3& f) const { bodies.force[i] = pack(bodies.force[i].xyz() + f, 0); }
-  // Frozen matter alone remembers how near it was.
-  PALP_HD void let_go(std::uint32_t) const {}
-  PALP_HD real reach(std::uint32_t, real half, real) const { return half; }
+  // How near it may come; frozen matter alone remembers how near it was.
+  PALP_HD real reach(std::uint32_t, std::uint32_t, real half, real) const { return half; }
 };
 
 // One team a part of a soft body: no two teams touch the same particle.
@@ -50,31 +50,24 @@ struct MeetParticles {
   PALP_HD Vec3 force_on(std::uint32_t i, const ContactPair& pair, const BodyState& field, const Mat3& R,
                         std::uint32_t place, Vec3& arm) const {
     ContactState& state = all.contact.state[place];
-    const real share = matter.share(i);
-    PairPoints::Touch t;
-    t.near = false;
-    const Motion particle = matter.motion(i);
     const real half = real(0.5) * spacing;
-    if (share > real(0))
-      t = all.touch(particle, motion_of(field), Vec3(0, 0, 0), half, false, R, all.contact.shape[pair.shape_b],
-                    state.side);
-    else
-      matter.let_go(place);
+    PairPoints::Touch t = all.touch(matter.motion(i), motion_of(field), Vec3(0, 0, 0), half, false, R,
+                                    all.contact.shape[pair.shape_b], state.side);
+    const real reach = matter.reach(i, place, half, t.near ? half - t.depth : half);
     if (!t.near) {
       if (state.side.w > real(-1e29)) state = no_contact();
-      if (share > real(0)) matter.reach(place, half, half);
       return Vec3(0, 0, 0);
     }
     state.side = pack(R.transpose() * t.n, t.depth);
-    const real reach = matter.reach(place, half, half - t.depth);
     if (reach < half) all.set_depth(t, t.depth - (half - reach));
     if (!(t.mean > real(0))) {
       state.anchor = {0, 0, 0, 0};
       return Vec3(0, 0, 0);
     }
     arm = t.other;
-    const real m = share * moving_mass(matter.mass(i), field, R, t);
-    return all.force(pair.law, t, m, real(1), real(1), R, state);
+    ContactLaw law = pair.law;
+    if (!matter.rough(i)) law.friction = real(0);
+    return all.force(law, t, matter.share(i) * moving_mass(matter.mass(i), field, R, t), real(1), real(1), R, state);
   }
 
   template <class Team>

@@ -1,8 +1,12 @@
 // Contact of what has frozen or set (state_change.h) with rigid and fixed bodies, as that of elastic bodies: the
 // solid's share K of it, while the fluid's forces keep 1 - K (bonded.h).
 //
-// A fluid's particles may be nearer to a wall than half a spacing. What freezes there may stay
-// there until it has left, so that freezing pushes nothing away and stores no energy.
+// A fluid's particles may be nearer to a wall than half a spacing. What freezes there may stay there until it has left,
+// so that freezing pushes nothing away and stores no energy.
+//
+// A drop that tore off has lost the density of those that it left, and no pressure keeps it out of a wall before it is
+// deep inside: what is liquid meets walls too, without friction, at a fifth of a spacing, where fluids otherwise do not
+// get to.
 #pragma once
 
 #include "sim_server/physics/elastic_contact.h"
@@ -13,21 +17,27 @@ namespace palp {
 struct FrozenMatter {
   ChangeViews change;
   Medium medium;
-  real* near;  // by contact state from `first` on: how near it may be [m], negative: it is not solid
+  real* near;  // by contact state from `first` on: how near it may be [m]; negative where it is liquid
   std::uint32_t first;
 
-  PALP_HD real share(std::uint32_t i) const { return change.solid[i]; }
+  PALP_HD bool rough(std::uint32_t i) const { return change.solid[i] > real(0); }
+  PALP_HD real share(std::uint32_t i) const { return rough(i) ? change.solid[i] : real(1); }
   PALP_HD Motion motion(std::uint32_t i) const { return {change.x[i].xyz(), change.v[i].xyz(), Vec3(0, 0, 0), false}; }
   PALP_HD real mass(std::uint32_t i) const { return medium.material[change.tag[i].material()].density * change.x[i].w; }
   PALP_HD void add(std::uint32_t i, const Vec3& f) const { change.force[i] = pack(change.force[i].xyz() + f, 0); }
-  PALP_HD void let_go(std::uint32_t place) const { near[place - first] = real(-1); }
-  PALP_HD real reach(std::uint32_t place, real half, real distance) const {
+  PALP_HD real reach(std::uint32_t i, std::uint32_t place, real half, real distance) const {
+    const bool solid = rough(i);
+    const real limit = solid ? half : real(0.4) * half, now = distance > real(0) ? distance : real(0);
     real& kept = near[place - first];
-    if (distance >= half)
-      kept = half;
-    else if (kept < real(0))
-      kept = distance > real(0) ? distance : real(0);
-    return kept;
+    real reach = kept < real(0) ? -kept : kept;
+    if (now >= limit)
+      reach = limit;
+    else if (solid != (kept > real(0)))
+      reach = now;
+    // a reach of nothing still has a sign
+    if (!(reach > real(1e-6) * half)) reach = real(1e-6) * half;
+    kept = solid ? reach : -reach;
+    return reach;
   }
 };
 
