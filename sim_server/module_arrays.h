@@ -107,7 +107,8 @@ ContactCounts allocate_contact(B& back_end, const Scene& scene, const Plan& plan
   c.frozen_parts = static_cast<std::uint32_t>(store.frozen_part.size());
   c.frozen_part = allocate_copy(back_end, "contact frozen parts", store.frozen_part);
   c.first_frozen = store.first_frozen;
-  if (c.frozen_parts > 0) c.near = back_end.template allocate<real>("contact near", store.states - store.first_frozen);
+  if (c.frozen_parts > 0)
+    c.near = back_end.template allocate<NearestYet>("contact near", store.states - store.first_frozen);
   c.by.of_body = allocate_copy(back_end, "contact of bodies", store.of_body);
   c.by.part = allocate_copy(back_end, "contact parts", store.part);
   c.state = back_end.template allocate<ContactState>("contact states", store.states);
@@ -119,7 +120,7 @@ template <class B>
 void reset_contact(B& back_end, ContactCounts counts, const ContactViews& c) {
   back_end.upload(c.state, std::vector<ContactState>(counts.states, no_contact()));
   back_end.upload(c.by.wrench, std::vector<PairWrench>(counts.pairs, no_wrench()));
-  if (c.frozen_parts > 0) back_end.upload(c.near, std::vector<real>(counts.frozen_states, real(-1)));
+  if (c.frozen_parts > 0) back_end.upload(c.near, std::vector<NearestYet>(counts.frozen_states, NearestYet{0, 2}));
 }
 
 template <class B>

@@ -48,6 +48,13 @@ struct ContactState {
   Packed anchor;  // what it has moved since it stuck; 1: it slips
 };
 
+// How near to a body a particle may be that changes state [m], and whether it was solid when that was found: 0, 1, or 2
+// before it was looked for. Negative where it was inside.
+struct NearestYet {
+  real reach;
+  std::uint32_t solid;
+};
+
 struct ContactViews {
   std::uint32_t pairs = 0;  // of rigid and fixed bodies; those of soft parts follow
   std::uint32_t elastic_parts = 0, frozen_parts = 0;
@@ -60,7 +67,7 @@ struct ContactViews {
   const SoftPart* elastic_part = nullptr;
   const SoftPart* frozen_part = nullptr;
   ContactState* state = nullptr;
-  real* near = nullptr;  // FrozenMatter::near
+  NearestYet* near = nullptr;  // FrozenMatter::near
   std::uint32_t first_frozen = 0;
   PairWrenches by;
 };

@@ -17,7 +17,7 @@ namespace palp {
 struct FrozenMatter {
   ChangeViews change;
   Medium medium;
-  real* near;  // by contact state from `first` on: how near it may be [m]; negative where it is liquid
+  NearestYet* near;  // by contact state from `first` on
   std::uint32_t first;
 
   PALP_HD bool rough(std::uint32_t i) const { return change.solid[i] > real(0); }
@@ -26,18 +26,14 @@ struct FrozenMatter {
   PALP_HD real mass(std::uint32_t i) const { return medium.material[change.tag[i].material()].density * change.x[i].w; }
   PALP_HD void add(std::uint32_t i, const Vec3& f) const { change.force[i] = pack(change.force[i].xyz() + f, 0); }
   PALP_HD real reach(std::uint32_t i, std::uint32_t place, real half, real distance) const {
-    const bool solid = rough(i);
-    const real limit = solid ? half : real(0.4) * half, now = distance > real(0) ? distance : real(0);
-    real& kept = near[place - first];
-    real reach = kept < real(0) ? -kept : kept;
-    if (now >= limit)
-      reach = limit;
-    else if (solid != (kept > real(0)))
-      reach = now;
-    // a reach of nothing still has a sign
-    if (!(reach > real(1e-6) * half)) reach = real(1e-6) * half;
-    kept = solid ? reach : -reach;
-    return reach;
+    const std::uint32_t solid = rough(i) ? 1 : 0;
+    const real limit = solid != 0 ? half : real(0.4) * half;
+    NearestYet& kept = near[place - first];
+    if (distance >= limit)
+      kept = {limit, solid};
+    else if (kept.solid != solid)
+      kept = {distance, solid};
+    return kept.reach;
   }
 };
 

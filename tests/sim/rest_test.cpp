@@ -94,7 +94,7 @@ TEST_P(Rest, KeepsItsPlaceAndGainsNoEnergy) {
     mass += 1000 * scene.volume[i];
   }
   EXPECT_TRUE(within(farthest / scene.spacing, tol::kRestDrift,
-                     {"60 s of rest, the farthest particle: " + std::string(GetParam().name), "0",
+                     {std::string(GetParam().name) + ", farthest particle in 60 s of rest", "0",
                       quantity(farthest / scene.spacing, "dx, ") + quantity(1e6 * fastest, "um/s at the end")}));
   // as fast as its whole mass would be with this energy
   EXPECT_LT(last, std::max(first, 1e-10 * mass));
