@@ -11,8 +11,11 @@
 //   P_i       2 mu (F_i - R_i) + lambda tr(R_i^T F_i - I) R_i                of mu |R^T F - I|^2 + lambda/2 tr^2
 //   f_i       sum_j V_i V_j F (P_i L_i + P_j L_j) X_ji                       exact gradient of sum V psi(F): conserves
 //                                                                            both momenta
-//   h_i       -alpha E V_i V_j W / X^2 (d_i + d_j) x_ji / |x_ji|,            Ganzenmueller 2015: against modes that F
-//             d = (F X_ji - x_ji).x_ji / |x_ji|                              cannot see
+//   h_i       -alpha E V_i V_j W / X^2 (d_i + d_j).x x, d = F X_ji - x_ji,   Ganzenmueller 2015: against modes that F
+//             x = x_ji / |x_ji|                                              cannot see
+//             of what tears and does not yield: -beta E V_i V_j F (d_i + d_j), the exact gradient of
+//             beta E / 2 sum V_i V_j F |d_i|^2, since F is the gradient for which that is least: torn neighbourhoods
+//             are so uneven that the other form feeds motion
 // paper (Eq. 4 and 5, Becker, Ihmsen & Teschner 2009), without the factor that makes Eq. 4 twice too stiff for
 // Cauchy's strain:
 //   R_i       proper rotation nearest to sum_j m_j W x_ji X_ji^T
@@ -54,7 +57,7 @@ struct ElasticViews {
   PALP_HD bool bonded(std::uint32_t k) const { return torn == nullptr || torn[k] == 0; }
 };
 
-inline constexpr real kHourglass = real(1);  // alpha
+inline constexpr real kHourglass = real(1), kUnseen = real(0.3);  // alpha, beta
 
 PALP_HD inline Mat3 elastic_stress(const Material& m, const Mat3& F, const Mat3& R) {
   const real volume = (R.array() * F.array()).sum() - real(3);
@@ -191,10 +194,13 @@ struct ElasticForce {
       const real r = X_ji.norm(), VV = X_i.w * X_j.w, VVF = VV * kernel.F(r);
       force += VVF * times(stress_i + elastic.stress[j], X_ji);
       const real now = x_ji.norm();
+      const bool exact = m.tear > real(0) && !(m.yield > real(0));
+      if (hourglass && exact)
+        force -= (kUnseen * young * VVF) * (times(F_i + elastic.gradient[j], X_ji) - real(2) * x_ji);
       if (!(now > real(0))) continue;
       const Vec3 along = x_ji / now;
       real push = 0;
-      if (hourglass) {
+      if (hourglass && !exact) {
         real error = times(F_i + elastic.gradient[j], X_ji).dot(along) - real(2) * now;
         // what flows must not be held by what F cannot see
         const real most = real(2) * now * m.yield / young;
