@@ -35,17 +35,23 @@ std::string too_many(const SceneConfig& config, double needed, std::size_t max_p
       1.05 * spacing * std::cbrt(needed / static_cast<double>(max_particles)));
 }
 
+// Null where it is not declared.
+const MaterialConfig* material_of(const SceneConfig& config, const BodyConfig& body) {
+  const auto found = std::find_if(config.materials.begin(), config.materials.end(),
+                                  [&](const MaterialConfig& item) { return item.name == body.material; });
+  return found == config.materials.end() ? nullptr : &*found;
+}
+
 Body start_body(const SceneConfig& config, const BodyConfig& from) {
   Body body;
   body.name = from.name;
   body.type = from.type;
-  const auto material = std::find_if(config.materials.begin(), config.materials.end(),
-                                     [&](const MaterialConfig& item) { return item.name == from.material; });
-  if (material == config.materials.end()) {
+  const MaterialConfig* material = material_of(config, from);
+  if (material == nullptr) {
     throw ConfigError(
         fmt::format("{}: body '{}': material '{}' is not declared", from.where, from.name, from.material));
   }
-  body.material = static_cast<std::uint32_t>(material - config.materials.begin());
+  body.material = static_cast<std::uint32_t>(material - config.materials.data());
   body.position = from.position;
   body.orientation = from.orientation.normalized();
   body.velocity = from.velocity;
@@ -78,9 +84,8 @@ void move(Particles& particles, const Eigen::Isometry3d& pose) {
 bool something_moves(const SceneConfig& config) {
   std::size_t moving = 0, solids = 0;
   for (const BodyConfig& body : config.bodies) {
-    const auto material = std::find_if(config.materials.begin(), config.materials.end(),
-                                       [&](const MaterialConfig& m) { return m.name == body.material; });
-    const bool sets = material != config.materials.end() && material->young_modulus;
+    const MaterialConfig* m = material_of(config, body);
+    const bool sets = m != nullptr && m->young_modulus && (m->melting_temperature || m->cooking_temperature);
     const bool solid = body.type != BodyType::fluid || sets;
     moving += solid && body.type != BodyType::fixed ? 1 : 0;
     solids += solid ? 1 : 0;
