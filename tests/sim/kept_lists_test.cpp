@@ -117,8 +117,8 @@ TEST(Lists, WithoutRoomAreReported) {
   const auto simulation = simulate(scene);
   for (int k = 0; k < 2; ++k) {
     const Health& health = simulation->step({}).health;
-    EXPECT_EQ(health.ok, kBackend == Backend::cpu) << health.cause;
-    EXPECT_EQ(health.cause.find("crowded") != std::string::npos, kBackend == Backend::cuda) << health.cause;
+    EXPECT_EQ(health.ok, tested_backend() == Backend::cpu) << health.cause;
+    EXPECT_EQ(health.cause.find("crowded") != std::string::npos, tested_backend() == Backend::cuda) << health.cause;
   }
 }
 

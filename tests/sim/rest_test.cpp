@@ -1,6 +1,4 @@
 // What rests stays at rest: one scene of each kind of matter. A minute where PALP_VALIDATE is set, else three seconds.
-#include <cstdlib>
-
 #include <gtest/gtest.h>
 
 #include "tests/sim/contact_scenes.h"
@@ -18,7 +16,6 @@ using Eigen::Vector3d;
 
 constexpr double kEdge = 0.06;
 
-bool validating() { return std::getenv("PALP_VALIDATE") != nullptr; }
 double resting_time() { return validating() ? 60 : 3; }
 
 // A floor with a tray's walls where something could run off.

@@ -6,7 +6,7 @@ namespace {
 class NeedsDevice : public ::testing::Environment {
  public:
   void SetUp() override {
-    if (kBackend != Backend::cuda) return;
+    if (tested_backend() != Backend::cuda) return;
     if (const std::string why = cuda_unavailable(); !why.empty()) GTEST_SKIP() << why;
   }
 };
@@ -14,4 +14,13 @@ class NeedsDevice : public ::testing::Environment {
 const ::testing::Environment* const kRegistered = ::testing::AddGlobalTestEnvironment(new NeedsDevice);
 
 }  // namespace
+
+Backend tested_backend() {
+#ifdef PALP_TEST_CUDA
+  return Backend::cuda;
+#else
+  return Backend::cpu;
+#endif
+}
+
 }  // namespace palp::testing

@@ -1,5 +1,5 @@
-// The back end that a test binary is built for: the CPU, or with PALP_TEST_CUDA the GPU. Without a GPU all tests of the
-// binary are skipped with the reason.
+// The back end that a test binary is linked for. Without a GPU all tests of a binary for the GPU are skipped with the
+// reason.
 #pragma once
 
 #include <memory>
@@ -12,13 +12,10 @@
 
 namespace palp::testing {
 
-#ifdef PALP_TEST_CUDA
-inline constexpr Backend kBackend = Backend::cuda;
-#else
-inline constexpr Backend kBackend = Backend::cpu;
-#endif
+// The GPU where backend.cpp was compiled with PALP_TEST_CUDA, else the CPU: nothing else differs between the binaries.
+Backend tested_backend();
 
-inline std::unique_ptr<Simulation> simulate(const Scene& scene, Backend backend = kBackend) {
+inline std::unique_ptr<Simulation> simulate(const Scene& scene, Backend backend = tested_backend()) {
   auto simulation = make_simulation(scene, backend);
   computed_with(simulation->numerics());
   return simulation;

@@ -33,7 +33,7 @@ Reports& reports() {
 }
 
 const char* back_end() {
-  return kBackend == Backend::cuda ? "cuda" : sizeof(real) == sizeof(double) ? "double" : "cpu";
+  return tested_backend() == Backend::cuda ? "cuda" : sizeof(real) == sizeof(double) ? "double" : "cpu";
 }
 
 }  // namespace
@@ -59,8 +59,10 @@ const char* back_end() {
   return known ? ::testing::AssertionSuccess() : within(residual, tolerance);
 }
 
+bool validating() { return std::getenv("PALP_VALIDATE") != nullptr; }
+
 std::vector<Method> methods() {
-  if (std::getenv("PALP_VALIDATE") == nullptr) return {Method::accurate};
+  if (!validating()) return {Method::accurate};
   return {Method::accurate, Method::paper};
 }
 

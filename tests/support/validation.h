@@ -26,7 +26,10 @@ struct ValidationCase {
 // within(residual, tolerance), and reported. Of several reports of one case in a test the worst counts.
 ::testing::AssertionResult within(double residual, const Tolerance& tolerance, const ValidationCase& reported);
 
-// The methods that a case is run in: "accurate", and under tools/validate (which sets PALP_VALIDATE) "paper", too. For
+// Under tools/validate, which sets PALP_VALIDATE.
+bool validating();
+
+// The methods that a case is run in: "accurate", and under tools/validate "paper", too. For
 // cases in which the paper's form is measured rather than judged; those that both must hold have both every day.
 std::vector<Method> methods();
 
