@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 // All lengths in spacings.
 constexpr double kSupport = 2.2;         // of the kernel
 constexpr double kTouching = 1.6;        // particles of two bodies this near must share a lattice, or are packed
-constexpr double kOffLattice = 0.1;      // how far from sites of one lattice is still on it
+constexpr double kOffLattice = 0.03;     // how far from sites of one lattice is still on it
 constexpr double kDepth = 3;             // of the layer around them that is packed
 constexpr double kMargin = 0.3;          // that a particle moves at most before neighbours are listed anew
 constexpr double kFilled = 0.75;         // a site nearer than this to a particle is not open

@@ -6,6 +6,7 @@
 
 #include "sim_server/point_grid.h"
 #include "tests/sim/scene_builder.h"
+#include "tests/support/seed.h"
 
 namespace palp {
 namespace {
@@ -41,8 +42,8 @@ double unevenness(const Scene& s, const PointGrid& grid, std::size_t i) {
 }
 
 TEST(Packing, FillsTheSpaceAroundASolidEvenly) {
-  const unsigned seed = std::random_device{}();
-  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  const unsigned seed = testing::drawn_seed();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
   for (int round = 0; round < 5; ++round) {
@@ -68,6 +69,20 @@ TEST(Packing, FillsTheSpaceAroundASolidEvenly) {
     // the ball's surface cuts through a shell of cells
     const double hole = 4.0 / 3 * M_PI * std::pow(radius, 3), shell = 4 * M_PI * radius * radius * kSpacing;
     EXPECT_NEAR(water, 4 * 1.2 - hole, 0.15 * shell);
+  }
+}
+
+// The worst of all places for the ball: as far off the fluid's lattice as is still left alone.
+TEST(Packing, LeavesNoGapAroundWhatIsAlmostOnTheLattice) {
+  for (const double off : {0.028, 0.032, 0.06}) {
+    const Scene s = sample_scene(
+        pool(0.44, Eigen::Vector3d(-0.35, -0.15, -0.15) + Eigen::Vector3d::Constant(off * kSpacing)), 1000000);
+    const PeriodicBox box{s.bounds_min, s.bounds_max, s.config.periodic};
+    const PointGrid grid(s.position, box, 3 * kSpacing);
+    for (std::size_t i = 0; i < s.position.size(); ++i)
+      if (s.bodies[s.body[i]].type == BodyType::fluid && s.position[i].z() < 0.2) {
+        EXPECT_LT(unevenness(s, grid, i), 0.05) << off;
+      }
   }
 }
 
