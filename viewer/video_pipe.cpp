@@ -22,7 +22,7 @@ extern char** environ;
 namespace palp {
 namespace {
 
-constexpr int kWriteTimeoutMs = 10'000;
+constexpr int kWriteTimeoutMs = 30'000;  // ffmpeg has taken ten seconds to start on a machine that was busy
 constexpr std::chrono::seconds kCloseTimeout{30};
 
 // Fails early and with a clear sentence, where ffmpeg would say it later in many.
