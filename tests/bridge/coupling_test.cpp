@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "haptic_bridge/local_model.h"
+#include "tests/support/seed.h"
 
 namespace palp {
 namespace {
@@ -44,7 +45,7 @@ double energy(const Handle& device, const Handle& proxy) {
 }
 
 TEST(Coupling, WrenchIsMinusTheDerivativeOfTheStoredEnergy) {
-  const std::uint64_t seed = std::random_device{}();
+  const unsigned seed = testing::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Draw draw(seed);
   std::uniform_real_distribution<double> angles(0.05, kMaxCouplingAngle - 0.05);
@@ -71,7 +72,7 @@ TEST(Coupling, WrenchIsMinusTheDerivativeOfTheStoredEnergy) {
 }
 
 TEST(Coupling, DampersTakeEnergyFromRelativeMotionOnly) {
-  const std::uint64_t seed = std::random_device{}();
+  const unsigned seed = testing::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Draw draw(seed);
   for (int i = 0; i < 1000; ++i) {

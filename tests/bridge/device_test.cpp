@@ -11,6 +11,7 @@
 #include "haptic_bridge/device/simulated.h"
 #include "haptic_bridge/local_model.h"
 #include "haptic_bridge/profile.h"
+#include "tests/support/seed.h"
 
 namespace palp {
 namespace {
@@ -194,7 +195,7 @@ TEST(SimulatedArm, StandsStillWhileTheLoopDoes) {
 }
 
 TEST(SimulatedArm, StaysBoundedUnderAnyWrench) {
-  const std::uint64_t seed = std::random_device{}();
+  const unsigned seed = testing::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937_64 random(seed);
   std::normal_distribution<double> n;
@@ -246,7 +247,7 @@ TEST(SimulatedArm, RefusesAModelThatItsTimeStepCannotCarry) {
 
 // ---- files
 
-class Files : public testing::Test {
+class Files : public ::testing::Test {
  protected:
   std::string write(const std::string& text) {
     path_ = (std::filesystem::temp_directory_path() /

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "idl/histogram.h"
+#include "tests/support/seed.h"
 
 namespace palp {
 namespace {
@@ -28,7 +29,7 @@ struct RandomVectors {
 };
 
 TEST(Filters, SaturationNeverExceedsTheLimitAndKeepsTheDirection) {
-  const std::uint64_t seed = std::random_device{}();
+  const unsigned seed = testing::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   RandomVectors vectors(seed);
   for (int i = 0; i < 100000; ++i) {
@@ -53,7 +54,7 @@ TEST(Filters, SaturationKeepsTheDirectionOfAVectorWhoseLengthOverflows) {
 TEST(Filters, SaturationToZeroIsZero) { EXPECT_EQ(saturated(Eigen::Vector3d(1, 2, 3), 0).norm(), 0); }
 
 TEST(Filters, SlewNeverStepsFurtherThanAllowedAndStaysInTheBall) {
-  const std::uint64_t seed = std::random_device{}();
+  const unsigned seed = testing::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   RandomVectors vectors(seed);
   const double limit = 8, step = 0.3;

@@ -9,6 +9,7 @@
 
 #include "config/error.h"
 #include "config/scene_reader.h"
+#include "tests/support/seed.h"
 
 namespace palp {
 namespace {
@@ -504,8 +505,8 @@ TEST(SceneReader, ReadmeDocumentsExactlyTheKeysThatAreRead) {
 
 // Whatever is done to a scene file, it is read or refused with messages, never worse.
 TEST(SceneReader, FuzzedFilesAreReadOrRefused) {
-  const unsigned seed = std::random_device{}();
-  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  const unsigned seed = testing::drawn_seed();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   using namespace std::string_literals;
   const std::string bytes = "[]{}=.,\"'#\n\\-+e0159truefalsenaninf \t\xff\x00\xc3"s;

@@ -3,6 +3,7 @@
 
 #include "tests/support/change_scenes.h"
 #include "tests/support/random_scene.h"
+#include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::testing {
@@ -125,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(StateChange, HeldRod, ::testing::Bool(),
 
 // A lump that turns, flies and wobbles, and melts, freezes and melts again on the way.
 TEST(StateChange, KeepsMomentumAndAddsNoEnergy) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Random random(seed);
   Scene scene = melting_scene();

@@ -4,6 +4,7 @@
 #include "tests/support/backend.h"
 #include "tests/support/equations.h"
 #include "tests/support/random_scene.h"
+#include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::testing {
@@ -122,7 +123,7 @@ void expect_equations_hold(const Scene& scene, const StepInput& input) {
 }
 
 TEST_P(Equations, HoldOnRandomScenes) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Random random(seed);
   RandomSceneOptions options;
@@ -136,7 +137,7 @@ TEST_P(Equations, HoldOnRandomScenes) {
 
 // Particles outside the domain are all in its outermost cells, far from where those lie, and act on each other still.
 TEST_P(Equations, HoldBeyondTheDomain) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Random random(seed);
   RandomSceneOptions options;

@@ -59,7 +59,7 @@ TEST(FrozenContact, IceSticksAndSlipsLikeOtherSolids) {
 
 // Wherever the particles of a splash are when it freezes, and however near to the floor: nothing is pushed away.
 TEST(FrozenContact, FreezingAtAWallStoresNoEnergy) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Random random(seed);
   for (const double squeezed : {0.0, 0.3}) {

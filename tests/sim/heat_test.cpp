@@ -8,6 +8,7 @@
 #include "tests/support/backend.h"
 #include "tests/support/equations.h"
 #include "tests/support/random_scene.h"
+#include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::testing {
@@ -50,7 +51,7 @@ class HeatStep : public ::testing::TestWithParam<std::array<bool, 3>> {};
 
 // m dh/dt = sum_j V_i V_j 4 k_i k_j / (k_i + k_j) F (T_j - T_i), every pair, in double.
 TEST_P(HeatStep, HoldsOnRandomScenes) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Random random(seed);
   Scene scene = warm_scene(random, GetParam());
@@ -110,7 +111,7 @@ TEST_P(HeatStep, HoldsOnRandomScenes) {
 
 // Nothing is lost, nothing is gained, and no particle gets colder than the coldest or hotter than the hottest.
 TEST_P(HeatStep, KeepsHeatInAClosedScene) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Random random(seed);
   const Scene scene = warm_scene(random, GetParam());

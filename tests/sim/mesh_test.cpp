@@ -8,6 +8,7 @@
 #include "config/error.h"
 #include "sim_server/mesh.h"
 #include "sim_server/particle_csv.h"
+#include "tests/support/seed.h"
 
 namespace palp {
 namespace {
@@ -187,8 +188,8 @@ TEST(Mesh, DamagedFilesAreNamedWithTheirLine) {
 
 // Any damage: the mesh is read, or refused with a message that names the file.
 TEST(Mesh, FuzzedFilesAreReadOrRefused) {
-  const unsigned seed = std::random_device{}();
-  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  const unsigned seed = testing::drawn_seed();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (const Format& format : all_formats(cube())) {
     for (int round = 0; round < 1500; ++round) {

@@ -7,6 +7,7 @@
 
 #include "sim_server/physics/cell_grid.h"
 #include "tests/support/random_scene.h"
+#include "tests/support/seed.h"
 
 namespace palp::testing {
 namespace {
@@ -80,7 +81,7 @@ void PrintTo(const GridCase& c, std::ostream* out) { *out << c.name; }
 class Neighbors : public ::testing::TestWithParam<GridCase> {};
 
 TEST_P(Neighbors, AreThoseOfAllPairs) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Random random(seed);
   const GridCase& c = GetParam();

@@ -11,6 +11,7 @@
 #include "config/error.h"
 #include "sim_server/particle_count.h"
 #include "tests/sim/scene_builder.h"
+#include "tests/support/seed.h"
 
 namespace palp {
 namespace {
@@ -190,7 +191,7 @@ TEST(Scene, TemperatureIsForEveryBodyOrNone) {
   EXPECT_EQ(fault_of(config), "s.toml:1: body 'tool' has no temperature, expected one for every body or for none");
 }
 
-class FileScene : public testing::Test {
+class FileScene : public ::testing::Test {
  protected:
   void SetUp() override { std::filesystem::create_directories(folder_); }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -248,8 +249,8 @@ TEST_F(FileScene, ParticlesComeFromCsvWithPoseAndVelocity) {
 
 // Particles in, particles out: how many and how they lie does not depend on where the body is.
 TEST(Scene, SamplingMovesWithTheBody) {
-  const unsigned seed = std::random_device{}();
-  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  const unsigned seed = testing::drawn_seed();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(-1, 1);
   SceneConfig config = scene(0.05);

@@ -9,11 +9,12 @@
 #include "sim_server/sampling.h"
 #include "sim_server/solid.h"
 #include "sim_server/surface.h"
+#include "tests/support/seed.h"
 
 namespace palp {
 namespace {
 
-class SolidTest : public testing::Test {
+class SolidTest : public ::testing::Test {
  protected:
   double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
   Eigen::Vector3d vector(double size) { return {between(-size, size), between(-size, size), between(-size, size)}; }
@@ -45,9 +46,9 @@ class SolidTest : public testing::Test {
     return shape;
   }
 
-  unsigned seed_ = std::random_device{}();
+  unsigned seed_ = testing::drawn_seed();
   std::mt19937 random_{seed_};
-  testing::ScopedTrace trace_{__FILE__, __LINE__, "seed " + std::to_string(seed_)};
+  ::testing::ScopedTrace trace_{__FILE__, __LINE__, "seed " + std::to_string(seed_)};
 };
 
 // Integrals over the columns of a solid, in its frame, by many lines: nothing in common with the closed forms.

@@ -7,6 +7,7 @@
 
 #include "tests/support/backend.h"
 #include "tests/support/scenes.h"
+#include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::testing {
@@ -174,7 +175,7 @@ TEST(Tearing, ThroughTheBreakMomentaAreKeptAndEnergyIsNotMade) {
 // Blown to bits of one to three particles: everything stays finite, momenta are kept, no energy comes out of it, and
 // the bits end up flying straight.
 TEST(Tearing, CrumbsFlyOn) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
   std::normal_distribution<double> normal(0, 1);
@@ -207,7 +208,7 @@ TEST(Tearing, CrumbsFlyOn) {
 
 // One particle, two, three in a row, of whatever material and however thrown.
 TEST(Tearing, BitsOfAFewParticlesStayFinite) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
   std::normal_distribution<double> normal(0, 1);

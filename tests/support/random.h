@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
+#include "tests/support/seed.h"
+
 namespace palp::testing {
 
 using Random = std::mt19937;
@@ -35,7 +37,7 @@ class RandomCase : public ::testing::Test {
   }
   Eigen::Matrix3d rotation() { return random_rotation(random_).toRotationMatrix(); }
 
-  const unsigned seed_ = std::random_device{}();
+  const unsigned seed_ = drawn_seed();
   Random random_{seed_};
 
  private:

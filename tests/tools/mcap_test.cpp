@@ -5,6 +5,7 @@
 #include <csignal>
 #include <set>
 
+#include "tests/support/seed.h"
 #include "tests/tools/recording_support.h"
 #include "tools/recording/recovery.h"
 
@@ -173,7 +174,7 @@ TEST(Mcap, RandomDamageNeverGivesAWrongMessage) {
   const ScratchFolder folder;
   const std::vector<OwnedMessage> written = make_file(folder / "a.mcap", 120, 7);
   const Bytes whole = file_bytes(folder / "a.mcap");
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = testing::drawn_seed();
   std::mt19937 random(seed);
   SCOPED_TRACE("seed " + std::to_string(seed));
   int refused = 0;
@@ -208,7 +209,7 @@ TEST(Mcap, RandomDamageWithoutChecksumsNeverCrashes) {
   const ScratchFolder folder;
   make_file(folder / "a.mcap", 120, 8);
   const Bytes whole = file_bytes(folder / "a.mcap");
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = testing::drawn_seed();
   std::mt19937 random(seed);
   SCOPED_TRACE("seed " + std::to_string(seed));
   McapReaderOptions options;

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "idl/particle_frame.h"
+#include "tests/support/seed.h"
 #include "tests/viewer/picture_tools.h"
 #include "tests/viewer/synthetic_scene.h"
 #include "viewer/feed_state.h"
@@ -140,7 +141,7 @@ TEST(FeedState, OldKnowledgeIsForgotten) {
 
 // Garbage of every kind between sound samples, through to the picture: nothing falls over, and the sound ones count.
 TEST(FeedState, GarbageDoesNoHarm) {
-  const unsigned seed = std::random_device()();
+  const unsigned seed = testing::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
   const auto any = [&random] { return static_cast<std::uint32_t>(random()); };

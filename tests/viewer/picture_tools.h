@@ -81,7 +81,7 @@ inline Picture shoot(Stage& stage) {
   // for people who want to look: PALP_TEST_PICTURES=DIRECTORY keeps every picture
   if (const char* directory = std::getenv("PALP_TEST_PICTURES")) {
     static int count = 0;
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
     osg::ref_ptr<osg::Image> image = new osg::Image;
     image->setImage(picture.width, picture.height, 1, GL_RGB, GL_RGB, GL_UNSIGNED_BYTE, picture.rgb.data(),
                     osg::Image::NO_DELETE, 1);

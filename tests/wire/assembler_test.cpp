@@ -7,6 +7,7 @@
 
 #include "idl/frame_assembler.h"
 #include "idl/validate.h"
+#include "tests/support/seed.h"
 
 namespace palp::test {
 namespace {
@@ -172,8 +173,7 @@ TEST(FrameAssembler, TakesMemoryForWhatCameNotForWhatIsClaimed) {
 // Random loss, repetition and reordering: each frame all of whose chunks arrive before newer frames push it out is
 // whole and right, none is ever wrong, and the numbers never go back.
 TEST(FrameAssembler, SurvivesRandomLossAndReordering) {
-  const char* given = std::getenv("PALP_SEED");
-  const auto seed = given ? static_cast<std::uint32_t>(std::stoul(given)) : std::random_device{}();
+  const unsigned seed = testing::drawn_seed();
   SCOPED_TRACE("PALP_SEED=" + std::to_string(seed));
   std::mt19937 random(seed);
   const auto chance = [&](double p) { return std::uniform_real_distribution<double>(0, 1)(random) < p; };

@@ -12,6 +12,7 @@
 
 #include "idl/fastdds_participant.h"
 #include "idl/validate.h"
+#include "tests/support/seed.h"
 #include "tests/wire/sound.h"
 #include "tests/wire/support.h"
 
@@ -121,7 +122,7 @@ long peak_memory_kb() {
   return usage.ru_maxrss;
 }
 
-class Fuzz : public testing::TestWithParam<Vendor> {
+class Fuzz : public ::testing::TestWithParam<Vendor> {
  protected:
   template <class T>
   static void attack(Bus& bus, FastddsParticipant& attacker, Bus& honest, std::mt19937& random) {
@@ -169,8 +170,7 @@ class Fuzz : public testing::TestWithParam<Vendor> {
 };
 
 TEST_P(Fuzz, HostileBytesNeitherCrashNorStopAReader) {
-  const char* given = std::getenv("PALP_SEED");
-  const auto seed = given ? static_cast<std::uint32_t>(std::stoul(given)) : std::random_device{}();
+  const unsigned seed = testing::drawn_seed();
   SCOPED_TRACE("PALP_SEED=" + std::to_string(seed));
   std::cout << "PALP_SEED=" << seed << '\n';
   std::mt19937 random(seed);
@@ -184,7 +184,7 @@ TEST_P(Fuzz, HostileBytesNeitherCrashNorStopAReader) {
   EXPECT_LT(peak_memory_kb() - before_kb, 400'000);
 }
 
-INSTANTIATE_TEST_SUITE_P(Vendors, Fuzz, testing::Values(Vendor::cyclone, Vendor::fastdds),
+INSTANTIATE_TEST_SUITE_P(Vendors, Fuzz, ::testing::Values(Vendor::cyclone, Vendor::fastdds),
                          [](const auto& i) { return std::string(to_string(i.param)); });
 
 }  // namespace
