@@ -3,7 +3,8 @@
 namespace palp {
 
 const char* to_string(LoopState state) {
-  constexpr std::array<const char*, 7> kNames{"waiting", "ready", "engaged", "idle", "degraded", "stale", "fault"};
+  constexpr std::array<const char*, 8> kNames{"waiting",  "ready", "engaged", "idle",
+                                              "degraded", "stale", "locked",  "fault"};
   return kNames[static_cast<std::size_t>(state)];
 }
 
@@ -126,7 +127,7 @@ void HapticLoop::follow_link(std::int64_t now_ns) {
   was_stale_ = stale;
 
   // faults of the device and a lifted hand end the force in this very tick
-  record_.cut = stale || !record_.good_reading || !reading_.engaged || fault_ != LoopFault::none;
+  record_.cut = stale || !record_.good_reading || !reading_.engaged() || fault_ != LoopFault::none;
   if (record_.cut) engagement_ = 0;
   const std::uint32_t wanted = kEngaged | kHealthy;
   const bool willing = qualified_ && !record_.cut && (sample_flags_ & (wanted | kPaused)) == wanted;
@@ -179,7 +180,7 @@ void HapticLoop::send(const Wrench<double>& wrench) {
 // What the server, the log and the people get to know of this tick.
 void HapticLoop::describe(std::int64_t now_ns) {
   const bool healthy = fault_ == LoopFault::none && record_.good_reading;
-  sample_.flags = (healthy ? kHealthy : 0u) | (healthy && reading_.engaged ? kEngaged : 0u) |
+  sample_.flags = (healthy ? kHealthy : 0u) | (healthy && reading_.engaged() ? kEngaged : 0u) |
                   ((reading_.buttons & 1u) ? kButton0 : 0u) | ((reading_.buttons & 2u) ? kButton1 : 0u);
   sample_.t_device_ns = record_.good_reading ? now_ns : t_reading_ns_;
   sample_.pose = to_pose(reading_.state);
@@ -188,7 +189,7 @@ void HapticLoop::describe(std::int64_t now_ns) {
   if (fault_ != LoopFault::none) record_.state = LoopState::fault;
   record_.tick = ++report_.ticks;
   record_.device = reading_.state;
-  record_.engaged_device = reading_.engaged;
+  record_.engaged_device = reading_.engaged();
   record_.blend_linear = model_.model().blend_linear;
   record_.blend_angular = model_.model().blend_angular;
 

@@ -33,21 +33,6 @@ struct LoopConfig {
   int max_bad_ticks = 20;               // that many failures of the device in a row are a fault
 };
 
-enum class LoopState : std::uint32_t {
-  waiting = 0,  // no usable sample of a server yet
-  ready,        // samples come; they have not been fresh for long enough
-  engaged,      // force, perhaps still on its ramp
-  idle,         // the hand is off, or the simulation is paused, unhealthy or not coupled to this device
-  degraded,     // samples are late: force is fading into damping
-  stale,        // no sample for too long: no force
-  fault,        // the device failed: no force, for good
-};
-const char* to_string(LoopState state);
-
-enum class LoopFault : std::uint32_t { none = 0, device_read, device_write, not_finite };
-// One sentence, for people.
-const char* to_string(LoopFault fault);
-
 // Everything about one tick, for the flight log. Plain data.
 struct TickRecord {
   std::uint64_t tick = 0;

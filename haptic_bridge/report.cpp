@@ -78,6 +78,8 @@ std::string bridge_trouble(const LoopReport& report, const BusLink& link) {
       return "the simulation is paused, unhealthy or not coupled to this device: the force is zero";
     case LoopState::degraded:
       return "samples are late: the force fades into damping";
+    case LoopState::locked:
+      return "the force was cut: let go of the handle and take hold of it again";
     case LoopState::ready:
     case LoopState::engaged:
       return "";

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "haptic_bridge/loop_state.h"
 #include "idl/coupling.h"
 
 namespace palp {
@@ -19,8 +20,14 @@ struct DeviceInfo {
 // World frame, about the handle.
 struct DeviceReading {
   HandleState<double> state;
-  bool engaged = false;       // the hand holds the handle, the power is on, force is wanted
+  bool dead_man = false;      // the hand holds the handle
+  bool powered = false;       // the motors can render force
+  bool chain_closed = false;  // of the emergency stop
+  bool shifted = false;       // indexing: the hand moves the arm and not the tool
+  bool strained = false;      // at a bound, overheating or saturated: the force is to be halved
+  std::uint32_t alarms = 0;   // as the device numbers them, for the log
   std::uint32_t buttons = 0;  // bit n: button n
+  bool engaged() const { return dead_man && powered && chain_closed && !shifted; }
 };
 
 class HapticDevice {
@@ -32,6 +39,8 @@ class HapticDevice {
   virtual bool read(std::int64_t now_ns, DeviceReading& out) noexcept = 0;
   // The wrench on the hand until the next call. False: it was not taken.
   virtual bool write(const Wrench<double>& wrench) noexcept = 0;
+  // What the loop makes of this tick, after write: the lamp of an arm, the eyes of a simulated hand. As read.
+  virtual void show(LoopState) noexcept {}
 };
 
 }  // namespace palp

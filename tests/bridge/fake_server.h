@@ -31,7 +31,8 @@ class PuppetDevice final : public HapticDevice {
   DeviceReading reading{
       {Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()},
       true,
-      0};
+      true,
+      true};
   Wrench<double> written = zero_wrench();
   bool readable = true;
   bool writable = true;

@@ -124,7 +124,7 @@ class MischievousArm final : public HapticDevice {
   bool read(std::int64_t now, DeviceReading& out) noexcept override {
     const bool good = arm_.read(now, out);
     mischief_.glitch(out);
-    out.engaged = !mischief_.lift();
+    out.dead_man = !mischief_.lift();
     return good;
   }
   bool write(const Wrench<double>& w) noexcept override {

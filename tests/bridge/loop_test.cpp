@@ -271,12 +271,12 @@ TEST(Loop, PausedUnhealthyOrUncoupledRampsDownAndComesBack) {
 TEST(Loop, ALiftedHandEndsTheForceInTheSameTick) {
   Bench b;
   b.engage();
-  b.device.reading.engaged = false;
+  b.device.reading.dead_man = false;
   b.tick();
   EXPECT_EQ(b.felt(), 0);
   EXPECT_EQ(b.loop.report().cuts, 1u);
   EXPECT_EQ(b.loop.sample().flags & kEngaged, 0u);
-  b.device.reading.engaged = true;
+  b.device.reading.dead_man = true;
   b.tick();
   EXPECT_LE(b.felt(), 0.3);
   b.ticks(600);
