@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <fstream>
@@ -14,7 +15,7 @@
 
 #include "config/json_file.h"
 #include "tools/haptic_bench/bench_scenes.h"
-#include "tools/haptic_bench/z_width.h"
+#include "tools/haptic_bench/metrics.h"
 
 namespace palp::bench {
 namespace {
@@ -105,15 +106,42 @@ void write_press(const Arguments& a, const Scene& wall) {
              trace.trouble.empty() ? "" : ", " + trace.trouble);
 }
 
+struct Metric {
+  const char* name;
+  std::function<std::vector<Row>(const Scenes&, const Cell&, const Arguments&)> rows;
+};
+
+const std::vector<Metric>& metrics() {
+  static const std::vector<Metric> kMetrics{
+      {"z_width", [](const Scenes& s, const Cell& c,
+                     const Arguments& a) { return z_width_rows(s.wall, c, a.dampings, !a.quick); }},
+      {"minute",
+       [](const Scenes& s, const Cell& c, const Arguments& a) { return minute_rows(s, c, a.quick ? 30 : 60); }},
+      {"buzz", [](const Scenes& s, const Cell& c, const Arguments&) { return buzz_rows(s, c); }},
+      {"drag", [](const Scenes& s, const Cell& c, const Arguments&) { return drag_rows(s, c); }},
+      {"current", [](const Scenes& s, const Cell& c, const Arguments&) { return current_rows(s, c); }},
+      {"rendering", [](const Scenes& s, const Cell& c, const Arguments&) { return rendering_rows(s, c); }},
+      {"delay", [](const Scenes& s, const Cell& c, const Arguments&) { return delay_rows(s, c); }},
+      {"fault", [](const Scenes& s, const Cell& c, const Arguments&) { return fault_rows(s, c); }},
+  };
+  return kMetrics;
+}
+
+bool wanted(const Arguments& a, const std::string& name) {
+  return a.metrics.empty() || std::find(a.metrics.begin(), a.metrics.end(), name) != a.metrics.end();
+}
+
 int measure(const Arguments& a) {
-  const Scene wall = wall_scene();
+  const Scenes scenes{wall_scene(), elastic_scene(), current_scene(), tank_scene()};
   if (!a.trace.empty()) {
-    write_press(a, wall);
+    write_press(a, scenes.wall);
     return 0;
   }
   std::vector<Job> jobs;
-  for (const Cell& c : cells_of(a))
-    jobs.push_back({"Z-width, " + name_of(c), [&wall, c, &a] { return z_width_rows(wall, c, a.dampings, !a.quick); }});
+  for (const Metric& m : metrics())
+    if (wanted(a, m.name))
+      for (const Cell& c : cells_of(a))
+        jobs.push_back({fmt::format("{}, {}", m.name, name_of(c)), [&, c] { return m.rows(scenes, c, a); }});
   const std::vector<Row> rows = work_off(jobs, a.jobs);
   const std::string table = markdown(rows, {});
   if (a.out.empty())
@@ -131,7 +159,9 @@ int main(int argc, char** argv) {
   CLI::App app("Measures the haptic loop in lock-step over the full system.");
   palp::bench::Arguments a;
   app.add_flag("--quick", a.quick, "One seed, one damping, coarse steps");
-  app.add_option("--metric", a.metrics, "Metrics (default: all)")->delimiter(',');
+  app.add_option("--metric", a.metrics, "z_width, minute, buzz, drag, current, rendering, delay, fault (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"z_width", "minute", "buzz", "drag", "current", "rendering", "delay", "fault"}));
   app.add_option("--hand", a.hand_names, "off, light, firm (default: all)")->delimiter(',');
   app.add_option("--rate", a.rates, "Rates of the server [Hz]")->delimiter(',')->check(CLI::Range(50.0, 4000.0));
   app.add_option("--link", a.link_names, "Names, or NAME:delay=2,jitter=1,loss=0.02 (times in ms)");
