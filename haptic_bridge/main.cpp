@@ -53,6 +53,10 @@ DeviceProfile profile_from(const BridgeOptions& o) {
   profile.gains.damping = o.damping.value_or(profile.gains.damping);
   profile.gains.angular_stiffness = o.angular_stiffness.value_or(profile.gains.angular_stiffness);
   profile.gains.angular_damping = o.angular_damping.value_or(profile.gains.angular_damping);
+  profile.workspace.motion_scale = o.motion_scale.value_or(profile.workspace.motion_scale);
+  profile.workspace.force_scale = o.force_scale.value_or(profile.workspace.force_scale);
+  // an arm without motors harms nobody when this machine is busy
+  if (o.profile.empty()) profile.safety.overrun_ns = profile.safety.late_ticks = 0;
   return profile;
 }
 
@@ -63,6 +67,10 @@ LoopConfig loop_config(const BridgeOptions& o, const DeviceProfile& profile, con
   config.own_session = bus.session();
   config.gains = profile.gains;
   config.limits = profile.limits;
+  config.safety = profile.safety;
+  config.passivity = profile.passivity;
+  config.angular_passivity = profile.angular_passivity;
+  config.workspace = profile.workspace;
   return config;
 }
 

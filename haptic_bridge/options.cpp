@@ -66,6 +66,10 @@ void add_loop_options(CLI::App& app, BridgeOptions& o) {
   app.add_option("--damping", o.damping, "coupling gain [N s/m]")->check(CLI::Range(0.0, 1e4));
   app.add_option("--angular-stiffness", o.angular_stiffness, "coupling gain [N m/rad]")->check(CLI::Range(0.0, 1e4));
   app.add_option("--angular-damping", o.angular_damping, "coupling gain [N m s/rad]")->check(CLI::Range(0.0, 1e3));
+  app.add_option("--motion-scale", o.motion_scale, "the tool's way over the arm's, instead of the profile's")
+      ->check(CLI::Range(0.01, 100.0));
+  app.add_option("--force-scale", o.force_scale, "force on the hand over that of the simulation")
+      ->check(CLI::Range(0.01, 100.0));
 }
 
 void add_options(CLI::App& app, RawOptions& raw) {

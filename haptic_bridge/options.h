@@ -28,7 +28,8 @@ struct BridgeOptions {
   std::string summary;  // JSON file; empty: beside the log
   double log_seconds = 60;
   RealtimeOptions realtime;
-  std::optional<double> stiffness, damping, angular_stiffness, angular_damping;  // override the profile's
+  // override the profile's
+  std::optional<double> stiffness, damping, angular_stiffness, angular_damping, motion_scale, force_scale;
   BusOptions bus;
 };
 
