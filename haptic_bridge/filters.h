@@ -50,7 +50,7 @@ inline Eigen::Vector3d slewed(const Eigen::Vector3d& previous, const Eigen::Vect
 struct StaleTimes {
   std::int64_t fade_start_ns = 20'000'000;
   std::int64_t fade_end_ns = 60'000'000;
-  std::int64_t zero_at_ns = 80'000'000;  // well below the 100 ms that are promised: ticks and samples may be late
+  std::int64_t zero_at_ns = 95'000'000;  // below the 100 ms that are promised: ticks and samples may be late
 };
 
 // Weight of the local model, 1..0.
@@ -76,10 +76,21 @@ struct WrenchLimits {
   double torque = 0.5;      // [N m]
   double force_slew = 300;  // [N/s]
   double torque_slew = 30;  // [N m/s]
+  // of a single world axis, before the direction is kept [N], [N m]
+  Eigen::Vector3d axis_force = Eigen::Vector3d::Constant(1e9);
+  Eigen::Vector3d axis_torque = Eigen::Vector3d::Constant(1e9);
+  // that the arm can hold for long: the mean square over ten seconds stays below this squared [N], [N m]
+  double continuous_force = 1e9;
+  double continuous_torque = 1e9;
+  double power = 5;  // given to the hand [W]
 };
 
 inline Wrench<double> saturated(const Wrench<double>& w, const WrenchLimits& limits) {
-  return {saturated(w.force, limits.force), saturated(w.torque, limits.torque)};
+  const auto cut = [](const Eigen::Vector3d& v, const Eigen::Vector3d& most) {
+    return Eigen::Vector3d(v.cwiseMax(-most).cwiseMin(most));
+  };
+  return {saturated(cut(w.force, limits.axis_force), limits.force),
+          saturated(cut(w.torque, limits.axis_torque), limits.torque)};
 }
 
 inline Wrench<double> slewed(const Wrench<double>& previous, const Wrench<double>& wanted, const WrenchLimits& limits,
@@ -87,5 +98,35 @@ inline Wrench<double> slewed(const Wrench<double>& previous, const Wrench<double
   return {slewed(previous.force, wanted.force, limits.force_slew * dt),
           slewed(previous.torque, wanted.torque, limits.torque_slew * dt)};
 }
+
+// A wrench that gives the hand at most so much power [W], linear and angular together; state: of the device.
+inline Wrench<double> power_limited(const Wrench<double>& w, const HandleState<double>& state, double most) {
+  const double power = w.force.dot(state.v) + w.torque.dot(state.w);
+  if (power <= most) return w;
+  const double share = most / power;
+  return {share * w.force, share * w.torque};
+}
+
+// What an arm's motors stand: the mean square of a force over some seconds stays below the square of what they can hold
+// for ever. The largest force allowed sinks from the peak to that while the mean comes near.
+class ThermalLimit {
+ public:
+  // continuous: for ever [N, N m]. time: of the mean [s].
+  ThermalLimit(double continuous, double time) : continuous_(continuous), time_(time) {}
+
+  // Of peak [N, N m], what is allowed now.
+  double allowed(double peak) const {
+    if (peak <= continuous_) return peak;
+    const double warmth = mean_square_ / (continuous_ * continuous_);
+    return continuous_ + (peak - continuous_) * std::clamp((1 - warmth) / (1 - kWarm), 0.0, 1.0);
+  }
+  // So much was sent for dt [s].
+  void note(double sent, double dt) { mean_square_ += dt / time_ * (sent * sent - mean_square_); }
+
+ private:
+  static constexpr double kWarm = 0.7;  // of the mean square allowed; from here on the largest force sinks
+  double continuous_, time_;
+  double mean_square_ = 0;
+};
 
 }  // namespace palp

@@ -41,10 +41,12 @@ const Column kColumns[] = {
   {"t_ns", "time of the tick, CLOCK_MONOTONIC of this host [ns]", [](Row& o, const TickRecord& r) { integer(o, r.t_ns); }},
   {"lateness_us", "behind its deadline [us]", [](Row& o, const TickRecord& r) { microseconds(o, r.lateness_ns); }},
   {"missed", "whole periods skipped before this tick", [](Row& o, const TickRecord& r) { integer(o, r.missed); }},
-  {"state", "waiting, ready, engaged, idle, degraded, stale or fault", [](Row& o, const TickRecord& r) { integer(o, to_string(r.state)); }},
+  {"state", "waiting, ready, engaged, idle, degraded, stale, locked or fault", [](Row& o, const TickRecord& r) { integer(o, to_string(r.state)); }},
   {"good_reading", "1: the device gave a usable pose", [](Row& o, const TickRecord& r) { integer(o, int{r.good_reading}); }},
-  {"hand_on", "1: the device says that the hand holds it", [](Row& o, const TickRecord& r) { integer(o, int{r.engaged_device}); }},
+  {"hand_on", "1: the hand holds the handle, the motors are on, the emergency stop is closed, the arm is not shifted", [](Row& o, const TickRecord& r) { integer(o, int{r.engaged_device}); }},
   {"cut", "1: a safety cut set the wrench to zero", [](Row& o, const TickRecord& r) { integer(o, int{r.cut}); }},
+  {"reduced", "1: the power limit took force away", [](Row& o, const TickRecord& r) { integer(o, int{r.reduced}); }},
+  {"alarms", "of the device, as it numbers them", [](Row& o, const TickRecord& r) { integer(o, r.alarms); }},
   {"verdict", "on the sample that came in this tick, empty if none came", [](Row& o, const TickRecord& r) { if (r.verdict >= 0) integer(o, to_string(static_cast<Verdict>(r.verdict))); }},
   {"sequence", "of the sample in use, 0: none yet", [](Row& o, const TickRecord& r) { integer(o, r.sequence); }},
   {"age_us", "of the sample in use, since it was received [us]", [](Row& o, const TickRecord& r) { microseconds(o, r.age_ns); }},
@@ -66,6 +68,11 @@ const Column kColumns[] = {
   {"engagement", "weight of all force, 0..1", [](Row& o, const TickRecord& r) { number(o, r.engagement); }},
   {"blend_linear", "local stiffness of the sample in use, 0..1", [](Row& o, const TickRecord& r) { number(o, r.blend_linear); }},
   {"blend_angular", "the same for rotation", [](Row& o, const TickRecord& r) { number(o, r.blend_angular); }},
+  {"energy_linear", "that coupling and network may still give the hand [J]", [](Row& o, const TickRecord& r) { number(o, r.energy_linear); }},
+  {"energy_angular", "the same for rotation [J]", [](Row& o, const TickRecord& r) { number(o, r.energy_angular); }},
+  {"damping_linear", "of the passivity controller [N s/m]", [](Row& o, const TickRecord& r) { number(o, r.damping_linear); }},
+  {"damping_angular", "the same for rotation [N m s/rad]", [](Row& o, const TickRecord& r) { number(o, r.damping_angular); }},
+  {"gains_share", "of the profile's gains, as the link allows, 0..1", [](Row& o, const TickRecord& r) { number(o, r.gains_share); }},
 };
 #undef PALP_VECTOR
 // clang-format on

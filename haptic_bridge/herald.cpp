@@ -17,7 +17,7 @@ constexpr std::int64_t kRateWindowNs = 1'000'000'000;
 // States that people are told of when they come; the others follow from them or flicker.
 bool worth_an_event(LoopState state) {
   return state == LoopState::engaged || state == LoopState::stale || state == LoopState::fault ||
-         state == LoopState::idle;
+         state == LoopState::idle || state == LoopState::locked;
 }
 
 }  // namespace

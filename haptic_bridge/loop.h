@@ -1,16 +1,32 @@
-// The 1 kHz loop: device -> newest sample of the server -> virtual coupling -> limits -> device. One tick is one call;
-// run_loop (run.h) calls it at absolute deadlines. Knows nothing of DDS, files or threads.
+// The 1 kHz loop: device -> newest sample of the server -> virtual coupling -> passivity -> limits -> device. One tick
+// is one call; run_loop (run.h) calls it at absolute deadlines. Knows nothing of DDS, files or threads.
 #pragma once
 
 #include <cstdint>
 
 #include "haptic_bridge/device/device.h"
 #include "haptic_bridge/filters.h"
+#include "haptic_bridge/gain_governor.h"
+#include "haptic_bridge/interlock.h"
 #include "haptic_bridge/local_model.h"
+#include "haptic_bridge/passivity.h"
 #include "haptic_bridge/sample_gate.h"
+#include "haptic_bridge/workspace.h"
 #include "idl/messages.h"
 
 namespace palp {
+
+// Past these the force ends until the hand has let go and taken hold again, or becomes damping.
+struct SafetyConfig {
+  std::int64_t overrun_ns = 5'000'000;  // a tick that is this late; 0: never
+  int late_ticks = 20;                  // that many ticks in a row late by half a period; 0: never
+  int bad_samples = 3;                  // more than so many unsound samples in a row
+  double tool_speed = 1.5;              // of the device; faster: damping only [m/s]
+  double tool_turn = 6;                 // [rad/s]
+};
+
+// Of the motors, for their continuous rating [s].
+inline constexpr double kWarmingTime = 10;
 
 struct LoopConfig {
   std::int64_t period_ns = 1'000'000;
@@ -18,6 +34,11 @@ struct LoopConfig {
   std::uint64_t own_session = 0;           // of this bridge's DeviceSamples
   CouplingGains gains{1000, 20, 10, 0.2};  // proposed to the server
   WrenchLimits limits;
+  SafetyConfig safety;
+  PassivityConfig passivity;
+  PassivityConfig angular_passivity{1e-3, 10e-3, 0, 0.03, 0.05, 0.005};
+  GovernorConfig governor;
+  WorkspaceConfig workspace;
   StaleTimes stale;
   // A wrench computed from a device state older than this is stale however fresh its arrival: the server does not hear
   // us.
@@ -26,6 +47,7 @@ struct LoopConfig {
   std::int64_t fresh_ns = 200'000'000;  // so long must data have been fresh before force comes (back)
   double ramp_up = 0.5;                 // [s] from no force to all of it
   double ramp_down = 0.05;              // [s]
+  double ramp_after_clutch = 0.3;       // as ramp_up, after the arm was moved without the tool [s]
   double fade_damping = 3;              // takes the place of the local model when data grows old [N s/m]
   double fade_angular_damping = 0.03;   // [N m s/rad]
   double max_speed = 5;                 // a reading that moved faster than this since the last good one is wrong [m/s]
@@ -43,6 +65,8 @@ struct TickRecord {
   bool good_reading = false;
   bool engaged_device = false;
   bool cut = false;            // the wrench was set to zero by a safety cut, not by the slew limit
+  bool reduced = false;        // the power limit or the motors' warmth took force away, not the slew limit
+  std::uint32_t alarms = 0;    // of the device
   std::int32_t verdict = -1;   // on the sample that came in this tick (Verdict), -1: none came
   std::uint64_t sequence = 0;  // of the sample in use
   std::int64_t age_ns = 0;     // since it was received; 0 without sample
@@ -56,6 +80,11 @@ struct TickRecord {
   double engagement = 0;
   double blend_linear = 0;
   double blend_angular = 0;
+  double energy_linear = 0;  // that the coupling may still give the hand [J]
+  double energy_angular = 0;
+  double damping_linear = 0;  // of the passivity controller [N s/m]
+  double damping_angular = 0;
+  double gains_share = 1;  // of the gains that the profile asks for, as the link allows
 };
 
 // Running totals, copied out once a tick.
@@ -71,7 +100,11 @@ struct LoopReport {
   std::uint64_t bad_writes = 0;
   std::uint64_t cuts = 0;          // ticks in which a wrench that was not zero was cut to zero
   std::uint64_t stale_events = 0;  // times that data went stale
-  std::uint64_t passed_over = 0;   // samples of the server that never came to use
+  std::uint64_t trips = 0;         // times that the hand had to let go: stale, overrun, unsound samples
+  std::uint64_t damped_ticks = 0;  // of the passivity controller
+  bool strained = false;           // the device is at a bound, too warm or saturated
+  double gains_share = 1;
+  std::uint64_t passed_over = 0;  // samples of the server that never came to use
   std::array<std::uint64_t, kVerdicts> verdicts{};
   std::int64_t age_ns = 0;
   double force = 0;  // sent [N]
@@ -99,9 +132,15 @@ class HapticLoop {
  private:
   void read_device(std::int64_t now_ns);
   bool plausible(const HandleState<double>& next, std::int64_t now_ns) const;
-  void take_sample(const IncomingProxy& in, std::int64_t now_ns);
+  void judge_sample(const IncomingProxy& in, std::int64_t now_ns);
+  void take_sample(const IncomingProxy& in, bool begins, std::int64_t now_ns);
+  void follow_time(std::int64_t lateness_ns);
   void follow_link(std::int64_t now_ns);
+  void follow_hand();
+  void trip();
   LoopState find_state(bool willing) const;
+  void observe_energy();
+  Wrench<double> wanted();
   Wrench<double> limited(const Wrench<double>& wanted);
   void send(const Wrench<double>& wrench);
   void describe(std::int64_t now_ns);
@@ -110,22 +149,40 @@ class HapticLoop {
   HapticDevice& device_;
   SampleGate gate_;
   BlendedModel model_;
-  double period_;  // [s]
+  Interlock interlock_;
+  Workspace workspace_;
+  GainGovernor governor_;
+  PassivityController passivity_, angular_passivity_;
+  ThermalLimit warmth_, angular_warmth_;
+  double period_;       // [s]
+  double elapsed_ = 0;  // since the last tick [s]
 
-  DeviceReading reading_;  // the last good one
+  DeviceReading reading_;                                                                        // the last good one
+  HandleState<double> tool_ = at_rest(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());  // it, in the scene
+  HandleState<double> before_ = tool_;  // the device, in the last tick
   bool have_reading_ = false;
   std::int64_t t_reading_ns_ = 0;
   int bad_reads_in_a_row_ = 0;
   int bad_writes_in_a_row_ = 0;
+  int bad_samples_in_a_row_ = 0;
+  int late_in_a_row_ = 0;
 
   bool have_sample_ = false;
   std::int64_t t_receive_ns_ = 0;
   std::int64_t t_device_ns_ = 0;
   std::uint32_t sample_flags_ = 0;
+  HandleState<double> proxy_ = tool_;  // of the sample in use
+  std::array<double, 2> energy_{};     // as the sample in use says, linear and angular [J]
+  std::array<double, 2> received_{};   // of it, since the last tick [J]
   std::int64_t fresh_since_ns_ = 0;
   bool qualified_ = false;
   bool was_stale_ = false;
+  bool tripped_ = false;     // in this tick
+  bool referenced_ = false;  // the hand's space lies on the scene's
+  bool shifted_ = false;     // the arm was moved without the tool since the last engagement
+  bool too_fast_ = false;
   double engagement_ = 0;
+  std::array<double, 2> rendered_{};  // of force and torque that the coupling asked for, what was sent, 0..1
   Wrench<double> last_sent_ = zero_wrench();
   LoopFault fault_ = LoopFault::none;
 

@@ -17,6 +17,32 @@ void read(TomlTable& table, const char* key, const Range& range, double& value) 
   if (const auto number = table.number(key, range)) value = *number;
 }
 
+void read(TomlTable& table, const char* key, const Range& range, Eigen::Vector3d& value) {
+  if (const auto n = table.numbers(key, 3, range)) value = {(*n)[0], (*n)[1], (*n)[2]};
+}
+
+void read_safety(TomlTable& root, SafetyConfig& safety) {
+  TomlTable table = root.table("safety");
+  if (const auto ms = table.number("overrun_ms", {"ms", 0, 1000})) safety.overrun_ns = std::llround(1e6 * *ms);
+  if (const auto n = table.integer("late_ticks", 0, 1000)) safety.late_ticks = static_cast<int>(*n);
+  if (const auto n = table.integer("bad_samples", 0, 1000)) safety.bad_samples = static_cast<int>(*n);
+  read(table, "tool_speed", {"m/s", 0, 5, true}, safety.tool_speed);
+  read(table, "tool_turn", {"rad/s", 0, 50, true}, safety.tool_turn);
+}
+
+void read_passivity(TomlTable& root, DeviceProfile& profile) {
+  TomlTable table = root.table("passivity");
+  PassivityConfig &linear = profile.passivity, &angular = profile.angular_passivity;
+  read(table, "device_damping", {"N s/m", 0, 100}, linear.device_damping);
+  read(table, "most_damping", {"N s/m", 0, 100}, linear.most_damping);
+  read(table, "start_energy", {"J", 0, 1}, linear.start);
+  read(table, "most_energy", {"J", 0, 1}, linear.most);
+  read(table, "angular_device_damping", {"N m s/rad", 0, 10}, angular.device_damping);
+  read(table, "angular_most_damping", {"N m s/rad", 0, 10}, angular.most_damping);
+  read(table, "angular_start_energy", {"J", 0, 1}, angular.start);
+  read(table, "angular_most_energy", {"J", 0, 1}, angular.most);
+}
+
 HandModel read_grip(TomlTable& root) {
   HandModel hand = kFirmGrip;
   if (root.is_table("grip")) {
@@ -63,12 +89,25 @@ DeviceProfile read_device_profile(const std::string& path) {
   read(limits, "torque", {"N m", 0, 20, true}, profile.limits.torque);
   read(limits, "force_slew", {"N/s", 0, 1e5, true}, profile.limits.force_slew);
   read(limits, "torque_slew", {"N m/s", 0, 1e4, true}, profile.limits.torque_slew);
+  read(limits, "axis_force", {"N", 0, 200, true}, profile.limits.axis_force);
+  read(limits, "axis_torque", {"N m", 0, 20, true}, profile.limits.axis_torque);
+  read(limits, "continuous_force", {"N", 0, 200, true}, profile.limits.continuous_force);
+  read(limits, "continuous_torque", {"N m", 0, 20, true}, profile.limits.continuous_torque);
+  read(limits, "power", {"W", 0, 1000, true}, profile.limits.power);
 
   TomlTable coupling = root.table("coupling");
   read(coupling, "stiffness", {"N/m", 0, 1e5}, profile.gains.stiffness);
   read(coupling, "damping", {"N s/m", 0, 1e4}, profile.gains.damping);
   read(coupling, "angular_stiffness", {"N m/rad", 0, 1e4}, profile.gains.angular_stiffness);
   read(coupling, "angular_damping", {"N m s/rad", 0, 1e3}, profile.gains.angular_damping);
+
+  read_safety(root, profile.safety);
+  read_passivity(root, profile);
+  TomlTable workspace = root.table("workspace");
+  read(workspace, "motion_scale", {"", 0.01, 100}, profile.workspace.motion_scale);
+  read(workspace, "force_scale", {"", 0.01, 100}, profile.workspace.force_scale);
+  if (const auto choice = workspace.choice("reference", {"absolute", "relative"}))
+    profile.workspace.relative = *choice == 1;
 
   ArmModel& arm = profile.arm;
   TomlTable table = root.table("arm");

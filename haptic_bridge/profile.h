@@ -5,7 +5,7 @@
 #include <string>
 
 #include "haptic_bridge/device/simulated.h"
-#include "haptic_bridge/filters.h"
+#include "haptic_bridge/loop.h"
 #include "idl/messages.h"
 
 namespace palp {
@@ -15,6 +15,9 @@ struct DeviceProfile {
   std::string name = "built-in defaults";
   WrenchLimits limits;
   CouplingGains gains{1000, 20, 10, 0.2};
+  SafetyConfig safety;
+  PassivityConfig passivity = LoopConfig{}.passivity, angular_passivity = LoopConfig{}.angular_passivity;
+  WorkspaceConfig workspace;
   ArmModel arm;  // of the simulated device; others have none
 };
 

@@ -55,6 +55,9 @@ std::vector<Metric> bridge_metrics(const LoopReport& report, const LoopPorts& po
       {"stale_events", as_number(report.stale_events)},
       {"safety_cuts", as_number(report.cuts)},
       {"bad_readings", as_number(report.bad_readings)},
+      {"trips", as_number(report.trips)},
+      {"damped_ticks", as_number(report.damped_ticks)},
+      {"gains_share", report.gains_share},
   };
 }
 
@@ -82,7 +85,7 @@ std::string bridge_trouble(const LoopReport& report, const BusLink& link) {
       return "the force was cut: let go of the handle and take hold of it again";
     case LoopState::ready:
     case LoopState::engaged:
-      return "";
+      return report.strained ? "the arm is at a bound, too warm or saturated: the force is halved" : "";
   }
   return "";
 }

@@ -37,7 +37,7 @@ bool all_finite(const ProxySample& s) {
 
 bool sane(const ProxySample& s) {
   return sane(s.device_pose.position) && sane(s.device_twist.linear) && sane(s.device_twist.angular) &&
-         sane(s.proxy_pose.position) && sane(s.wrench.force) && sane(s.wrench.torque);
+         sane(s.proxy_pose.position) && sane(s.wrench.force) && sane(s.wrench.torque) && sane(s.energy);
 }
 
 bool within(double value, double most) { return value >= 0 && value <= most * (1 + 1e-9); }

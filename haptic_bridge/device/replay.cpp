@@ -82,7 +82,8 @@ bool ReplayDevice::read(std::int64_t now_ns, DeviceReading& out) noexcept {
   if (!started_) t_start_ns_ = now_ns;
   started_ = true;
   out.state = path_.at(path_.keyframes().front().time + 1e-9 * static_cast<double>(now_ns - t_start_ns_));
-  out.dead_man = out.powered = out.chain_closed = true;
+  out.dead_man = grip_.holds(now_ns);
+  out.powered = out.chain_closed = true;
   out.buttons = 0;
   return true;
 }

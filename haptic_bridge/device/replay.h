@@ -4,6 +4,7 @@
 #include <string>
 
 #include "haptic_bridge/device/device.h"
+#include "haptic_bridge/device/grip.h"
 #include "haptic_bridge/device/trajectory.h"
 
 namespace palp {
@@ -21,8 +22,10 @@ class ReplayDevice final : public HapticDevice {
   const DeviceInfo& info() const noexcept override { return info_; }
   bool read(std::int64_t now_ns, DeviceReading& out) noexcept override;
   bool write(const Wrench<double>&) noexcept override { return true; }
+  void show(LoopState state) noexcept override { grip_.show(state); }
 
  private:
+  Grip grip_;
   Trajectory path_;
   DeviceInfo info_;
   bool started_ = false;

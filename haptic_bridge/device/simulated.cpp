@@ -103,7 +103,8 @@ bool SimulatedDevice::read(std::int64_t now_ns, DeviceReading& out) noexcept {
     measure(dt);
   }
   out.state = measured_;
-  out.dead_man = out.powered = out.chain_closed = true;
+  out.dead_man = grip_.holds(now_ns);
+  out.powered = out.chain_closed = true;
   out.buttons = 0;
   return true;
 }

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "haptic_bridge/device/device.h"
+#include "haptic_bridge/device/grip.h"
 #include "haptic_bridge/device/trajectory.h"
 
 namespace palp {
@@ -55,6 +56,7 @@ class SimulatedDevice final : public HapticDevice {
   const DeviceInfo& info() const noexcept override { return info_; }
   bool read(std::int64_t now_ns, DeviceReading& out) noexcept override;
   bool write(const Wrench<double>& wrench) noexcept override;
+  void show(LoopState state) noexcept override { grip_.show(state); }
 
   // The exact state and what the hand wants, for tests.
   const HandleState<double>& true_state() const { return state_; }
@@ -82,6 +84,7 @@ class SimulatedDevice final : public HapticDevice {
   Eigen::Vector3d tremor_x_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d tremor_v_ = Eigen::Vector3d::Zero();
 
+  Grip grip_;
   bool started_ = false;
   std::int64_t t_last_ns_ = 0;
   double time_ = 0;  // of the script [s]

@@ -7,6 +7,7 @@
 #include <deque>
 
 #include "haptic_bridge/device/device.h"
+#include "haptic_bridge/device/grip.h"
 #include "haptic_bridge/filters.h"
 #include "haptic_bridge/loop.h"
 
@@ -19,13 +20,18 @@ inline constexpr std::int64_t kMillisecond = 1'000'000;
 class PuppetDevice final : public HapticDevice {
  public:
   const DeviceInfo& info() const noexcept override { return info_; }
-  bool read(std::int64_t, DeviceReading& out) noexcept override {
+  bool read(std::int64_t now_ns, DeviceReading& out) noexcept override {
     out = reading;
+    out.dead_man = reading.dead_man && (!regrips || grip_.holds(now_ns));
     return readable;
   }
   bool write(const Wrench<double>& w) noexcept override {
     written = w;
     return writable;
+  }
+  void show(LoopState state) noexcept override {
+    shown = state;
+    grip_.show(state);
   }
 
   DeviceReading reading{
@@ -34,10 +40,13 @@ class PuppetDevice final : public HapticDevice {
       true,
       true};
   Wrench<double> written = zero_wrench();
+  LoopState shown = LoopState::waiting;
   bool readable = true;
   bool writable = true;
+  bool regrips = true;  // lets go and takes hold again when the loop waits for that
 
  private:
+  Grip grip_;
   DeviceInfo info_{"puppet", 35, 3, true};
 };
 
