@@ -76,7 +76,7 @@ class VirtuoseDevice final : public HapticDevice {
   int turn_ = 0;
 
   LoopState state_ = LoopState::waiting;
-  bool feedback_ = true;  // in mode mechanism: whether the controller's coupling is on
+  bool feedback_ = false;  // in mode mechanism: whether the controller's coupling is on
   bool broken_ = false;
   VirtuoseTrouble trouble_;
 };

@@ -47,6 +47,7 @@ Quat turn(const Pose& p) { return Quat(p[6], p[3], p[4], p[5]).normalized(); }
 std::unique_ptr<SimulatedDevice> hand_at_rest(const Script& script) {
   HandScript still = script.hand;
   still.keyframes.clear();
+  still.loop = false;
   return std::make_unique<SimulatedDevice>(script.arm, still, home(), home());
 }
 
@@ -211,6 +212,12 @@ void Arm::send_target(const Pose* pose, const Vector* speed) {
   Command& command = next_command();
   if (pose) command.target = *pose;
   if (speed) command.target_speed = *speed;
+}
+
+void Arm::attach() {
+  if (!underway_.empty()) active_ = underway_.back();
+  underway_.clear();
+  attached = true;
 }
 
 void Arm::cut() {

@@ -49,7 +49,8 @@ class Arm {
 
   void send(const Vector& force);
   void send_target(const Pose* pose, const Vector* speed);
-  void cut();  // the watchdog's: no force from here on, until power is asked for anew
+  void attach();  // the mechanism, at the target that was sent last
+  void cut();     // the watchdog's: no force from here on, until power is asked for anew
 
   int mode = kVirtNoCommand;
   bool power_wanted = false;

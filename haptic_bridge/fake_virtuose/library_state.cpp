@@ -136,7 +136,7 @@ PALP_EXPORT int virtAttachQSVO(VirtContext context, float* stiffness, float* dam
     if (!finite(stiffness, 6) || !finite(damping, 6)) return palp::kVirtIncorrectValue;
     arm.stiffness = vector_at(stiffness);
     arm.damping = vector_at(damping);
-    arm.attached = true;
+    arm.attach();
     return palp::kVirtNoError;
   });
 }

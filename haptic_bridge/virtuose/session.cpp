@@ -87,7 +87,7 @@ void VirtuoseSession::configure(const VirtuoseSetup& setup) {
   must(api_.set_observation_speed, still.data());
   must(api_.set_command_type, static_cast<int>(mechanism_ ? kVirtMechanism : kVirtImpedance));
   must(api_.saturate_torque, as_float(setup.limits.force), as_float(setup.limits.torque));
-  must(api_.enable_feedback, 1);
+  must(api_.enable_feedback, mechanism_ ? 0 : 1);  // of the mechanism: when the loop is engaged
   if (mechanism_) attach(setup);
   must(api_.set_power_on, 1);
   if (!mechanism_) must(api_.set_force, still.data());
