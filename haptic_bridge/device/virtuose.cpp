@@ -109,8 +109,9 @@ bool VirtuoseDevice::read_switches(std::int64_t now_ns, DeviceReading& out) noex
   if (!passes(api.get_dead_man, &dead_man) || !passes(api.get_power_on, &power) || !passes(api.is_shifted, &shifted))
     return false;
   if (power == 1 && !power_) t_power_ns_ = now_ns;
-  // after an emergency stop the power comes back when the hand takes hold anew, not by itself
-  if (dead_man == 1 && !dead_man_ && power == 0 && chain_closed_ && !passes(api.set_power_on, 1)) return false;
+  // after an emergency stop the power comes back when the hand lets go or takes hold, not by itself
+  const bool hand_acts = (dead_man == 1) != dead_man_;
+  if (hand_acts && power == 0 && chain_closed_ && !passes(api.set_power_on, 1)) return false;
   dead_man_ = dead_man == 1;
   power_ = power == 1;
   out.dead_man = dead_man_;
