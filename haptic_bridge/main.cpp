@@ -14,6 +14,7 @@
 #include "haptic_bridge/bus_link.h"
 #include "haptic_bridge/crash_log.h"
 #include "haptic_bridge/device/replay.h"
+#include "haptic_bridge/device/virtuose.h"
 #include "haptic_bridge/herald.h"
 #include "haptic_bridge/options.h"
 #include "haptic_bridge/profile.h"
@@ -58,7 +59,21 @@ DeviceProfile profile_from(const BridgeOptions& o) {
   profile.workspace.motion_scale = o.motion_scale.value_or(profile.workspace.motion_scale);
   profile.workspace.force_scale = o.force_scale.value_or(profile.workspace.force_scale);
   // an arm without motors harms nobody when this machine is busy
-  if (o.profile.empty()) profile.safety.overrun_ns = profile.safety.late_ticks = 0;
+  if (o.profile.empty() && o.device != DeviceKind::virtuose) profile.safety.overrun_ns = profile.safety.late_ticks = 0;
+  // wherever the arm stands, its handle begins at the tool
+  if (o.profile.empty() && o.device == DeviceKind::virtuose) profile.workspace.relative = true;
+  if (o.device == DeviceKind::virtuose && !o.profile.empty() && !profile.for_virtuose)
+    throw ConfigError(
+        fmt::format("{}: it has no table [virtuose], so its limits are not for this arm: give one of "
+                    "config/devices/virtuose_*.toml",
+                    o.profile));
+  VirtuoseSetup& arm = profile.virtuose;
+  if (!o.library.empty()) arm.library = o.library;
+  if (!o.address.empty()) arm.address = o.address;
+  arm.mode = o.virtuose_mode.value_or(arm.mode);
+  arm.limits = profile.limits;
+  arm.gains = profile.gains;
+  arm.period = 1 / o.rate_hz;
   return profile;
 }
 
@@ -127,6 +142,7 @@ std::unique_ptr<HapticDevice> open_device(const BridgeOptions& o, const DevicePr
   if (o.device == DeviceKind::replay) return std::make_unique<ReplayDevice>(o.path, o.loop_path);
   const std::optional<Start> start = find_start(o, bus, link, herald, stop);
   if (!start) return nullptr;
+  if (o.device == DeviceKind::virtuose) return std::make_unique<VirtuoseDevice>(profile.virtuose, start->at);
   return std::make_unique<SimulatedDevice>(profile.arm, script, start->home, start->at);
 }
 
@@ -204,6 +220,7 @@ int run(const BridgeOptions& o) {
 
   std::string failure = run_bridge(o, loop, ports, link, log, herald, stop, scheduling);
   Summary summary = herald.summary(loop.report(), ports, link);
+  if (loop.report().fault != LoopFault::none && !device->trouble().empty()) failure = device->trouble();
   summary.device = fmt::format("{} ({})", device->info().name, profile.name);
   summary.scheduling = scheduling.line() + ", " + tested;
   summary.log = write_log(log, o.log, failure);

@@ -6,13 +6,14 @@
 #include <string>
 
 #include "haptic_bridge/realtime.h"
+#include "haptic_bridge/virtuose/session.h"
 #include "idl/bus.h"
 #include "idl/coupling.h"
 #include "idl/messages.h"
 
 namespace palp {
 
-enum class DeviceKind { simulated, replay };
+enum class DeviceKind { simulated, replay, virtuose };
 
 struct BridgeOptions {
   DeviceKind device = DeviceKind::simulated;
@@ -21,6 +22,9 @@ struct BridgeOptions {
   std::string hand;     // TOML; empty: holds still
   std::string path;     // CSV of the replay device
   bool loop_path = false;
+  std::string library;  // of the Virtuose; empty: the profile's
+  std::string address;
+  std::optional<VirtuoseMode> virtuose_mode;
   std::optional<HandleState<double>> home;  // at rest; none: from the scene
   double rate_hz = 1000;
   double seconds = 0;   // 0: until stopped

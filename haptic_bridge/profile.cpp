@@ -43,6 +43,38 @@ void read_passivity(TomlTable& root, DeviceProfile& profile) {
   read(table, "angular_most_energy", {"J", 0, 1}, angular.most);
 }
 
+// Where an axis of the arm points in the world: "+x", "-y", ...
+Eigen::Vector3d direction(std::size_t choice) {
+  return (choice % 2 == 0 ? 1 : -1) * Eigen::Vector3d::Unit(static_cast<int>(choice / 2));
+}
+
+void read_axes(TomlTable axes, Eigen::Matrix3d& m) {
+  if (!axes.exists()) return;
+  const char* const names[] = {"x", "y", "z"};
+  for (int i = 0; i < 3; ++i) {
+    if (const auto choice = axes.choice(names[i], {"+x", "-x", "+y", "-y", "+z", "-z"}, Need::required))
+      m.col(i) = direction(*choice);
+  }
+  double turn = 0;
+  read(axes, "turn_deg", {"degrees", -180, 180}, turn);
+  if (std::abs(m.determinant() - 1) > 1e-9) {
+    axes.fault("",
+               "the axes are no rotation; expected three different ones, right-handed, such as x = \"-y\", y = "
+               "\"+x\", z = \"+z\"");
+    m = default_arm_axes();
+  }
+  m = Eigen::AngleAxisd(kDegree * turn, Eigen::Vector3d::UnitZ()) * m;
+}
+
+void read_virtuose(TomlTable table, VirtuoseSetup& setup) {
+  if (const auto text = table.text("library")) setup.library = *text;
+  if (const auto text = table.text("address")) setup.address = *text;
+  if (const auto choice = table.choice("mode", {"impedance", "virtmech"}))
+    setup.mode = *choice == 0 ? VirtuoseMode::impedance : VirtuoseMode::mechanism;
+  if (const auto type = table.integer("device_type", 1, 1000)) setup.device_type = static_cast<int>(*type);
+  read(table, "relay_time", {"s", 0, 60}, setup.relay_time);
+}
+
 HandModel read_grip(TomlTable& root) {
   HandModel hand = kFirmGrip;
   if (root.is_table("grip")) {
@@ -122,6 +154,10 @@ DeviceProfile read_device_profile(const std::string& path) {
   read(table, "velocity_filter_hz", {"Hz", 0, 1000}, arm.velocity_filter_hz);
   read(table, "force_limit", {"N", 0, 200, true}, arm.force_limit);
   read(table, "torque_limit", {"N m", 0, 20, true}, arm.torque_limit);
+
+  read_axes(root.table("axes"), profile.virtuose.axes);
+  profile.for_virtuose = root.is_table("virtuose");
+  read_virtuose(root.table("virtuose"), profile.virtuose);
   file.finish();
   return profile;
 }

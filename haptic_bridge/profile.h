@@ -6,6 +6,7 @@
 
 #include "haptic_bridge/device/simulated.h"
 #include "haptic_bridge/loop.h"
+#include "haptic_bridge/virtuose/session.h"
 #include "idl/messages.h"
 
 namespace palp {
@@ -18,7 +19,9 @@ struct DeviceProfile {
   SafetyConfig safety;
   PassivityConfig passivity = LoopConfig{}.passivity, angular_passivity = LoopConfig{}.angular_passivity;
   WorkspaceConfig workspace;
-  ArmModel arm;  // of the simulated device; others have none
+  ArmModel arm;               // of the simulated device; others have none
+  bool for_virtuose = false;  // it has a table [virtuose]
+  VirtuoseSetup virtuose;     // library, address, mode, device type, relay time, axes
 };
 
 // Both throw ConfigError with every fault of the file, file:line each.

@@ -41,6 +41,8 @@ class HapticDevice {
   virtual bool write(const Wrench<double>& wrench) noexcept = 0;
   // What the loop makes of this tick, after write: the lamp of an arm, the eyes of a simulated hand. As read.
   virtual void show(LoopState) noexcept {}
+  // One sentence about what went wrong with the device itself, or empty. Not while a loop runs.
+  virtual std::string trouble() const { return {}; }
 };
 
 }  // namespace palp
