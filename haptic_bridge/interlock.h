@@ -1,5 +1,5 @@
-// When a hand may be coupled: it must have let go of the handle and taken hold of it while the motors were on and the
-// emergency stop was closed. Whatever ended the force before, nobody is pushed by an arm that they only touch.
+// When a hand may be coupled: since the force was last ended, by whatever it was, it has let go of the handle and taken
+// hold of it. Nobody is pushed by an arm that they only touch.
 #pragma once
 
 #include "haptic_bridge/device/device.h"
@@ -12,7 +12,9 @@ class Interlock {
   void trip() { held_ = seen_open_ = false; }
   // Once a tick, with a good reading.
   void update(const DeviceReading& r) {
-    if (!r.powered || !r.chain_closed) return trip();
+    const bool on = r.powered && r.chain_closed;
+    if (was_on_ && !on) trip();
+    was_on_ = on;
     if (!r.dead_man) {
       seen_open_ = true;
       held_ = false;
@@ -25,6 +27,7 @@ class Interlock {
   bool locked(const DeviceReading& r) const { return r.dead_man && !held_; }
 
  private:
+  bool was_on_ = false;
   bool seen_open_ = false;
   bool held_ = false;
 };

@@ -1,6 +1,7 @@
 #include "haptic_bridge/realtime.h"
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <ctime>
 #include <thread>
@@ -11,6 +12,7 @@
 #include <sys/utsname.h>
 
 #include "idl/clock.h"
+#include "idl/histogram.h"
 
 namespace palp {
 
@@ -86,6 +88,24 @@ void make_realtime(const RealtimeOptions& options, RealtimeReport& report) {
     }
   }
   touch_stack();
+}
+
+Lateness measure_lateness(const RealtimeOptions& options, std::int64_t period_ns, double seconds) {
+  Histogram lateness;
+  std::thread([&] {
+    RealtimeReport ignored;
+    make_realtime(options, ignored);
+    RealClock clock;
+    std::int64_t deadline = clock.now_ns() + period_ns;
+    const std::int64_t end = deadline + std::llround(1e9 * seconds);
+    while (deadline < end) {
+      clock.sleep_until(deadline);
+      const std::int64_t late = clock.now_ns() - deadline;
+      lateness.add(late);
+      deadline += (1 + late / period_ns) * period_ns;
+    }
+  }).join();
+  return {seconds, lateness.quantile_us(0.5), lateness.quantile_us(0.999), lateness.max_us()};
 }
 
 std::int64_t RealClock::now_ns() noexcept { return palp::now_ns(); }

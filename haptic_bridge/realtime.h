@@ -31,6 +31,16 @@ void lock_memory(const RealtimeOptions& options, RealtimeReport& report);
 // Makes the calling thread a real-time one, on its core, and touches its stack. Never fails, as above.
 void make_realtime(const RealtimeOptions& options, RealtimeReport& report);
 
+// How late a loop of this period would be on this machine now, measured with nothing to do.
+struct Lateness {
+  double seconds = 0;  // of the test; 0: none was made
+  double p50_us = 0, p999_us = 0, max_us = 0;
+};
+// In a thread of its own with the loop's priority and core, for so many seconds.
+Lateness measure_lateness(const RealtimeOptions& options, std::int64_t period_ns, double seconds);
+// Later than this in one of a thousand ticks, a machine is not to be trusted with an arm's full force [us].
+inline constexpr double kTrustedLateness = 500;
+
 // The loop's time. now_ns and sleep_until: no allocation, no lock, no throw.
 class Clock {
  public:

@@ -2,9 +2,29 @@
 
 namespace palp {
 
+namespace {
+
+// Says that the loop is alive, and no more when it ends.
+class Pulse {
+ public:
+  explicit Pulse(std::atomic<std::int64_t>* heartbeat) : heartbeat_(heartbeat) {}
+  ~Pulse() { beat(0); }
+  Pulse(const Pulse&) = delete;
+  Pulse& operator=(const Pulse&) = delete;
+  void beat(std::int64_t now_ns) const {
+    if (heartbeat_ != nullptr) heartbeat_->store(now_ns, std::memory_order_relaxed);
+  }
+
+ private:
+  std::atomic<std::int64_t>* heartbeat_;
+};
+
+}  // namespace
+
 LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& log, const std::atomic<bool>& stop,
                    std::uint64_t max_ticks) {
   const std::int64_t period = loop.config().period_ns;
+  const Pulse pulse(ports.heartbeat);
   IncomingProxy incoming;
   std::int64_t deadline = clock.now_ns() + period;
 
@@ -12,6 +32,7 @@ LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& 
     clock.sleep_until(deadline);
     const std::int64_t now = clock.now_ns();
     const std::int64_t missed = (now - deadline) / period;
+    pulse.beat(now);
 
     const bool came = ports.incoming.take(incoming);
     loop.tick(now, now - deadline, static_cast<std::uint32_t>(missed), came ? &incoming : nullptr);

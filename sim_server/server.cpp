@@ -21,7 +21,7 @@
 namespace palp {
 namespace {
 
-enum class State : int { running, paused, fault };
+using State = ServerState;
 
 const char* to_string(State state) {
   return state == State::running ? "running" : state == State::paused ? "paused" : "fault";
@@ -153,31 +153,8 @@ class Server {
   void publish() {
     const State state = gauges_.state;
     for (std::size_t p = 0; p < simulation_.scene().proxies.size(); ++p) {
-      const ProxyOutput& proxy = output_->proxies[p];
-      const DeviceSample& device = hands_[p].sample();
-      ProxySample s;
-      s.device = simulation_.scene().proxies[p].device;
-      s.flags = (state != State::fault ? kHealthy : 0u) | (state == State::paused ? kPaused : 0u) |
-                (hands_[p].engaged() && state == State::running ? kEngaged : 0u);
-      s.sim_time = output_->time;
-      s.device_session = device.header.session;
-      s.device_sequence = device.header.sequence;
-      s.t_device_ns = device.t_device_ns;
-      s.device_pose = to_pose(proxy.device);
-      s.device_twist = to_twist(proxy.device);
-      s.proxy_pose = to_pose(proxy.state);
-      s.proxy_twist = to_twist(proxy.state);
-      if (state == State::running) {
-        for (int a = 0; a < 3; ++a) {
-          s.wrench.force[a] = proxy.force[a];
-          s.wrench.torque[a] = proxy.torque[a];
-        }
-        s.blend = proxy.blend;
-      }
-      s.gains = {proxy.gains.stiffness, proxy.gains.damping, proxy.gains.angular_stiffness,
-                 proxy.gains.angular_damping};
-      s.energy = proxy.energy;
-      haptic_.put(p, s);
+      haptic_.put(p, answer(output_->proxies[p], simulation_.scene().proxies[p].device, hands_[p].sample(),
+                            hands_[p].engaged(), state, output_->time));
     }
     haptic_.flush();
   }

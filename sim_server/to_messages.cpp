@@ -81,4 +81,28 @@ BodyPoses body_poses(const Scene& scene, const StepOutput& output) {
   return out;
 }
 
+ProxySample answer(const ProxyOutput& proxy, std::uint32_t device_number, const DeviceSample& device, bool engaged,
+                   ServerState state, double sim_time) {
+  const bool running = state == ServerState::running;
+  ProxySample s;
+  s.device = device_number;
+  s.flags = (state != ServerState::fault ? kHealthy : 0u) | (state == ServerState::paused ? kPaused : 0u) |
+            (engaged && running ? kEngaged : 0u);
+  s.sim_time = sim_time;
+  s.device_session = device.header.session;
+  s.device_sequence = device.header.sequence;
+  s.t_device_ns = device.t_device_ns;
+  s.device_pose = to_pose(proxy.device);
+  s.device_twist = to_twist(proxy.device);
+  s.proxy_pose = to_pose(proxy.state);
+  s.proxy_twist = to_twist(proxy.state);
+  if (running) {
+    s.wrench = {to_array(proxy.force), to_array(proxy.torque)};
+    s.blend = proxy.blend;
+  }
+  s.gains = {proxy.gains.stiffness, proxy.gains.damping, proxy.gains.angular_stiffness, proxy.gains.angular_damping};
+  s.energy = proxy.energy;
+  return s;
+}
+
 }  // namespace palp

@@ -117,6 +117,20 @@ TEST_F(FaultTable, PowerOrEmergencyStopEndTheForceAndTheHandMustLetGo) {
   }
 }
 
+// One may wait for the power with the handle in the hand.
+TEST_F(FaultTable, AGripBeforeThePowerComesBackCounts) {
+  b.device.reading.powered = false;
+  b.ticks(10);
+  b.device.reading.dead_man = false;
+  b.ticks(10);
+  b.device.reading.dead_man = true;
+  b.ticks(300);
+  EXPECT_EQ(b.felt(), 0);
+  b.device.reading.powered = true;
+  b.ticks(510);
+  EXPECT_NEAR(b.felt(), 4, kRounding);
+}
+
 TEST_F(FaultTable, AShiftedArmLeavesTheToolBehindAndFindsItAgain) {
   b.device.reading.shifted = true;
   b.tick();

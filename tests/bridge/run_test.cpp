@@ -1,13 +1,20 @@
 // The loop as it is run: on a clock, between mailboxes and threads, into the flight log.
 #include "haptic_bridge/run.h"
 
+#include <csignal>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
 
 #include "haptic_bridge/device/simulated.h"
 #include "idl/clock.h"
@@ -36,7 +43,9 @@ class ServedArm final : public HapticDevice {
         arm_(ArmModel{}, HandScript{}, at_rest({0, 0, -0.003}, Eigen::Quaterniond::Identity()),
              at_rest({0, 0, -0.003}, Eigen::Quaterniond::Identity())) {}
   const DeviceInfo& info() const noexcept override { return arm_.info(); }
+  void show(LoopState state) noexcept override { arm_.show(state); }
   bool read(std::int64_t now, DeviceReading& out) noexcept override {
+    if (calls) (void)getppid();
     DeviceSample sample;
     if (ports_.outgoing.take(sample)) {
       IncomingProxy in{answer(sample, 5, ++sequence_), now};
@@ -46,6 +55,8 @@ class ServedArm final : public HapticDevice {
     return arm_.read(now, out);
   }
   bool write(const Wrench<double>& w) noexcept override { return arm_.write(w); }
+
+  bool calls = false;  // the system, in each read
 
  private:
   LoopPorts& ports_;
@@ -70,6 +81,51 @@ TEST(Run, AllocatesNothingInTheLoop) {
   const std::vector<int> seen(100);
   EXPECT_EQ(test::stop_counting_allocations(), 1u);  // the count does count
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// From here on any system call but sleeping, waking and ending kills the process.
+void allow_only_the_loops_system_calls() {
+  const auto allow = [](unsigned number) {
+    return std::array<sock_filter, 2>{sock_filter BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, number, 0, 1),
+                                      sock_filter BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)};
+  };
+  std::vector<sock_filter> filter{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr))};
+  for (const unsigned call : {__NR_clock_nanosleep, __NR_clock_gettime, __NR_futex, __NR_exit_group})
+    for (const sock_filter& f : allow(call)) filter.push_back(f);
+  filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS));
+  const sock_fprog program{static_cast<unsigned short>(filter.size()), filter.data()};
+  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0)
+    _exit(2);
+}
+
+TEST(Run, MakesNoSystemCallButTheClocks) {
+  for (const bool honest : {true, false}) {
+    auto ports = std::make_unique<LoopPorts>();
+    ServedArm arm(*ports);
+    arm.calls = !honest;
+    HapticLoop loop(config_for_tests(), arm);
+    FlightLog log(500);
+    RealClock clock;
+    std::atomic<bool> stop{false};
+    std::atomic<std::int64_t> heartbeat{0};
+    ports->heartbeat = &heartbeat;
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      allow_only_the_loops_system_calls();
+      run_loop(loop, clock, *ports, log, stop, 400);
+      _exit(loop.report().ticks == 400 && heartbeat == 0 ? 0 : 1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    if (honest) {
+      EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+    } else {
+      EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGSYS) << "the filter filters nothing";
+    }
+  }
+}
+#endif
 
 TEST(Run, RunsTheSameTwiceOnTheLockStepClock) {
   std::vector<double> forces[2];
@@ -177,6 +233,14 @@ TEST(Wakeup, WakesOnceForWakesThatPiledUp) {
   for (int i = 0; i < 5; ++i) w.wake();
   EXPECT_TRUE(w.wait_for(1'000'000));
   EXPECT_FALSE(w.wait_for(1'000'000));
+}
+
+TEST(Realtime, MeasuresHowLateThisMachineIs) {
+  const Lateness l = measure_lateness({0, -1, false}, kMillisecond, 0.2);
+  EXPECT_EQ(l.seconds, 0.2);
+  EXPECT_GT(l.p50_us, 0);
+  EXPECT_LE(l.p50_us, l.p999_us);
+  EXPECT_LE(l.p999_us, l.max_us);
 }
 
 TEST(Realtime, SaysHonestlyWhatItGot) {

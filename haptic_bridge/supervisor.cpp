@@ -1,0 +1,99 @@
+#include "haptic_bridge/supervisor.h"
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "idl/clock.h"
+
+namespace palp {
+namespace {
+
+constexpr int kLookMs = 10;     // how often the heartbeat is looked at
+constexpr int kPriority = 90;   // above the loop's
+constexpr char kInOrder = 'q';  // the bridge ends as it should
+
+using Heartbeat = std::atomic<std::int64_t>;
+static_assert(Heartbeat::is_always_lock_free);
+
+[[noreturn]] void fail(const char* what) {
+  throw std::runtime_error(std::string("the supervisor cannot be started: ") + what + ": " + std::strerror(errno));
+}
+
+enum class End { in_order, died, hangs };
+
+End wait_for_end(int pipe, const Heartbeat& heartbeat, std::int64_t hang_ns) {
+  for (;;) {
+    pollfd look{pipe, POLLIN, 0};
+    if (poll(&look, 1, kLookMs) > 0) {
+      char word = 0;
+      const ssize_t n = read(pipe, &word, 1);
+      if (n < 0 && errno == EINTR) continue;
+      return n == 1 && word == kInOrder ? End::in_order : End::died;
+    }
+    const std::int64_t beat = heartbeat.load(std::memory_order_relaxed);
+    if (beat != 0 && now_ns() - beat > hang_ns) return End::hangs;
+  }
+}
+
+// The other process. Never returns.
+[[noreturn]] void supervise(int pipe, const Heartbeat& heartbeat, std::int64_t hang_ns,
+                            const std::function<void()>& power_off) {
+  prctl(PR_SET_NAME, "palp_supervisor");
+  setsid();  // a terminal's Ctrl-C is for the bridge
+  for (const int s : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) std::signal(s, SIG_IGN);
+  const sched_param priority{kPriority};
+  sched_setscheduler(0, SCHED_FIFO, &priority);  // where it is allowed
+  const End end = wait_for_end(pipe, heartbeat, hang_ns);
+  if (end != End::in_order) {
+    try {
+      power_off();
+      std::fprintf(stderr, "haptic_bridge supervisor: the %s: the arm was powered off\n",
+                   end == End::died ? "bridge has died" : "loop has stood still for 50 ms");
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "haptic_bridge supervisor: the arm could not be powered off: %s\n", error.what());
+    }
+  }
+  _exit(0);
+}
+
+}  // namespace
+
+Supervisor::Supervisor(std::function<void()> power_off, std::int64_t hang_ns) {
+  void* shared = mmap(nullptr, sizeof(Heartbeat), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (shared == MAP_FAILED) fail("no shared memory");
+  heartbeat_ = new (shared) Heartbeat(0);
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0) fail("no pipe");
+  std::fflush(nullptr);
+  pid_ = fork();
+  if (pid_ < 0) fail("no process");
+  if (pid_ == 0) {
+    ::close(ends[1]);
+    supervise(ends[0], *heartbeat_, hang_ns, power_off);
+  }
+  ::close(ends[0]);
+  pipe_ = ends[1];
+}
+
+Supervisor::~Supervisor() {
+  // it may have ended already
+  std::signal(SIGPIPE, SIG_IGN);
+  [[maybe_unused]] const ssize_t n = ::write(pipe_, &kInOrder, 1);
+  ::close(pipe_);
+  waitpid(pid_, nullptr, 0);
+  munmap(heartbeat_, sizeof(Heartbeat));
+}
+
+}  // namespace palp

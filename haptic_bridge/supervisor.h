@@ -1,0 +1,34 @@
+// A process of its own that powers the arm off when the bridge dies or its loop hangs: an arm's own watchdog may take
+// two seconds (VirtuoseAPI). It hears the bridge's end by a closed pipe, whatever ended it, and the loop's by its
+// heartbeat.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+
+#include <sys/types.h>
+
+namespace palp {
+
+class Supervisor {
+ public:
+  // Forks: call it before any thread is started. power_off runs in the other process, once, when the bridge has died or
+  // no heartbeat came for hang_ns after the first. Throws std::runtime_error with one sentence.
+  explicit Supervisor(std::function<void()> power_off, std::int64_t hang_ns = 50'000'000);
+  // The arm has been left without force: the supervisor ends without powering off what is off.
+  ~Supervisor();
+  Supervisor(const Supervisor&) = delete;
+  Supervisor& operator=(const Supervisor&) = delete;
+
+  // Where the loop writes its clock [ns], once a tick; 0: it does not run. Shared with the other process.
+  std::atomic<std::int64_t>& heartbeat() { return *heartbeat_; }
+  pid_t pid() const { return pid_; }
+
+ private:
+  std::atomic<std::int64_t>* heartbeat_ = nullptr;
+  int pipe_ = -1;
+  pid_t pid_ = -1;
+};
+
+}  // namespace palp

@@ -1,0 +1,23 @@
+// The scenes of the bench: the smallest that show the effect. Tools weigh 0.15 kg and are held where they are; the
+// limits of their coupling are far beyond what the bench asks for, so that none of it is clipped.
+#pragma once
+
+#include "sim_server/scene.h"
+
+namespace palp::bench {
+
+inline constexpr double kToolMass = 0.15;  // [kg]
+inline constexpr double kGap = 5e-3;       // between the tool and what is below it, at the start [m]
+
+// A cube of 5 cm above a fixed plate, without gravity.
+Scene wall_scene();
+// The same above an elastic block of 12 x 12 x 5 cm that holds on to the plate, and beside it a bare plate: the tool is
+// at x = 0 over the block, and at x = kBareX over the plate.
+inline constexpr double kBareX = 0.16;  // [m]
+Scene elastic_scene();
+// A ball of the tool's mass in the middle of a periodic box of a thick fluid that a body force can move as a whole.
+Scene current_scene();
+// A ball half under water in a tank.
+Scene tank_scene();
+
+}  // namespace palp::bench

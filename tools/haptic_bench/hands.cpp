@@ -1,0 +1,60 @@
+#include "tools/haptic_bench/hands.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace palp::bench {
+
+namespace {
+
+HandModel hand(double mass, double damping, double stiffness) {
+  HandModel h;
+  h.mass = mass;
+  h.damping = damping;
+  h.stiffness = stiffness;
+  return h;
+}
+
+Keyframe at(double time, const Eigen::Vector3d& x) {
+  Keyframe k;
+  k.time = time;
+  k.x = x;
+  return k;
+}
+
+}  // namespace
+
+const std::vector<NamedHand>& hands() {
+  static const std::vector<NamedHand> kHands{
+      {"off", hand(0, 0.5, 20)}, {"light", hand(0.15, 3, 100)}, {"firm", hand(0.5, 10, 500)}};
+  return kHands;
+}
+
+const NamedHand& hand_named(const std::string& name) {
+  for (const NamedHand& h : hands())
+    if (h.name == name) return h;
+  throw std::invalid_argument("there is no hand '" + name + "': expected off, light or firm");
+}
+
+HandScript push(const HandModel& hand, double wait, double during, const Eigen::Vector3d& by) {
+  HandScript script;
+  script.hand = hand;
+  script.keyframes = {at(0, Eigen::Vector3d::Zero()), at(wait, Eigen::Vector3d::Zero()), at(wait + during, by)};
+  return script;
+}
+
+HandScript swing(const HandModel& hand, const Eigen::Vector3d& center, const Eigen::Vector3d& amplitude, double hz,
+                 double seconds) {
+  HandScript script;
+  script.hand = hand;
+  script.interpolation = Interpolation::catmull_rom;
+  constexpr int kKeys = 24;  // a period
+  const int count = static_cast<int>(std::lround(seconds * hz)) * kKeys;
+  for (int k = 0; k <= count; ++k) {
+    const double ease = std::min(1.0, static_cast<double>(k) / kKeys);
+    script.keyframes.push_back(at(k / (kKeys * hz), center + ease * std::sin(2 * M_PI * k / kKeys) * amplitude));
+  }
+  return script;
+}
+
+}  // namespace palp::bench

@@ -1,0 +1,33 @@
+#include "tools/haptic_bench/results.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+namespace palp::bench {
+
+std::string markdown(const std::vector<Row>& rows, const std::vector<std::string>& preface) {
+  std::string text;
+  for (const std::string& line : preface) text += line + "\n\n";
+  text += "| metric | hand | server | link | rendered | result | reference | target | | note |\n";
+  text += "|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const Row& r : rows)
+    text += fmt::format("| {} | {} | {:.0f} Hz | {} | {} | {:.3g} {} | {} | {} | {} | {} |\n", r.metric, r.hand,
+                        r.rate_hz, r.link, r.variant, r.result, r.unit, r.reference, r.target,
+                        r.pass ? (*r.pass ? "pass" : "**FAIL**") : "", r.note);
+  return text;
+}
+
+Json json_of(const std::vector<Row>& rows) {
+  Json list = Json::array();
+  for (const Row& r : rows) {
+    Json row{{"metric", r.metric},   {"hand", r.hand},     {"rate_hz", r.rate_hz}, {"link", r.link},
+             {"variant", r.variant}, {"result", r.result}, {"unit", r.unit},       {"reference", r.reference},
+             {"target", r.target},   {"note", r.note}};
+    if (r.pass) row["pass"] = *r.pass;
+    list.push_back(row);
+  }
+  return list;
+}
+
+}  // namespace palp::bench

@@ -1,0 +1,133 @@
+#include "tools/haptic_bench/z_width.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "tools/haptic_bench/bench_scenes.h"
+
+namespace palp::bench {
+
+namespace {
+
+constexpr double kWait = 0.9;     // until the loop has engaged and the server's hand has taken hold [s]
+constexpr double kReach = 0.5;    // the way there [s]
+constexpr double kHold = 4;       // [s]
+constexpr double kBehind = 0.02;  // the wall [m]
+
+// Of a series about its mean, and how often that is crossed.
+struct Wobble {
+  double rms = 0, hz = 0;
+};
+
+template <class Get>
+Wobble wobble(const std::vector<Tick>& ticks, std::size_t first, const Get& get) {
+  double mean = 0, sum = 0;
+  const double n = static_cast<double>(ticks.size() - first);
+  for (std::size_t k = first; k < ticks.size(); ++k) mean += get(ticks[k]) / n;
+  int crossings = 0;
+  double before = 0;
+  for (std::size_t k = first; k < ticks.size(); ++k) {
+    const double d = get(ticks[k]) - mean;
+    sum += d * d;
+    crossings += k > first && d * before < 0;
+    if (d != 0) before = d;
+  }
+  return {std::sqrt(sum / n), 1e3 * crossings / (2 * n)};
+}
+
+Press judge(const Trace& trace) {
+  Press p;
+  double low = 0;
+  for (const Tick& t : trace.ticks) low = std::min(low, t.put_in[0] + t.put_in[1] - t.port[0] - t.port[1]);
+  p.shortfall = -low;
+  if (!trace.trouble.empty()) {
+    p.why = trace.trouble;
+    return p;
+  }
+  const std::size_t first = trace.ticks.size() - 1000;
+  double most = -1;
+  bool saturated = false, engaged = true;
+  for (int a = 0; a < 3; ++a) {
+    const Wobble w = wobble(trace.ticks, first, [a](const Tick& t) { return t.x[a]; });
+    p.rms = std::hypot(p.rms, w.rms);
+    if (w.rms > most) p.hz = w.hz, most = w.rms;
+    p.turn_rms = std::hypot(p.turn_rms, wobble(trace.ticks, first, [a](const Tick& t) { return t.turn[a]; }).rms);
+  }
+  for (std::size_t k = first; k < trace.ticks.size(); ++k) {
+    const Tick& t = trace.ticks[k];
+    p.peak_force = std::max(p.peak_force, t.force.norm());
+    saturated |= t.force.norm() > 0.999 * trace.force_limit;
+    engaged &= t.state == LoopState::engaged || t.state == LoopState::degraded;
+  }
+  if (!engaged) {
+    p.why = fmt::format("the loop is {}", palp::to_string(trace.ticks.back().state));
+  } else if (saturated || p.rms > kStableRms || p.turn_rms > kStableTurn) {
+    p.why = fmt::format("{:.2g} mm, {:.2g} mrad rms at {:.0f} Hz, up to {:.2g} N", 1e3 * p.rms, 1e3 * p.turn_rms, p.hz,
+                        p.peak_force);
+  } else {
+    p.stable = true;
+  }
+  return p;
+}
+
+}  // namespace
+
+Press press_wall(const Scene& wall, const Cell& cell, const CouplingGains& gains, std::uint64_t seed) {
+  RunSetup s;
+  s.scene = &wall;
+  s.rate_hz = cell.rate_hz;
+  s.link = cell.link;
+  s.variant = cell.variant;
+  s.gains = gains;
+  s.hand = push(cell.hand.model, kWait, kReach, {0, 0, -kGap - kBehind});
+  s.seconds = kWait + kReach + kHold;
+  s.seed = seed;
+  return judge(run(s));
+}
+
+ZWidth z_width(const Scene& wall, const Cell& cell, double damping, bool fine) {
+  ZWidth z;
+  const auto stable = [&](double stiffness) {
+    for (int k = 0; k < cell.seeds; ++k) {
+      const Press p = press_wall(wall, cell, {stiffness, damping, 10, 0.2}, cell.seed + static_cast<std::uint64_t>(k));
+      if (p.stable) continue;
+      z.first_unstable = p;
+      z.unstable_at = stiffness;
+      return false;
+    }
+    z.stiffness = stiffness;
+    return true;
+  };
+  double low = kLeastStiffness;
+  if (!stable(low)) return z;
+  double ratio = 2;
+  while (low < kMostStiffness && stable(low * ratio)) low *= ratio;
+  for (ratio = std::sqrt(ratio); low < kMostStiffness && ratio > (fine ? 1.04 : 1.15); ratio = std::sqrt(ratio))
+    if (stable(low * ratio)) low *= ratio;
+  return z;
+}
+
+std::vector<Row> z_width_rows(const Scene& wall, const Cell& cell, const std::vector<double>& dampings, bool fine) {
+  std::vector<Row> rows;
+  for (const double damping : dampings) {
+    const ZWidth z = z_width(wall, cell, damping, fine);
+    const double wanted = cell.hand.name == "off" ? 1 : 2;
+    Row r;
+    r.metric = fmt::format("largest stable stiffness, damping {:g} N s/m", damping);
+    r.hand = cell.hand.name;
+    r.link = cell.link.name;
+    r.variant = to_string(cell.variant);
+    r.rate_hz = cell.rate_hz;
+    r.result = 1e-3 * z.stiffness;
+    r.unit = "kN/m";
+    r.reference = "held wrench 0.9 to 3.0, hard surface 0.8 to 1";
+    r.target = fmt::format(">= {:g}", wanted);
+    if (cell.variant == Variant::ours) r.pass = r.result >= wanted;
+    if (z.unstable_at > 0) r.note = fmt::format("at {:.3g}: {}", 1e-3 * z.unstable_at, z.first_unstable.why);
+    rows.push_back(r);
+  }
+  return rows;
+}
+
+}  // namespace palp::bench

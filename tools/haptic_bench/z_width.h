@@ -1,0 +1,49 @@
+// Z-width (Colgate & Brown 1994): up to which stiffness a virtual wall is stable, for each damping of the coupling.
+#pragma once
+
+#include "tools/haptic_bench/hands.h"
+#include "tools/haptic_bench/results.h"
+#include "tools/haptic_bench/system.h"
+
+namespace palp::bench {
+
+// Where a metric is measured.
+struct Cell {
+  NamedHand hand;
+  double rate_hz = 1000;
+  LinkPair link;
+  Variant variant = Variant::ours;
+  std::uint64_t seed = 1;
+  int seeds = 1;  // the worst of them counts
+};
+
+// What the last second of a press was like.
+struct Press {
+  bool stable = false;
+  double rms = 0;         // of the place [m]
+  double turn_rms = 0;    // [rad]
+  double hz = 0;          // of the largest oscillation, by its zero crossings
+  double peak_force = 0;  // [N]
+  double shortfall = 0;   // most energy drawn beyond what the simulation put in, over the whole press [J]
+  std::string why;        // not stable
+};
+
+inline constexpr double kStableRms = 0.05e-3;  // [m]
+inline constexpr double kStableTurn = 1e-3;    // [rad]: the same at 5 cm from the handle
+
+// Presses on the wall with the hand's intent 20 mm behind it, for four seconds.
+Press press_wall(const Scene& wall, const Cell& cell, const CouplingGains& gains, std::uint64_t seed);
+
+struct ZWidth {
+  double stiffness = 0;    // all tried ones up to it are stable [N/m]; 0: not even the least
+  Press first_unstable;    // of the next one
+  double unstable_at = 0;  // [N/m]; 0: none up to the largest
+};
+inline constexpr double kLeastStiffness = 250, kMostStiffness = 32000;  // [N/m]
+// fine: narrows down to 6 %, else to 20 %.
+ZWidth z_width(const Scene& wall, const Cell& cell, double damping, bool fine);
+
+// As rows of the table, one a damping.
+std::vector<Row> z_width_rows(const Scene& wall, const Cell& cell, const std::vector<double>& dampings, bool fine);
+
+}  // namespace palp::bench

@@ -1,0 +1,140 @@
+// Measures the haptic loop in lock-step: the solver, the server's hand, a link each way, the bridge's loop and a
+// simulated arm in a simulated hand. One table, each result beside its reference and target.
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <chrono>
+#include <fstream>
+#include <functional>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "config/json_file.h"
+#include "tools/haptic_bench/bench_scenes.h"
+#include "tools/haptic_bench/z_width.h"
+
+namespace palp::bench {
+namespace {
+
+struct Arguments {
+  bool quick = false;
+  std::vector<std::string> metrics, hand_names, link_names, variants;
+  std::vector<double> rates{1000, 500, 300}, dampings{0, 5, 20};
+  std::uint64_t seed = 1;
+  int seeds = 3;
+  unsigned jobs = std::max(1u, std::thread::hardware_concurrency());
+  std::string out, json;
+};
+
+struct Job {
+  std::string what;
+  std::function<std::vector<Row>()> work;
+};
+
+// Independent jobs, each simulation on one thread. Rows in the order of the jobs, whoever ends first.
+std::vector<Row> work_off(const std::vector<Job>& jobs, unsigned threads) {
+  std::vector<std::vector<Row>> rows(jobs.size());
+  std::atomic<std::size_t> next{0};
+  std::mutex talk;
+  std::size_t done = 0;
+  std::exception_ptr failure;
+  const auto serve = [&] {
+    omp_set_num_threads(1);
+    for (std::size_t k; (k = next++) < jobs.size();) {
+      const auto begin = std::chrono::steady_clock::now();
+      try {
+        rows[k] = jobs[k].work();
+      } catch (...) {
+        const std::lock_guard lock(talk);
+        failure = std::current_exception();
+        next = jobs.size();
+        return;
+      }
+      const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      const std::lock_guard lock(talk);
+      fmt::print(stderr, "{}/{} {} ({:.1f} s)\n", ++done, jobs.size(), jobs[k].what, took);
+      for (const Row& r : rows[k])
+        fmt::print(stderr, "    {}: {:.3g} {}{} {}\n", r.metric, r.result, r.unit,
+                   r.pass ? (*r.pass ? ", pass" : ", FAIL") : "", r.note);
+    }
+  };
+  std::vector<std::thread> pool;
+  for (unsigned k = 0; k < threads; ++k) pool.emplace_back(serve);
+  for (std::thread& t : pool) t.join();
+  if (failure) std::rethrow_exception(failure);
+  std::vector<Row> all;
+  for (std::vector<Row>& r : rows) all.insert(all.end(), r.begin(), r.end());
+  return all;
+}
+
+Variant variant_from(const std::string& name) {
+  return name == "ours" ? Variant::ours : name == "held" ? Variant::held : Variant::spring;
+}
+
+std::string name_of(const Cell& c) {
+  return fmt::format("hand {}, {:.0f} Hz, link {}, {}", c.hand.name, c.rate_hz, c.link.name, to_string(c.variant));
+}
+
+std::vector<Cell> cells_of(const Arguments& a) {
+  std::vector<Cell> cells;
+  for (const std::string& hand : a.hand_names)
+    for (const double rate : a.rates)
+      for (const std::string& link : a.link_names)
+        for (const std::string& variant : a.variants)
+          cells.push_back({hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds});
+  return cells;
+}
+
+int measure(const Arguments& a) {
+  const Scene wall = wall_scene();
+  std::vector<Job> jobs;
+  for (const Cell& c : cells_of(a))
+    jobs.push_back({"Z-width, " + name_of(c), [&wall, c, &a] { return z_width_rows(wall, c, a.dampings, !a.quick); }});
+  const std::vector<Row> rows = work_off(jobs, a.jobs);
+  const std::string table = markdown(rows, {});
+  if (a.out.empty())
+    fmt::print("{}", table);
+  else
+    std::ofstream(a.out) << table;
+  if (!a.json.empty()) write_json(a.json, json_of(rows));
+  return 0;
+}
+
+}  // namespace
+}  // namespace palp::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("Measures the haptic loop in lock-step over the full system.");
+  palp::bench::Arguments a;
+  app.add_flag("--quick", a.quick, "One seed, one damping, coarse steps");
+  app.add_option("--metric", a.metrics, "Metrics (default: all)")->delimiter(',');
+  app.add_option("--hand", a.hand_names, "off, light, firm (default: all)")->delimiter(',');
+  app.add_option("--rate", a.rates, "Rates of the server [Hz]")->delimiter(',')->check(CLI::Range(50.0, 4000.0));
+  app.add_option("--link", a.link_names, "Names, or NAME:delay=2,jitter=1,loss=0.02 (times in ms)");
+  app.add_option("--variant", a.variants, "ours, held, spring")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"ours", "held", "spring"}));
+  app.add_option("--damping", a.dampings, "Of the coupling, for the Z-width [N s/m]")->delimiter(',');
+  app.add_option("--seed", a.seed, "Of links and beats");
+  app.add_option("--seeds", a.seeds, "How many to try; the worst counts")->check(CLI::Range(1, 1000));
+  app.add_option("--jobs", a.jobs, "Threads")->check(CLI::Range(1, 1024));
+  app.add_option("--out", a.out, "Markdown file (default: standard output)");
+  app.add_option("--json", a.json, "JSON file");
+  CLI11_PARSE(app, argc, argv);
+  if (a.quick) {
+    if (app.count("--seeds") == 0) a.seeds = 1;
+    if (app.count("--damping") == 0) a.dampings = {5};
+  }
+  if (a.hand_names.empty()) a.hand_names = {"off", "light", "firm"};
+  if (a.link_names.empty()) a.link_names = palp::bench::listed_links();
+  if (a.variants.empty()) a.variants = {"ours", "held", "spring"};
+  try {
+    return palp::bench::measure(a);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "palp_haptic_bench: {}\n", error.what());
+    return 1;
+  }
+}
