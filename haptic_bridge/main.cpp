@@ -19,12 +19,14 @@
 #include "haptic_bridge/options.h"
 #include "haptic_bridge/profile.h"
 #include "haptic_bridge/report.h"
+#include "haptic_bridge/supervisor.h"
 #include "idl/clock.h"
 
 namespace palp {
 namespace {
 
 constexpr std::int64_t kHousekeepingNs = 100'000'000;
+constexpr double kSelfTest = 5;           // before an arm with motors is used [s]
 constexpr double kUntrustedForce = 3;     // sent on a machine that is often late [N]
 constexpr double kUntrustedTorque = 0.2;  // [N m]
 constexpr int kThreadsBelowLoop = 5;      // priority of the bus threads below the loop's
@@ -91,10 +93,17 @@ LoopConfig loop_config(const BridgeOptions& o, const DeviceProfile& profile, con
   return config;
 }
 
+// An arm with motors is powered off from outside if this process dies. Null: there is none.
+std::unique_ptr<Supervisor> supervise(const BridgeOptions& o, const DeviceProfile& profile) {
+  if (o.device != DeviceKind::virtuose) return nullptr;
+  return std::make_unique<Supervisor>([setup = profile.virtuose] { power_off(setup); });
+}
+
 // On a machine that is often late the arm gets little force. What was found, as one phrase.
 std::string test_machine(const BridgeOptions& o, LoopConfig& config) {
-  if (o.self_test <= 0) return "lateness not tested";
-  const Lateness l = measure_lateness(o.realtime, config.period_ns, o.self_test);
+  const double seconds = o.self_test.value_or(o.device == DeviceKind::virtuose ? kSelfTest : 0);
+  if (seconds <= 0) return "lateness not tested";
+  const Lateness l = measure_lateness(o.realtime, config.period_ns, seconds);
   const bool trusted = l.p999_us <= kTrustedLateness;
   if (!trusted && !o.full_force) {
     config.limits.force = std::min(config.limits.force, kUntrustedForce);
@@ -199,8 +208,11 @@ int run(const BridgeOptions& o) {
   }
   const std::string process = fmt::format("haptic_bridge {}", o.device_number);
   StopSignal stop;
+  // before there is any thread
+  const std::unique_ptr<Supervisor> supervisor = supervise(o, profile);
   const std::unique_ptr<Bus> bus = open_bus(o.bus);
   LoopPorts ports;
+  if (supervisor) ports.heartbeat = &supervisor->heartbeat();
   RealtimeOptions bus_threads = o.realtime;
   bus_threads.priority = std::max(0, o.realtime.priority - kThreadsBelowLoop);
   BusLink link(*bus, o.device_number, bus_threads, ports);
@@ -213,7 +225,7 @@ int run(const BridgeOptions& o) {
   }
   LoopConfig config = loop_config(o, profile, *bus);
   const std::string tested = test_machine(o, config);
-  if (o.self_test > 0) spdlog::info("{}: {}", process, tested);
+  spdlog::info("{}: {}", process, tested);
   HapticLoop loop(config, *device);
   FlightLog log(static_cast<std::size_t>(o.log_seconds * o.rate_hz));
   RealtimeReport scheduling;

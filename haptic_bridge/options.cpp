@@ -77,9 +77,8 @@ void add_loop_options(CLI::App& app, BridgeOptions& o) {
       ->capture_default_str();
   app.add_option("--self-test", o.self_test,
                  "measure this machine's lateness for so many seconds before the start; if one tick in a thousand is "
-                 "late by more than 0.5 ms, at most 3 N and 0.2 N m are sent")
-      ->check(CLI::Range(0.0, 600.0))
-      ->capture_default_str();
+                 "late by more than 0.5 ms, at most 3 N and 0.2 N m are sent [virtuose: 5, else 0]")
+      ->check(CLI::Range(0.0, 600.0));
   app.add_flag("--full-force", o.full_force, "send the profile's force whatever the self-test says");
   app.add_option("--stiffness", o.stiffness, "coupling gain [N/m], instead of the profile's")
       ->check(CLI::Range(0.0, 1e5));

@@ -32,8 +32,8 @@ struct BridgeOptions {
   std::string summary;  // JSON file; empty: beside the log
   double log_seconds = 60;
   RealtimeOptions realtime;
-  double self_test = 0;     // how long this machine's lateness is measured at the start [s]
-  bool full_force = false;  // whatever the self-test says
+  std::optional<double> self_test;  // how long this machine's lateness is measured at the start [s]; none: 5 for an arm
+  bool full_force = false;          // whatever the self-test says
   // override the profile's
   std::optional<double> stiffness, damping, angular_stiffness, angular_damping, motion_scale, force_scale;
   BusOptions bus;

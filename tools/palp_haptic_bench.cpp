@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <fstream>
@@ -14,7 +15,7 @@
 
 #include "config/json_file.h"
 #include "tools/haptic_bench/bench_scenes.h"
-#include "tools/haptic_bench/z_width.h"
+#include "tools/haptic_bench/metrics.h"
 
 namespace palp::bench {
 namespace {
@@ -26,7 +27,8 @@ struct Arguments {
   std::uint64_t seed = 1;
   int seeds = 3;
   unsigned jobs = std::max(1u, std::thread::hardware_concurrency());
-  std::string out, json;
+  std::string out, json, trace;
+  double stiffness = 1000, slew = 300, friction = ArmModel{}.friction;
 };
 
 struct Job {
@@ -84,15 +86,62 @@ std::vector<Cell> cells_of(const Arguments& a) {
     for (const double rate : a.rates)
       for (const std::string& link : a.link_names)
         for (const std::string& variant : a.variants)
-          cells.push_back({hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds});
+          cells.push_back(
+              {hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds, a.slew, {}});
+  for (Cell& c : cells) c.arm.friction = a.friction;
   return cells;
 }
 
+// One press of the first cell, tick by tick.
+void write_press(const Arguments& a, const Scene& wall) {
+  const Cell cell = cells_of(a).front();
+  const Trace trace = run(wall_press(wall, cell, {a.stiffness, a.dampings.front(), 10, 0.2}, a.seed));
+  std::ofstream out(a.trace);
+  out << "t_s,z_m,v_m_s,turn_rad,force_z_N,force_x_N,torque_Nm,port_J,put_in_J,blend,delay_s,state,verdict\n";
+  for (const Tick& t : trace.ticks)
+    out << fmt::format("{:.3f},{:.7f},{:.5f},{:.6f},{:.4f},{:.4f},{:.5f},{:.6f},{:.6f},{:.3f},{:.5f},{},{}\n", t.t,
+                       t.x.z(), t.v.z(), t.turn.norm(), t.force.z(), t.force.x(), t.torque.norm(), t.port[0],
+                       t.put_in[0], t.blend, t.delay, palp::to_string(t.state), t.verdict);
+  fmt::print("{}: {} ticks, {} sub-steps a step{}\n", name_of(cell), trace.ticks.size(), trace.sub_steps,
+             trace.trouble.empty() ? "" : ", " + trace.trouble);
+}
+
+struct Metric {
+  const char* name;
+  std::function<std::vector<Row>(const Scenes&, const Cell&, const Arguments&)> rows;
+};
+
+const std::vector<Metric>& metrics() {
+  static const std::vector<Metric> kMetrics{
+      {"z_width", [](const Scenes& s, const Cell& c,
+                     const Arguments& a) { return z_width_rows(s.wall, c, a.dampings, !a.quick); }},
+      {"minute",
+       [](const Scenes& s, const Cell& c, const Arguments& a) { return minute_rows(s, c, a.quick ? 30 : 60); }},
+      {"buzz", [](const Scenes& s, const Cell& c, const Arguments&) { return buzz_rows(s, c); }},
+      {"drag", [](const Scenes& s, const Cell& c, const Arguments&) { return drag_rows(s, c); }},
+      {"current", [](const Scenes& s, const Cell& c, const Arguments&) { return current_rows(s, c); }},
+      {"rendering", [](const Scenes& s, const Cell& c, const Arguments&) { return rendering_rows(s, c); }},
+      {"delay", [](const Scenes& s, const Cell& c, const Arguments&) { return delay_rows(s, c); }},
+      {"fault", [](const Scenes& s, const Cell& c, const Arguments&) { return fault_rows(s, c); }},
+  };
+  return kMetrics;
+}
+
+bool wanted(const Arguments& a, const std::string& name) {
+  return a.metrics.empty() || std::find(a.metrics.begin(), a.metrics.end(), name) != a.metrics.end();
+}
+
 int measure(const Arguments& a) {
-  const Scene wall = wall_scene();
+  const Scenes scenes{wall_scene(), elastic_scene(), current_scene(), tank_scene()};
+  if (!a.trace.empty()) {
+    write_press(a, scenes.wall);
+    return 0;
+  }
   std::vector<Job> jobs;
-  for (const Cell& c : cells_of(a))
-    jobs.push_back({"Z-width, " + name_of(c), [&wall, c, &a] { return z_width_rows(wall, c, a.dampings, !a.quick); }});
+  for (const Metric& m : metrics())
+    if (wanted(a, m.name))
+      for (const Cell& c : cells_of(a))
+        jobs.push_back({fmt::format("{}, {}", m.name, name_of(c)), [&, c] { return m.rows(scenes, c, a); }});
   const std::vector<Row> rows = work_off(jobs, a.jobs);
   const std::string table = markdown(rows, {});
   if (a.out.empty())
@@ -110,7 +159,9 @@ int main(int argc, char** argv) {
   CLI::App app("Measures the haptic loop in lock-step over the full system.");
   palp::bench::Arguments a;
   app.add_flag("--quick", a.quick, "One seed, one damping, coarse steps");
-  app.add_option("--metric", a.metrics, "Metrics (default: all)")->delimiter(',');
+  app.add_option("--metric", a.metrics, "z_width, minute, buzz, drag, current, rendering, delay, fault (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"z_width", "minute", "buzz", "drag", "current", "rendering", "delay", "fault"}));
   app.add_option("--hand", a.hand_names, "off, light, firm (default: all)")->delimiter(',');
   app.add_option("--rate", a.rates, "Rates of the server [Hz]")->delimiter(',')->check(CLI::Range(50.0, 4000.0));
   app.add_option("--link", a.link_names, "Names, or NAME:delay=2,jitter=1,loss=0.02 (times in ms)");
@@ -122,6 +173,10 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", a.seeds, "How many to try; the worst counts")->check(CLI::Range(1, 1000));
   app.add_option("--jobs", a.jobs, "Threads")->check(CLI::Range(1, 1024));
   app.add_option("--out", a.out, "Markdown file (default: standard output)");
+  app.add_option("--trace", a.trace, "CSV file: one press on the wall in the first cell, and nothing else");
+  app.add_option("--stiffness", a.stiffness, "Of the coupling, for --trace [N/m]");
+  app.add_option("--slew", a.slew, "The loop's force slew limit [N/s]");
+  app.add_option("--friction", a.friction, "Coulomb friction of the arm [N]");
   app.add_option("--json", a.json, "JSON file");
   CLI11_PARSE(app, argc, argv);
   if (a.quick) {

@@ -132,4 +132,14 @@ void VirtuoseSession::close() noexcept {
   context_ = nullptr;
 }
 
+void power_off(const VirtuoseSetup& setup) {
+  const VirtuoseApi api(setup.library);
+  const VirtContext arm = api.open(setup.address.c_str());
+  if (!arm) throw std::runtime_error(fmt::format("no connection to {}", setup.address));
+  const int result = api.set_power_on.function(arm, 0);
+  const std::string why = result == 0 ? "" : api.message(api.error_code(arm));
+  api.close.function(arm);
+  if (result != 0) throw std::runtime_error(fmt::format("{} failed: {}", api.set_power_on.name, why));
+}
+
 }  // namespace palp

@@ -64,4 +64,8 @@ class VirtuoseSession {
   bool mechanism_ = false;
 };
 
+// Connects to the arm from wherever this is called and takes its power off. For when its own connection has died with
+// its process. Throws as VirtuoseSession does.
+void power_off(const VirtuoseSetup& setup);
+
 }  // namespace palp

@@ -88,22 +88,22 @@ void add_ball(SceneConfig& c, const Vec3& position) {
 Scene wall_scene() {
   SceneConfig c = empty("wall", 0.025, {-0.2, -0.2, -0.1}, {0.2, 0.2, 0.2});
   c.materials.push_back(material("plate", 2000));
-  c.bodies.push_back(body("plate", BodyType::fixed, "plate", box({-0.15, -0.15, -0.05}, {0.15, 0.15, 0})));
+  c.bodies.push_back(body("plate", BodyType::fixed, "plate", box({-0.1, -0.1, -0.025}, {0.1, 0.1, 0})));
   add_cube(c, 0);
   return sample_scene(c, kMostParticles);
 }
 
 Scene elastic_scene() {
-  constexpr double spacing = 0.015, top = 0.06;
+  constexpr double spacing = 0.02, top = 0.06;
   SceneConfig c = empty("elastic", spacing, {-0.15, -0.15, -0.1}, {0.3, 0.15, 0.3});
   c.materials.push_back(material("plate", 2000));
   MaterialConfig jelly = material("jelly", 1000);
   jelly.young_modulus = 2e4;
   jelly.damping = 20;
   c.materials.push_back(jelly);
-  c.bodies.push_back(body("plate", BodyType::fixed, "plate", box({-0.09, -0.09, -0.045}, {0.09, 0.09, 0})));
-  c.bodies.push_back(body("post", BodyType::fixed, "plate", box({0.105, -0.075, -0.045}, {0.24, 0.075, top})));
-  BodyConfig block = body("block", BodyType::elastic, "jelly", box({-0.06, -0.06, 0}, {0.06, 0.06, top}));
+  c.bodies.push_back(body("plate", BodyType::fixed, "plate", box({-0.06, -0.06, -0.02}, {0.06, 0.06, 0})));
+  c.bodies.push_back(body("post", BodyType::fixed, "plate", box({0.1, -0.06, 0.04}, {0.22, 0.06, top})));
+  BodyConfig block = body("block", BodyType::elastic, "jelly", box({-0.05, -0.05, 0}, {0.05, 0.05, top}));
   block.bonded_to = {"plate"};
   c.bodies.push_back(block);
   add_cube(c, top);
@@ -111,8 +111,8 @@ Scene elastic_scene() {
 }
 
 Scene current_scene() {
-  constexpr double half = 0.09;
-  SceneConfig c = empty("current", 0.015, Vec3::Constant(-half), Vec3::Constant(half));
+  constexpr double half = 0.08;
+  SceneConfig c = empty("current", 0.02, Vec3::Constant(-half), Vec3::Constant(half));
   c.periodic = {true, true, true};
   c.numerics.max_speed = 0.5;
   MaterialConfig syrup = material("syrup", 1000);

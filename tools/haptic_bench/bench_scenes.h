@@ -11,7 +11,7 @@ inline constexpr double kGap = 5e-3;       // between the tool and what is below
 
 // A cube of 5 cm above a fixed plate, without gravity.
 Scene wall_scene();
-// The same above an elastic block of 12 x 12 x 5 cm that holds on to the plate, and beside it a bare plate: the tool is
+// The same above an elastic block of 10 x 10 x 6 cm that holds on to the plate, and beside it a bare plate: the tool is
 // at x = 0 over the block, and at x = kBareX over the plate.
 inline constexpr double kBareX = 0.16;  // [m]
 Scene elastic_scene();

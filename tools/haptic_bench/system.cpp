@@ -99,6 +99,7 @@ LoopConfig loop_config(const RunSetup& s) {
   c.own_session = kBridgeSession;
   c.gains = s.gains;
   c.limits = kLimits;
+  c.limits.force_slew = s.force_slew;
   if (s.variant != Variant::ours) c.blend_time = 0;
   return c;
 }

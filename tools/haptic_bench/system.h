@@ -36,6 +36,7 @@ struct RunSetup {
   Variant variant = Variant::ours;
   bool controller = true;  // passivity control, where the loop has one
   CouplingGains gains{1000, 20, 10, 0.2};
+  double force_slew = 300;  // [N/s]
   ArmModel arm;
   HandScript hand;                                  // keyframes are offsets from the tool's handle at the start
   Eigen::Vector3d start = Eigen::Vector3d::Zero();  // of the handle, as an offset

@@ -73,7 +73,7 @@ Press judge(const Trace& trace) {
 
 }  // namespace
 
-Press press_wall(const Scene& wall, const Cell& cell, const CouplingGains& gains, std::uint64_t seed) {
+RunSetup wall_press(const Scene& wall, const Cell& cell, const CouplingGains& gains, std::uint64_t seed) {
   RunSetup s;
   s.scene = &wall;
   s.rate_hz = cell.rate_hz;
@@ -83,7 +83,13 @@ Press press_wall(const Scene& wall, const Cell& cell, const CouplingGains& gains
   s.hand = push(cell.hand.model, kWait, kReach, {0, 0, -kGap - kBehind});
   s.seconds = kWait + kReach + kHold;
   s.seed = seed;
-  return judge(run(s));
+  s.force_slew = cell.force_slew;
+  s.arm = cell.arm;
+  return s;
+}
+
+Press press_wall(const Scene& wall, const Cell& cell, const CouplingGains& gains, std::uint64_t seed) {
+  return judge(run(wall_press(wall, cell, gains, seed)));
 }
 
 ZWidth z_width(const Scene& wall, const Cell& cell, double damping, bool fine) {

@@ -14,7 +14,9 @@ struct Cell {
   LinkPair link;
   Variant variant = Variant::ours;
   std::uint64_t seed = 1;
-  int seeds = 1;  // the worst of them counts
+  int seeds = 1;            // the worst of them counts
+  double force_slew = 300;  // [N/s]
+  ArmModel arm;
 };
 
 // What the last second of a press was like.
@@ -31,6 +33,8 @@ struct Press {
 inline constexpr double kStableRms = 0.05e-3;  // [m]
 inline constexpr double kStableTurn = 1e-3;    // [rad]: the same at 5 cm from the handle
 
+// The run behind press_wall.
+RunSetup wall_press(const Scene& wall, const Cell& cell, const CouplingGains& gains, std::uint64_t seed);
 // Presses on the wall with the hand's intent 20 mm behind it, for four seconds.
 Press press_wall(const Scene& wall, const Cell& cell, const CouplingGains& gains, std::uint64_t seed);
 

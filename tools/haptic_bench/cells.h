@@ -1,0 +1,44 @@
+// What the metrics share: a run's set-up in a cell, and a row of the table for it.
+#pragma once
+
+#include "tools/haptic_bench/metrics.h"
+
+namespace palp::bench {
+
+inline RunSetup setup_in(const Scene& scene, const Cell& cell, HandScript hand, double seconds) {
+  RunSetup s;
+  s.scene = &scene;
+  s.rate_hz = cell.rate_hz;
+  s.link = cell.link;
+  s.variant = cell.variant;
+  s.seed = cell.seed;
+  s.force_slew = cell.force_slew;
+  s.arm = cell.arm;
+  s.hand = std::move(hand);
+  s.seconds = seconds;
+  return s;
+}
+
+inline Row row_in(const Cell& cell, const std::string& metric, double result, const std::string& unit,
+                  const std::string& reference, const std::string& target) {
+  Row r;
+  r.metric = metric;
+  r.hand = cell.hand.name;
+  r.link = cell.link.name;
+  r.variant = to_string(cell.variant);
+  r.rate_hz = cell.rate_hz;
+  r.result = result;
+  r.unit = unit;
+  r.reference = reference;
+  r.target = target;
+  return r;
+}
+
+// Judges what we render, not the baselines.
+inline Row judged(const Cell& cell, Row r, bool good, const std::string& trouble) {
+  if (cell.variant == Variant::ours) r.pass = good && trouble.empty();
+  if (!trouble.empty()) r.note = trouble + (r.note.empty() ? "" : "; " + r.note);
+  return r;
+}
+
+}  // namespace palp::bench

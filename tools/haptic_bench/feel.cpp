@@ -1,0 +1,122 @@
+// What the hand should feel, and does: free space, spring and damper, jelly, a current.
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "tools/haptic_bench/bench_scenes.h"
+#include "tools/haptic_bench/cells.h"
+#include "tools/haptic_bench/series.h"
+
+namespace palp::bench {
+
+namespace {
+
+const Eigen::Vector3d kX = Eigen::Vector3d::UnitX(), kZ = Eigen::Vector3d::UnitZ();
+
+// Best fit of force = c - K x - B v along an axis, in the least squares' sense.
+struct SpringDamper {
+  double stiffness, damping;
+};
+
+SpringDamper fit(const Trace& trace, double from, double to, const Eigen::Vector3d& axis) {
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (const Tick& t : trace.ticks) {
+    if (t.t < from || t.t >= to) continue;
+    const Eigen::Vector3d row(1, -axis.dot(t.x), -axis.dot(t.v));
+    A += row * row.transpose();
+    b += axis.dot(t.force) * row;
+  }
+  const Eigen::Vector3d solution = A.ldlt().solve(b);
+  return {solution[1], solution[2]};
+}
+
+// The static force of the solver on a device that stays at an offset from where the handle was at the start.
+double static_force(const Scene& scene, const CouplingGains& gains, const Eigen::Vector3d& offset, double seconds) {
+  const auto simulation = make_simulation(scene, Backend::cpu);
+  StepInput input{};
+  const RigidState start = simulation->output().proxies[0].state;
+  input[0].engaged = true;
+  input[0].gains = {gains.stiffness, gains.damping, gains.angular_stiffness, gains.angular_damping};
+  const long steps = std::lround(seconds * scene.config.rate_hz), ramp = steps / 3;
+  double sum = 0;
+  for (long k = 0; k < steps; ++k) {
+    const double way = std::min(1.0, static_cast<double>(k) / static_cast<double>(ramp));
+    input[0].state = start;
+    input[0].state.position += way * offset;
+    simulation->step(input);
+    if (k >= steps - 200) sum += simulation->output().proxies[0].force.z() / 200;
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<Row> drag_rows(const Scenes& scenes, const Cell& cell) {
+  constexpr double amplitude_wanted = 0.05, hz = 1;
+  const RunSetup s =
+      setup_in(scenes.wall, cell, swing(cell.hand.model, Eigen::Vector3d::Zero(), amplitude_wanted * kX, hz, 6), 6);
+  const Trace trace = run(s);
+  const double reached = amplitude(taken(trace, 2, 6, [](const Tick& t) { return t.x.x(); }), hz);
+  const double force = rms(taken(trace, 2, 6, [](const Tick& t) { return t.force.norm(); }));
+  Row r = row_in(cell, "force of free motion, 50 mm at 1 Hz, rms", force * amplitude_wanted / reached, "N",
+                 "the tool's 0.15 kg alone 0.21", "<= 0.30");
+  r.note = fmt::format("measured at {:.0f} mm", 1e3 * reached);
+  return {judged(cell, r, r.result <= 0.30, trace.trouble)};
+}
+
+std::vector<Row> rendering_rows(const Scenes& scenes, const Cell& cell) {
+  std::vector<Row> rows;
+  const double depth = kGap + 0.015;
+  RunSetup s = setup_in(scenes.wall, cell, swing(cell.hand.model, -depth * kZ, 0.004 * kZ, 2, 6), 6);
+  // the hand begins in the wall's reach only after the loop has engaged
+  s.hand.keyframes.insert(s.hand.keyframes.begin(), Keyframe{});
+  for (std::size_t k = 1; k < s.hand.keyframes.size(); ++k) s.hand.keyframes[k].time += 1.5;
+  s.seconds += 1.5;
+  const Trace trace = run(s);
+  const SpringDamper felt = fit(trace, 3.5, 7.5, kZ);
+  const double spring = 100 * std::abs(felt.stiffness / s.gains.stiffness - 1);
+  Row r = row_in(cell, "spring at a wall, error", spring, "%", "just noticed: 23", "<= 5");
+  r.note = fmt::format("{:.0f} of {:.0f} N/m", felt.stiffness, s.gains.stiffness);
+  rows.push_back(judged(cell, r, spring <= 5, trace.trouble));
+  const double damper = 100 * std::abs(felt.damping / s.gains.damping - 1);
+  r = row_in(cell, "damper at a wall, error", damper, "%", "just noticed: 34", "<= 5");
+  r.note = fmt::format("{:.1f} of {:.1f} N s/m; a delay of 1 ms takes 1", felt.damping, s.gains.damping);
+  rows.push_back(judged(cell, r, damper <= 5, trace.trouble));
+
+  const RunSetup e = setup_in(scenes.elastic, cell, push(cell.hand.model, 0.9, 0.8, -0.02 * kZ), 4);
+  const Trace press = run(e);
+  const double z = mean(taken(press, 3.5, 4, [](const Tick& t) { return t.x.z(); }));
+  const double force = mean(taken(press, 3.5, 4, [](const Tick& t) { return t.force.z(); }));
+  const double exact = static_force(scenes.elastic, e.gains, z * kZ, 2.5);
+  const double off = 100 * std::abs(force / exact - 1);
+  r = row_in(cell, "force of jelly, error", off, "%", "just noticed: 8", "<= 5");
+  r.note = fmt::format("{:.3g} of {:.3g} N at {:.2g} mm", force, exact, -1e3 * z);
+  rows.push_back(judged(cell, r, off <= 5, press.trouble));
+  return rows;
+}
+
+std::vector<Row> current_rows(const Scenes& scenes, const Cell& cell) {
+  constexpr double speed = 0.1, hz = 1, seconds = 5;
+  const auto moved = [&](const Cell& c, std::string& trouble) {
+    RunSetup s = setup_in(scenes.current, c, push(c.hand.model, 1, 1, Eigen::Vector3d::Zero()), seconds);
+    s.before_step = [](Simulation& simulation, double t) {
+      const double w = 2 * M_PI * hz;
+      simulation.set_parameter("body_force", fmt::format("{} 0 0", speed * w * std::cos(w * t)));
+    };
+    const Trace trace = run(s);
+    trouble += trace.trouble;
+    return amplitude(taken(trace, 2, seconds, [](const Tick& t) { return t.x.x(); }), hz);
+  };
+  std::string trouble;
+  Cell ideal = cell;
+  ideal.rate_hz = 1000;
+  ideal.link = link_from("none");
+  const double reference = moved(ideal, trouble), here = moved(cell, trouble);
+  Row r = row_in(cell, "motion of a hand in a current, kept", here / reference, "", "one-port control 0.62", ">= 0.95");
+  r.note = fmt::format("{:.2f} of {:.2f} mm", 1e3 * here, 1e3 * reference);
+  return {judged(cell, r, r.result >= 0.95, trouble)};
+}
+
+}  // namespace palp::bench

@@ -1,0 +1,26 @@
+// What the metrics take from a series sampled once a tick. Pure.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "tools/haptic_bench/system.h"
+
+namespace palp::bench {
+
+using Series = std::vector<double>;
+
+// From the ticks with from <= t < to [s].
+Series taken(const Trace& trace, double from, double to, const std::function<double(const Tick&)>& get);
+
+double mean(const Series& s);
+double rms(const Series& s);
+double spread(const Series& s);  // largest less smallest
+// The value that a share of the series does not exceed, 0..1.
+double quantile(Series s, double share);
+// Of the sine of this frequency in the series; exact for whole periods.
+double amplitude(const Series& s, double hz);
+// Rms of all that is faster than hz, a line through the series taken off before.
+double rms_above(const Series& s, double hz);
+
+}  // namespace palp::bench
