@@ -25,7 +25,7 @@ ValidationCase row(const std::string& title, double line, double force, Method m
           kPapersLattice};
 }
 
-// A flat tool, pressed a third of a spacing or so into jelly that is bonded to a plate.
+// A flat tool, pressed with about 6 N into jelly that is bonded to a plate.
 TEST_P(LatticeLine, OverJelly) {
   const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
@@ -35,20 +35,21 @@ TEST_P(LatticeLine, OverJelly) {
     config.method = GetParam();
     config.materials[0].young_modulus = 5e4;
     config.materials[0].damping = 10;
-    config.bodies = {at(body("plate", BodyType::fixed, box({0.44, 0.12, 0.02})), {0, 0, -0.05}),
-                     at(body("jelly", BodyType::elastic, box({0.44, 0.12, 0.04})), {0, 0, -0.02})};
+    config.bodies = {at(body("plate", BodyType::fixed, box({0.3, 0.08, 0.02})), {-0.05, 0, -0.04}),
+                     at(body("jelly", BodyType::elastic, box({0.3, 0.08, 0.03})), {-0.05, 0, -0.015})};
     config.bodies[1].bonded_to = {"plate"};
     const Eigen::Quaterniond orientation(Eigen::AngleAxisd(yaw, Vector3d::UnitZ()));
     add_flat_tool(config, orientation);
-    const DrawnTool drawn = draw_flat_tool(*simulate(sampled(config)), orientation, 0.0185, 1.3);
+    const DrawnTool drawn = draw_flat_tool(*simulate(sampled(config)), orientation, 0.0185, 1);
     ASSERT_FALSE(drawn.pressed.empty());
     EXPECT_GT(drawn.contact.low, 1);
     const double line = spectral_line(drawn.pressed, kLine);
     RecordProperty(yaw == 0 ? "ripple" : "ripple_turned", std::to_string(drawn.contact.ripple()));
-    EXPECT_TRUE(within(line / drawn.contact.low, tol::kSoftLatticeLine,
-                       row(std::string("D19 flat tool drawn over jelly, ") +
-                               (yaw == 0 ? "along the lattice" : "turned at random"),
-                           line, drawn.contact.low, GetParam())));
+    const bool along = yaw == 0;
+    EXPECT_TRUE(
+        within(line / drawn.contact.low, along ? tol::kSoftLatticeLineAlong : tol::kSoftLatticeLine,
+               row(std::string("D19 flat tool drawn over jelly, ") + (along ? "along the lattice" : "turned at random"),
+                   line, drawn.contact.low, GetParam())));
   }
 }
 
@@ -71,8 +72,8 @@ TEST_P(LatticeLine, ThroughWater) {
   for (const double f : drawn.pressed) lift += f / static_cast<double>(drawn.pressed.size());
   const double line = spectral_line(drawn.pressed, kLine);
   RecordProperty("lift", std::to_string(lift));
-  EXPECT_TRUE(within(line / lift, tol::kSoftLatticeLine,
-                     row("D19 block drawn half under water", line, lift, GetParam())));
+  EXPECT_TRUE(
+      within(line / lift, tol::kSoftLatticeLine, row("D19 block drawn half under water", line, lift, GetParam())));
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, LatticeLine, ::testing::ValuesIn(methods()),

@@ -72,7 +72,8 @@ inline constexpr Tolerance kBuoyancy{0.03, 0.03, "of rho g V"};
 inline constexpr Tolerance kDraft{0.4, 0.4,
                                   "of a spacing: the gap at a solid and the level of a free surface; measured -0.26"};
 inline constexpr Tolerance kHeave{0.05, 0.05, "of the period: the draft is off by up to 0.4 dx of the 9 dx that swing"};
-inline constexpr Tolerance kStandingWave{0.03, 0.03, "of the period: the free surface is known to half a spacing of depth"};
+inline constexpr Tolerance kStandingWave{0.02, 0.02,
+                                         "of the period: the free surface is known to half a spacing of depth"};
 inline constexpr Tolerance kShearFlow{0.05, 0.05, "of the middle speed"};
 inline constexpr Tolerance kTaylorGreen{0.10, 0.10, "of the decay rate over the first 0.1 s at 20 particles a box"};
 inline constexpr Tolerance kLidCavity{0.05, 0.05, "of the speed there, reference D6"};
@@ -171,6 +172,8 @@ inline constexpr Tolerance kRippleOfContact{
     2e-3, 1e-3, "as above, before hand and tool smooth it: the last bit of a place in float is 0.05 % of 5 N"};
 inline constexpr Tolerance kLatticeLine{1e-3, 1e-3, "of the normal force, as for the ripple that it is part of"};
 inline constexpr Tolerance kSoftLatticeLine{0.01, 0.01, "of the normal force, reference D19 at 5 N"};
+inline constexpr Tolerance kSoftLatticeLineAlong{
+    0.05, 0.05, "as above, row upon row of balls at once: half of what a hand tells apart, reference D20"};
 inline constexpr Tolerance kDistance{3e-7, 1e-12, "m, of solids a metre large"};
 inline constexpr Tolerance kCouplingForce{1e-4, 1e-9, "of the weight of the tool"};
 inline constexpr Tolerance kCouplingEnergy{2e-3, 1e-3, "first-order time integration of the device's motion"};
