@@ -164,6 +164,7 @@ inline constexpr Tolerance kRippleOfContact{
     2e-3, 1e-3, "as above, before hand and tool smooth it: the last bit of a place in float is 0.05 % of 5 N"};
 inline constexpr Tolerance kDistance{3e-7, 1e-12, "m, of solids a metre large"};
 inline constexpr Tolerance kCouplingForce{1e-4, 1e-9, "of the weight of the tool"};
+inline constexpr Tolerance kSampledSpring{0.05, 0.05, "of the bound, which is that of slow oscillations"};
 inline constexpr Tolerance kCouplingEnergy{2e-3, 1e-3, "first-order time integration of the device's motion"};
 }  // namespace tol
 

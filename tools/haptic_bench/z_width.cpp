@@ -36,6 +36,8 @@ Wobble wobble(const std::vector<Tick>& ticks, std::size_t first, const Get& get)
   return {std::sqrt(sum / n), 1e3 * crossings / (2 * n)};
 }
 
+}  // namespace
+
 Press judge(const Trace& trace) {
   Press p;
   double low = 0;
@@ -71,8 +73,6 @@ Press judge(const Trace& trace) {
   }
   return p;
 }
-
-}  // namespace
 
 RunSetup wall_press(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed) {
   RunSetup s;

@@ -35,6 +35,7 @@ inline constexpr double kStableTurn = 1e-3;    // [rad]: the same at 5 cm from t
 
 // The run behind press_wall.
 RunSetup wall_press(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed);
+Press judge(const Trace& trace);
 // Presses on the wall with the hand's intent 20 mm behind it, for four seconds.
 Press press_wall(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed);
 
