@@ -193,6 +193,7 @@ std::string write_log(const FlightLog& log, const std::string& path, std::string
 int run(const BridgeOptions& o) {
   // everything the user gave is read before anything is opened
   const DeviceProfile profile = profile_from(o);
+  if (o.device == DeviceKind::virtuose) VirtuoseApi(profile.virtuose.library);  // a wrong one is told at once
   const HandScript script = o.hand.empty() ? HandScript{} : read_hand_script(o.hand);
   try {
     check_log_path(o.log);

@@ -334,8 +334,49 @@ TEST_F(Profiles, TheShippedFilesAreReadAndSayWhatTheyShould) {
   }
 }
 
+TEST_F(Profiles, TheShippedVirtuosesAskForTheirArmAndForNoMoreThanItHolds) {
+  const std::string folder = PALP_SOURCE_DIR "/config/devices/virtuose_";
+  for (const auto& [name, type, force, torque] :
+       {std::tuple{"6d", 3, 10.0, 1.0}, {"6d_desktop", 4, 3.0, 0.2}, {"6d_tao", 0, 30.0, 1.5}, {"sim", 3, 10.0, 1.0}}) {
+    SCOPED_TRACE(name);
+    const DeviceProfile profile = read_device_profile(folder + name + ".toml");
+    EXPECT_TRUE(profile.for_virtuose);
+    EXPECT_EQ(profile.virtuose.device_type.value_or(0), type);
+    EXPECT_EQ(profile.limits.force, force);
+    EXPECT_EQ(profile.limits.torque, torque);
+    EXPECT_EQ(profile.virtuose.mode, VirtuoseMode::impedance);
+    EXPECT_EQ(profile.virtuose.axes, default_arm_axes());
+    EXPECT_EQ(profile.virtuose.relay_time, 3);
+    EXPECT_TRUE(profile.workspace.relative);
+  }
+  EXPECT_FALSE(read_device_profile(PALP_SOURCE_DIR "/config/devices/simulated.toml").for_virtuose);
+}
+
+TEST_F(Profiles, AxesAreARotationThatMayBeTurned) {
+  const std::string head = "name = \"x\"\n[limits]\n[axes]\n";
+  const DeviceProfile turned = read_device_profile(write(head + "x = \"-y\"\ny = \"+x\"\nz = \"+z\"\nturn_deg = 90\n"));
+  EXPECT_LT((turned.virtuose.axes - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"x = \"+x\"\ny = \"+x\"\nz = \"+z\"\n", ":3: "},
+      {"x = \"+y\"\ny = \"+x\"\nz = \"+z\"\n", "right-handed"},
+      {"x = \"up\"\ny = \"+x\"\nz = \"+z\"\n", ":4: "},
+      {"x = \"-y\"\ny = \"+x\"\n", "z"},
+      {"x = \"-y\"\ny = \"+x\"\nz = \"+z\"\nturn_deg = 900\n", ":7: "},
+      {"x = \"-y\"\ny = \"+x\"\nz = \"+z\"\n[virtuose]\nmode = \"admittance\"\n", ":8: "},
+      {"x = \"-y\"\ny = \"+x\"\nz = \"+z\"\n[virtuose]\ndevice = 3\n", ":8: "},
+      {"x = \"-y\"\ny = \"+x\"\nz = \"+z\"\n[virtuose]\nrelay_time = -1\n", ":8: "},
+  };
+  for (const auto& [text, expected] : cases) {
+    const std::string file = write(head + text);
+    const std::string fault = fault_of([&] { read_device_profile(file); });
+    EXPECT_NE(fault.find(expected), std::string::npos) << fault;
+    EXPECT_EQ(fault.find(file), 0u) << fault;
+  }
+}
+
 TEST_F(Profiles, DocumentsEveryKeyAndNoOther) {
-  for (const auto& [readme, toml] : {std::pair{"devices/README.md", "devices/simulated.toml"}}) {
+  for (const auto& [readme, toml] :
+       {std::pair{"devices/README.md", "devices/simulated.toml"}, {"devices/README.md", "devices/virtuose_6d.toml"}}) {
     std::ifstream in(std::string(PALP_SOURCE_DIR "/config/") + readme),
         example(std::string(PALP_SOURCE_DIR "/config/") + toml);
     const std::string text{std::istreambuf_iterator<char>(in), {}};

@@ -294,6 +294,12 @@ TEST_F(BridgeProcess, RefusesBadInputWithOneClearMessage) {
       {{"--device-number", "8"}, "--device-number"},
       {{"--rate-hz", "0"}, "--rate-hz"},
       {{"--nonsense"}, "--nonsense"},
+      {{"--device", "virtuose", "--library", (dir_ / "none.so").string()}, "there is no such file"},
+      {{"--device", "virtuose", "--library", (dir_ / "bad.toml").string()}, "cannot be loaded"},
+      {{"--device", "virtuose", "--profile", PALP_SOURCE_DIR "/config/devices/simulated.toml"}, "[virtuose]"},
+      {{"--device", "virtuose", "--virtuose-mode", "force"}, "--virtuose-mode"},
+      {{"--library", "x.so"}, "--device virtuose"},
+      {{"--device", "virtuose", "--hand", "x"}, "--hand"},
   };
   for (const auto& [arguments, expected] : cases) {
     SCOPED_TRACE(arguments[0] + " " + arguments.back());

@@ -4,6 +4,7 @@
 
 #include "config/error.h"
 #include "haptic_bridge/profile.h"
+#include "tests/bridge/count_allocations.h"
 #include "tests/bridge/virtuose_bench.h"
 #include "tests/support/random.h"
 
@@ -246,6 +247,26 @@ TEST_F(Virtuose, ATickMakesFewCalls) {
       expected.emplace_back(name);
   const std::vector<std::string> found(all.begin() + 18, all.begin() + 18 + static_cast<long>(expected.size()));
   EXPECT_EQ(found, expected);
+}
+
+TEST_F(Virtuose, ATickAllocatesNothing) {
+  for (const VirtuoseMode mode : {VirtuoseMode::impedance, VirtuoseMode::mechanism}) {
+    VirtuoseSetup s = setup();
+    s.library = PALP_LIB_DIR "/libquiet_virtuose.so";
+    s.mode = mode;
+    open(s);
+    DeviceReading reading;
+    int good = 0;
+    start_counting_allocations();
+    for (int i = 0; i < 100; ++i) {
+      now_ += kTickNs;
+      device_->show(i < 50 ? LoopState::idle : LoopState::engaged);
+      good += device_->read(now_, reading) && device_->write({{1, 2, 3}, {0.1, 0.2, 0.3}});
+    }
+    EXPECT_EQ(stop_counting_allocations(), 0u);
+    EXPECT_EQ(good, 100);
+    EXPECT_TRUE(reading.dead_man && reading.powered);
+  }
 }
 
 TEST_F(Virtuose, FollowsTheHandAlongTheWorldsAxes) {

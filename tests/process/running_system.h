@@ -38,6 +38,27 @@ inline std::string text_of(const std::string& file) {
   return {bytes.begin(), bytes.end()};
 }
 
+// Columns of the bridge's flight log, as text.
+inline std::map<std::string, std::vector<std::string>> read_flight(const std::string& file) {
+  std::ifstream in(file);
+  const auto cells = [](const std::string& line) {
+    std::vector<std::string> out;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) out.push_back(cell);
+    return out;
+  };
+  std::string line;
+  std::getline(in, line);
+  const std::vector<std::string> names = cells(line);
+  std::map<std::string, std::vector<std::string>> columns;
+  while (std::getline(in, line)) {
+    const std::vector<std::string> row = cells(line);
+    EXPECT_EQ(row.size(), names.size()) << line;
+    for (std::size_t i = 0; i < std::min(row.size(), names.size()); ++i) columns[names[i]].push_back(row[i]);
+  }
+  return columns;
+}
+
 // The number behind "name": in JSON text; NaN where there is none.
 inline double number_in_json(const std::string& json, const std::string& name) {
   const std::string key = "\"" + name + "\": ";

@@ -1,0 +1,79 @@
+// The bridge with the driver of the Virtuose, before the simulated arm behind the same C interface.
+#include <map>
+
+#include "tests/process/running_system.h"
+
+namespace palp::test {
+namespace {
+
+class VirtuoseProcess : public RunningSystem {
+ protected:
+  // The bridge before a simulated arm of quick relays, to which the events happen [s since it was opened].
+  void start_virtuose(const std::string& events, const std::vector<std::string>& more = {}) {
+    const std::string arm = folder_ / "arm.toml", profile = folder_ / "profile.toml";
+    write(arm, "hand = \"" + kHere + "dip.toml\"\nrelay_delay = 0.1\n" + events);
+    write(profile,
+          "name = \"test\"\n[limits]\nforce = 10\ntorque = 1\n[safety]\noverrun_ms = 0\nlate_ticks = 0\n"
+          "[workspace]\nreference = \"relative\"\n[virtuose]\ndevice_type = 3\nrelay_time = 0.15\n");
+    std::vector<std::string> arguments{"--device",  "virtuose",
+                                       "--library", PALP_LIB_DIR "/libvirtuose_sim.so",
+                                       "--address", arm,
+                                       "--profile", profile,
+                                       "--log",     folder_ / "flight.csv"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    bridge_ = start_tool("haptic_bridge", Vendor::cyclone, arguments);
+  }
+  static void write(const std::string& file, const std::string& text) {
+    write_file(file, Bytes(text.begin(), text.end()));
+  }
+};
+
+double force_in(std::map<std::string, std::vector<std::string>>& log, std::size_t i) {
+  return std::hypot(std::stod(log["force_x"][i]), std::stod(log["force_y"][i]), std::stod(log["force_z"][i])) +
+         std::hypot(std::stod(log["torque_x"][i]), std::stod(log["torque_y"][i]), std::stod(log["torque_z"][i]));
+}
+
+TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure) {
+  Watcher& watcher = watch();
+  start_server();
+  start_virtuose(
+      "[[event]]\nevent = \"dead_man_up\"\ntime = 2\nduration = 0.3\n"
+      "[[event]]\nevent = \"error\"\ntime = 3.5\ncall = \"virtGetSpeed\"\nvalue = 11\n");
+  ASSERT_TRUE(force_is_felt(watcher)) << said();
+  EXPECT_EQ(bridge_->wait(), 1) << said();
+  EXPECT_NE(said().find("virtGetSpeed failed: the hardware has failed (error 11)"), std::string::npos) << said();
+  EXPECT_NE(summary("haptic_bridge").find("\"healthy\": false"), std::string::npos);
+  stop_server();
+
+  auto log = read_flight(folder_ / "flight.csv");
+  const std::size_t rows = log["t_ns"].size();
+  ASSERT_GT(rows, 2000u);
+  const double t_first = 1e-9 * std::stod(log["t_ns"][0]);
+  double before = 0, after = 0, t_released = 0;
+  for (std::size_t i = 0; i < rows; ++i) {
+    const double t = 1e-9 * std::stod(log["t_ns"][i]) - t_first, force = force_in(log, i);
+    const bool held = log["hand_on"][i] == "1" && log["good_reading"][i] == "1";
+    if (!held) {
+      ASSERT_EQ(force, 0) << "tick " << log["tick"][i];
+    }
+    if (before > 0.5 && !held && t_released == 0) t_released = t;
+    (t_released == 0 ? before : after) = std::max(t_released == 0 ? before : after, force);
+  }
+  EXPECT_NEAR(t_released, 2, 0.5) << "the arm is opened a moment before the first tick";
+  EXPECT_GT(before, 0.5);
+  EXPECT_GT(after, 0.5);
+  EXPECT_EQ(log["state"].back(), "fault");
+  EXPECT_EQ(force_in(log, rows - 1), 0);
+}
+
+TEST_F(VirtuoseProcess, MechanismModeIsFeltToo) {
+  Watcher& watcher = watch();
+  start_server();
+  start_virtuose("", {"--virtuose-mode", "virtmech"});
+  ASSERT_TRUE(force_is_felt(watcher)) << said();
+  stop_bridge();
+  stop_server();
+}
+
+}  // namespace
+}  // namespace palp::test
