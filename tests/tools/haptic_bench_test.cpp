@@ -40,7 +40,7 @@ Arrivals play(const LinkConfig& config, std::uint64_t seed, int samples = 20000)
 LinkConfig link_of(const std::string& text) { return link_from("test:" + text).up; }
 
 TEST(HapticBenchLink, DelaysByWhatItIsAskedTo) {
-  for (const double delay : play(link_of("delay=2.5"), 1).delay) EXPECT_DOUBLE_EQ(delay, 2.5);
+  for (const double delay : play(link_of("delay=2.5"), 1).delay) EXPECT_NEAR(delay, 2.5, 1e-9);
 }
 
 TEST(HapticBenchLink, JitterLossAndRunsHaveTheirMeans) {
@@ -70,7 +70,8 @@ TEST(HapticBenchLink, HandsOnOnlyNewerSamplesUnlessAskedToReorder) {
   };
   EXPECT_EQ(steps_back("delay=2,jitter=3"), 0);
   EXPECT_NEAR(steps_back("delay=2,reorder=0.1,reorder_by=3.5"), 2000, 300);
-  EXPECT_NEAR(steps_back("delay=2,jitter=0.3,duplicate=0.2"), 4000, 500);
+  // of 4000, those that come together with their first are not seen
+  EXPECT_NEAR(steps_back("delay=2,jitter=0.3,duplicate=0.2"), 3200, 400);
 }
 
 TEST(HapticBenchLink, StallsGatherSamplesAndDeliverTheNewest) {
@@ -95,7 +96,8 @@ TEST(HapticBenchLink, RefusesWhatItDoesNotKnow) {
 }
 
 // A spring that is rendered a tick late and n ticks later still: stable while K (T/2 + n T) < b (Colgate & Schenkel
-// 1997 for n = 0; the rest Diolaiti et al. 2006). The arm without friction, encoder and filter; nobody holds it.
+// 1997 for n = 0; the rest Diolaiti et al. 2006). The arm without friction, encoder and filter; nobody holds it. Its
+// semi-implicit steps h show places h/2 ahead of their time, which is delay that it takes back.
 double largest_stable_spring(double damping, int ticks_late) {
   ArmModel arm;
   arm.damping = damping;
@@ -130,10 +132,12 @@ double largest_stable_spring(double damping, int ticks_late) {
 }
 
 TEST(HapticBench, SampledSpringIsStableUpToColgatesBound) {
+  constexpr double kStep = 0.25e-3;  // of the arm [s]
   for (const double damping : {1.0, 4.0})
     for (const int late : {0, 1, 3}) {
-      const double bound = damping / (1e-3 * (0.5 + late));
-      EXPECT_NEAR(largest_stable_spring(damping, late) / bound, 1, testing::tol::kSampledSpring)
+      const double bound = damping / (1e-3 * (0.5 + late) - 0.5 * kStep);
+      EXPECT_TRUE(
+          palp::testing::within(largest_stable_spring(damping, late) / bound - 1, palp::testing::tol::kSampledSpring))
           << damping << " N s/m, " << late << " ticks late";
     }
 }
