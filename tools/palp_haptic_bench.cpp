@@ -27,7 +27,7 @@ struct Arguments {
   std::uint64_t seed = 1;
   int seeds = 3;
   unsigned jobs = std::max(1u, std::thread::hardware_concurrency());
-  std::string out, json, trace;
+  std::string out, json, trace, command;
   std::string profile = PALP_SOURCE_DIR "/config/devices/simulated.toml";
   double stiffness = 0;  // of the profile, if 0
   std::optional<double> slew, friction;
@@ -82,23 +82,80 @@ std::string name_of(const Cell& c) {
   return fmt::format("hand {}, {:.0f} Hz, link {}, {}", c.hand.name, c.rate_hz, c.link.name, to_string(c.variant));
 }
 
-std::vector<Cell> cells_of(const Arguments& a) {
+struct Metric {
+  std::string name;
+  std::vector<std::string> hand_names, variants;  // by default
+  std::function<std::vector<Row>(const Scenes&, const Cell&, const Arguments&)> rows;
+};
+
+const std::vector<Metric>& metrics() {
+  static const std::vector<Metric> kMetrics{
+      {"z_width",
+       {"off", "light", "firm"},
+       {"ours", "held", "spring"},
+       [](const Scenes& s, const Cell& c, const Arguments& a) {
+         return z_width_rows(s.wall, c, a.dampings, !a.quick);
+       }},
+      {"minute",
+       {"light"},
+       {"ours", "held"},
+       [](const Scenes& s, const Cell& c, const Arguments& a) { return minute_rows(s, c, a.quick ? 30 : 60); }},
+      {"buzz",
+       {"off", "light", "firm"},
+       {"ours", "held"},
+       [](const Scenes& s, const Cell& c, const Arguments&) { return buzz_rows(s, c); }},
+      {"drag",
+       {"off", "light", "firm"},
+       {"ours", "held", "spring"},
+       [](const Scenes& s, const Cell& c, const Arguments&) { return drag_rows(s, c); }},
+      {"current",
+       {"light"},
+       {"ours", "held", "spring"},
+       [](const Scenes& s, const Cell& c, const Arguments&) { return current_rows(s, c); }},
+      {"rendering",
+       {"light", "firm"},
+       {"ours", "held", "spring"},
+       [](const Scenes& s, const Cell& c, const Arguments&) { return rendering_rows(s, c); }},
+      {"delay", {"light"}, {"ours"}, [](const Scenes& s, const Cell& c, const Arguments&) { return delay_rows(s, c); }},
+      {"fault", {"firm"}, {"ours"}, [](const Scenes& s, const Cell& c, const Arguments&) { return fault_rows(s, c); }},
+  };
+  return kMetrics;
+}
+
+std::vector<std::string> given_or(const std::vector<std::string>& given, const std::vector<std::string>& otherwise) {
+  return given.empty() ? otherwise : given;
+}
+
+bool has(const std::vector<std::string>& list, const std::string& name) {
+  return std::find(list.begin(), list.end(), name) != list.end();
+}
+
+DeviceProfile profile_of(const Arguments& a) {
   DeviceProfile profile = read_device_profile(a.profile);
   profile.limits.force_slew = a.slew.value_or(profile.limits.force_slew);
   profile.arm.friction = a.friction.value_or(profile.arm.friction);
   if (a.stiffness > 0) profile.gains.stiffness = a.stiffness;
+  return profile;
+}
+
+// Baselines are measured on the listed links only, unless links were asked for.
+std::vector<Cell> cells_of(const Arguments& a, const Metric& metric) {
+  const DeviceProfile profile = profile_of(a);
+  std::vector<std::string> links = listed_links();
+  if (!a.quick) links.insert(links.end(), further_links().begin(), further_links().end());
   std::vector<Cell> cells;
-  for (const std::string& hand : a.hand_names)
+  for (const std::string& hand : given_or(a.hand_names, metric.hand_names))
     for (const double rate : a.rates)
-      for (const std::string& link : a.link_names)
-        for (const std::string& variant : a.variants)
-          cells.push_back({hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds, profile});
+      for (const std::string& link : given_or(a.link_names, links))
+        for (const std::string& variant : given_or(a.variants, metric.variants))
+          if (variant == "ours" || !a.link_names.empty() || has(listed_links(), link))
+            cells.push_back({hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds, profile});
   return cells;
 }
 
 // One press of the first cell, tick by tick.
 void write_press(const Arguments& a, const Scene& wall) {
-  const Cell cell = cells_of(a).front();
+  const Cell cell = cells_of(a, metrics().front()).front();
   const Trace trace = run(wall_press(wall, cell, cell.profile.gains.stiffness, a.dampings.front(), a.seed));
   std::ofstream out(a.trace);
   out << "t_s,z_m,v_m_s,turn_rad,force_z_N,force_x_N,torque_Nm,port_J,put_in_J,blend,delay_s,state,verdict,share,"
@@ -112,29 +169,41 @@ void write_press(const Arguments& a, const Scene& wall) {
              trace.trouble.empty() ? "" : ", " + trace.trouble);
 }
 
-struct Metric {
-  const char* name;
-  std::function<std::vector<Row>(const Scenes&, const Cell&, const Arguments&)> rows;
-};
-
-const std::vector<Metric>& metrics() {
-  static const std::vector<Metric> kMetrics{
-      {"z_width", [](const Scenes& s, const Cell& c,
-                     const Arguments& a) { return z_width_rows(s.wall, c, a.dampings, !a.quick); }},
-      {"minute",
-       [](const Scenes& s, const Cell& c, const Arguments& a) { return minute_rows(s, c, a.quick ? 30 : 60); }},
-      {"buzz", [](const Scenes& s, const Cell& c, const Arguments&) { return buzz_rows(s, c); }},
-      {"drag", [](const Scenes& s, const Cell& c, const Arguments&) { return drag_rows(s, c); }},
-      {"current", [](const Scenes& s, const Cell& c, const Arguments&) { return current_rows(s, c); }},
-      {"rendering", [](const Scenes& s, const Cell& c, const Arguments&) { return rendering_rows(s, c); }},
-      {"delay", [](const Scenes& s, const Cell& c, const Arguments&) { return delay_rows(s, c); }},
-      {"fault", [](const Scenes& s, const Cell& c, const Arguments&) { return fault_rows(s, c); }},
-  };
-  return kMetrics;
+// Beside each stiffness of ours how many times the held wrench's that is.
+void compare(std::vector<Row>& rows) {
+  for (Row& r : rows) {
+    if (r.variant != to_string(Variant::ours) || r.unit != "kN/m") continue;
+    for (const Row& held : rows)
+      if (held.variant == to_string(Variant::held) && held.metric == r.metric && held.hand == r.hand &&
+          held.link == r.link && held.rate_hz == r.rate_hz && held.result > 0)
+        r.note = fmt::format("{:.2g} times the held wrench; {}", r.result / held.result, r.note);
+  }
 }
 
-bool wanted(const Arguments& a, const std::string& name) {
-  return a.metrics.empty() || std::find(a.metrics.begin(), a.metrics.end(), name) != a.metrics.end();
+std::string processor_name() {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);)
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+
+std::vector<std::string> preface(const Arguments& a, const std::vector<Row>& rows) {
+  std::size_t judged = 0, good = 0;
+  for (const Row& r : rows)
+    if (r.pass) ++judged, good += *r.pass;
+  std::string links;
+  for (const std::string& name : given_or(a.link_names, [] {
+         std::vector<std::string> all = listed_links();
+         all.insert(all.end(), further_links().begin(), further_links().end());
+         return all;
+       }()))
+    links += (links.empty() ? "" : "; ") + name + ": " + description_of(name);
+  return {
+      fmt::format("`{}`: the solver, the server's treatment of samples, a link each way, the bridge's loop at 1 kHz "
+                  "and a simulated arm in a simulated hand, in lock-step. {} of {} targets are met. The same "
+                  "seeds give the same table on any machine of this kind ({}).",
+                  a.command, good, judged, processor_name()),
+      "Links, times in ms, each way: " + links + "."};
 }
 
 int measure(const Arguments& a) {
@@ -145,16 +214,19 @@ int measure(const Arguments& a) {
   }
   std::vector<Job> jobs;
   for (const Metric& m : metrics())
-    if (wanted(a, m.name))
-      for (const Cell& c : cells_of(a))
+    if (a.metrics.empty() || has(a.metrics, m.name))
+      for (const Cell& c : cells_of(a, m))
         jobs.push_back({fmt::format("{}, {}", m.name, name_of(c)), [&, c] { return m.rows(scenes, c, a); }});
-  const std::vector<Row> rows = work_off(jobs, a.jobs);
-  const std::string table = markdown(rows, {});
+  std::vector<Row> rows = work_off(jobs, a.jobs);
+  compare(rows);
+  const std::string table = markdown(rows, preface(a, rows));
   if (a.out.empty())
     fmt::print("{}", table);
   else
     std::ofstream(a.out) << table;
-  if (!a.json.empty()) write_json(a.json, json_of(rows));
+  if (!a.json.empty())
+    write_json(a.json,
+               {{"command", a.command}, {"processor", processor_name()}, {"seed", a.seed}, {"rows", json_of(rows)}});
   return 0;
 }
 
@@ -190,9 +262,8 @@ int main(int argc, char** argv) {
     if (app.count("--seeds") == 0) a.seeds = 1;
     if (app.count("--damping") == 0) a.dampings = {5};
   }
-  if (a.hand_names.empty()) a.hand_names = {"off", "light", "firm"};
-  if (a.link_names.empty()) a.link_names = palp::bench::listed_links();
-  if (a.variants.empty()) a.variants = {"ours", "held", "spring"};
+  a.command = "palp_haptic_bench";
+  for (int k = 1; k < argc; ++k) a.command += std::string(" ") + argv[k];
   try {
     return palp::bench::measure(a);
   } catch (const std::exception& error) {

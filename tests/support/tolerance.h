@@ -176,6 +176,7 @@ inline constexpr Tolerance kSoftLatticeLineAlong{
     0.05, 0.05, "as above, row upon row of balls at once: half of what a hand tells apart, reference D20"};
 inline constexpr Tolerance kDistance{3e-7, 1e-12, "m, of solids a metre large"};
 inline constexpr Tolerance kCouplingForce{1e-4, 1e-9, "of the weight of the tool"};
+inline constexpr Tolerance kSampledSpring{0.05, 0.05, "of the bound, which is that of slow oscillations"};
 inline constexpr Tolerance kCouplingEnergy{2e-3, 1e-3, "first-order time integration of the device's motion"};
 }  // namespace tol
 

@@ -107,6 +107,11 @@ LinkPair link_from(const std::string& text) {
   return pair;
 }
 
+std::string description_of(const std::string& text) {
+  const auto known = known_links().find(text);
+  return known != known_links().end() ? known->second : text.substr(text.find(':') + 1);
+}
+
 const std::vector<std::string>& listed_links() {
   static const std::vector<std::string> kNames{"local", "lan", "far"};
   return kNames;

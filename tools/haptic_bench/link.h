@@ -32,6 +32,8 @@ struct LinkPair {
 // "local", "lan", "far", ... (link_names) or "name:delay=2,jitter=1,loss=0.02,..." with times in ms; a key beginning
 // with up_ or down_ sets one way only. Throws std::invalid_argument with one sentence.
 LinkPair link_from(const std::string& text);
+// What a link's name stands for, in the same form.
+std::string description_of(const std::string& text);
 // Those of the specification, then those that are worse.
 const std::vector<std::string>& listed_links();
 const std::vector<std::string>& further_links();

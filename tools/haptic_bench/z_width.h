@@ -27,6 +27,7 @@ struct Press {
   double peak_force = 0;  // [N]
   double share = 1;       // of the stiffness asked for, as the loop found right for the link
   double shortfall = 0;   // most energy drawn beyond what the simulation put in, over the whole press [J]
+  double delay = 0;       // of what was rendered, mean of the last second [s]
   std::string why;        // not stable
 };
 
@@ -35,12 +36,14 @@ inline constexpr double kStableTurn = 1e-3;    // [rad]: the same at 5 cm from t
 
 // The run behind press_wall.
 RunSetup wall_press(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed);
+Press judge(const Trace& trace);
 // Presses on the wall with the hand's intent 20 mm behind it, for four seconds.
 Press press_wall(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed);
 
 struct ZWidth {
   double stiffness = 0;    // the largest that was rendered; all tried ones up to it are stable [N/m]; 0: none
   double asked = 0;        // [N/m], for that
+  double delay = 0;        // of what was rendered [s]
   Press first_unstable;    // of the next one
   double unstable_at = 0;  // [N/m]; 0: none up to the largest
 };
