@@ -218,14 +218,15 @@ int run(const BridgeOptions& o) {
   BusLink link(*bus, o.device_number, bus_threads, ports);
   Herald herald(*bus, process, fmt::format("{}, domain {}", to_string(o.bus.vendor), o.bus.domain));
 
+  // before the arm is opened: its controller drops whoever is silent for two seconds
+  LoopConfig config = loop_config(o, profile, *bus);
+  const std::string tested = test_machine(o, config);
+  spdlog::info("{}: {}", process, tested);
   const std::unique_ptr<HapticDevice> device = open_device(o, profile, script, *bus, link, herald, stop);
   if (!device) {
     herald.tell_stopped("stopped", "stopped before a server was heard");
     return 0;
   }
-  LoopConfig config = loop_config(o, profile, *bus);
-  const std::string tested = test_machine(o, config);
-  spdlog::info("{}: {}", process, tested);
   HapticLoop loop(config, *device);
   FlightLog log(static_cast<std::size_t>(o.log_seconds * o.rate_hz));
   RealtimeReport scheduling;
