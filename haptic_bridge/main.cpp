@@ -198,7 +198,7 @@ std::string write_log(const FlightLog& log, const std::string& path, std::string
 
 int run(const BridgeOptions& o) {
   // everything the user gave is read before anything is opened
-  const DeviceProfile profile = profile_from(o);
+  DeviceProfile profile = profile_from(o);
   if (o.device == DeviceKind::virtuose) VirtuoseApi(profile.virtuose.library);  // a wrong one is told at once
   const HandScript script = o.hand.empty() ? HandScript{} : read_hand_script(o.hand);
   try {
@@ -221,6 +221,7 @@ int run(const BridgeOptions& o) {
   // before the arm is opened: its controller drops whoever is silent for two seconds
   LoopConfig config = loop_config(o, profile, *bus);
   const std::string tested = test_machine(o, config);
+  profile.virtuose.limits = config.limits;
   spdlog::info("{}: {}", process, tested);
   const std::unique_ptr<HapticDevice> device = open_device(o, profile, script, *bus, link, herald, stop);
   if (!device) {
