@@ -76,6 +76,21 @@ class VirtuoseBench : public ::testing::Test {
   }
   VirtuoseDevice& open(const std::string& more = "") { return open(setup(more)); }
 
+  template <class Error>
+  std::string refusal(const VirtuoseSetup& s) {
+    try {
+      open(s);
+    } catch (const Error& error) {
+      return error.what();
+    } catch (const std::exception& error) {
+      return std::string("another kind of error: ") + error.what();
+    }
+    return "no error";
+  }
+  static void expect_sentence(const std::string& text, const std::vector<std::string>& parts) {
+    for (const std::string& part : parts) EXPECT_NE(text.find(part), std::string::npos) << part << " in: " << text;
+    EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+  }
   bool tick(DeviceReading& reading, const Wrench<double>& wrench = zero_wrench()) {
     now_ += kTickNs;
     const bool good = device_->read(now_, reading);
