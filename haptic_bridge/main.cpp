@@ -80,16 +80,10 @@ DeviceProfile profile_from(const BridgeOptions& o) {
 }
 
 LoopConfig loop_config(const BridgeOptions& o, const DeviceProfile& profile, const Bus& bus) {
-  LoopConfig config;
+  LoopConfig config = loop_config(profile);
   config.period_ns = std::llround(1e9 / o.rate_hz);
   config.device = o.device_number;
   config.own_session = bus.session();
-  config.gains = profile.gains;
-  config.limits = profile.limits;
-  config.safety = profile.safety;
-  config.passivity = profile.passivity;
-  config.angular_passivity = profile.angular_passivity;
-  config.workspace = profile.workspace;
   return config;
 }
 

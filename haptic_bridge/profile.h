@@ -28,6 +28,18 @@ struct DeviceProfile {
 DeviceProfile read_device_profile(const std::string& path);
 HandScript read_hand_script(const std::string& path);
 
+// The loop's configuration with what the profile says of it.
+inline LoopConfig loop_config(const DeviceProfile& profile) {
+  LoopConfig config;
+  config.gains = profile.gains;
+  config.limits = profile.limits;
+  config.safety = profile.safety;
+  config.passivity = profile.passivity;
+  config.angular_passivity = profile.angular_passivity;
+  config.workspace = profile.workspace;
+  return config;
+}
+
 // The grips of section "grip" by name: "off", "light", "firm".
 inline constexpr HandModel kHandsOff{0, 0.5, 20};
 inline constexpr HandModel kLightGrip{0.15, 3, 100};

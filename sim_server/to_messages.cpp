@@ -100,7 +100,9 @@ ProxySample answer(const ProxyOutput& proxy, std::uint32_t device_number, const 
     s.wrench = {to_array(proxy.force), to_array(proxy.torque)};
     s.blend = proxy.blend;
   }
-  s.gains = {proxy.gains.stiffness, proxy.gains.damping, proxy.gains.angular_stiffness, proxy.gains.angular_damping};
+  // of a proxy without a hand: none, so that no bridge finds them beyond those it asked for
+  if (engaged)
+    s.gains = {proxy.gains.stiffness, proxy.gains.damping, proxy.gains.angular_stiffness, proxy.gains.angular_damping};
   s.energy = proxy.energy;
   return s;
 }

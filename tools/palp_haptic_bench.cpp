@@ -28,7 +28,9 @@ struct Arguments {
   int seeds = 3;
   unsigned jobs = std::max(1u, std::thread::hardware_concurrency());
   std::string out, json, trace;
-  double stiffness = 1000, slew = 300, friction = ArmModel{}.friction;
+  std::string profile = PALP_SOURCE_DIR "/config/devices/simulated.toml";
+  double stiffness = 0;  // of the profile, if 0
+  std::optional<double> slew, friction;
 };
 
 struct Job {
@@ -81,27 +83,31 @@ std::string name_of(const Cell& c) {
 }
 
 std::vector<Cell> cells_of(const Arguments& a) {
+  DeviceProfile profile = read_device_profile(a.profile);
+  profile.limits.force_slew = a.slew.value_or(profile.limits.force_slew);
+  profile.arm.friction = a.friction.value_or(profile.arm.friction);
+  if (a.stiffness > 0) profile.gains.stiffness = a.stiffness;
   std::vector<Cell> cells;
   for (const std::string& hand : a.hand_names)
     for (const double rate : a.rates)
       for (const std::string& link : a.link_names)
         for (const std::string& variant : a.variants)
-          cells.push_back(
-              {hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds, a.slew, {}});
-  for (Cell& c : cells) c.arm.friction = a.friction;
+          cells.push_back({hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds, profile});
   return cells;
 }
 
 // One press of the first cell, tick by tick.
 void write_press(const Arguments& a, const Scene& wall) {
   const Cell cell = cells_of(a).front();
-  const Trace trace = run(wall_press(wall, cell, {a.stiffness, a.dampings.front(), 10, 0.2}, a.seed));
+  const Trace trace = run(wall_press(wall, cell, cell.profile.gains.stiffness, a.dampings.front(), a.seed));
   std::ofstream out(a.trace);
-  out << "t_s,z_m,v_m_s,turn_rad,force_z_N,force_x_N,torque_Nm,port_J,put_in_J,blend,delay_s,state,verdict\n";
+  out << "t_s,z_m,v_m_s,turn_rad,force_z_N,force_x_N,torque_Nm,port_J,put_in_J,blend,delay_s,state,verdict,share,"
+         "energy_J,damping\n";
   for (const Tick& t : trace.ticks)
-    out << fmt::format("{:.3f},{:.7f},{:.5f},{:.6f},{:.4f},{:.4f},{:.5f},{:.6f},{:.6f},{:.3f},{:.5f},{},{}\n", t.t,
-                       t.x.z(), t.v.z(), t.turn.norm(), t.force.z(), t.force.x(), t.torque.norm(), t.port[0],
-                       t.put_in[0], t.blend, t.delay, palp::to_string(t.state), t.verdict);
+    out << fmt::format(
+        "{:.3f},{:.7f},{:.5f},{:.6f},{:.4f},{:.4f},{:.5f},{:.6f},{:.6f},{:.3f},{:.5f},{},{},{:.3f},{:.6f},{:.3f}\n",
+        t.t, t.x.z(), t.v.z(), t.turn.norm(), t.force.z(), t.force.x(), t.torque.norm(), t.port[0], t.put_in[0],
+        t.blend, t.delay, palp::to_string(t.state), t.verdict, t.share, t.energy, t.damping);
   fmt::print("{}: {} ticks, {} sub-steps a step{}\n", name_of(cell), trace.ticks.size(), trace.sub_steps,
              trace.trouble.empty() ? "" : ", " + trace.trouble);
 }
@@ -174,7 +180,8 @@ int main(int argc, char** argv) {
   app.add_option("--jobs", a.jobs, "Threads")->check(CLI::Range(1, 1024));
   app.add_option("--out", a.out, "Markdown file (default: standard output)");
   app.add_option("--trace", a.trace, "CSV file: one press on the wall in the first cell, and nothing else");
-  app.add_option("--stiffness", a.stiffness, "Of the coupling, for --trace [N/m]");
+  app.add_option("--stiffness", a.stiffness, "Of the coupling, instead of the profile's; not for the Z-width [N/m]");
+  app.add_option("--profile", a.profile, "Device profile: limits, gains, simulated arm");
   app.add_option("--slew", a.slew, "The loop's force slew limit [N/s]");
   app.add_option("--friction", a.friction, "Coulomb friction of the arm [N]");
   app.add_option("--json", a.json, "JSON file");

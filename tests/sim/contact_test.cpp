@@ -205,6 +205,8 @@ TEST_P(ContactIn, FlatToolSlidesWithoutRipple) {
     EXPECT_TRUE(within(drawn.contact.ripple(), tol::kRippleOfContact, row("ripple of contact", drawn.contact.ripple())))
         << "contact, yaw " << yaw;
     EXPECT_TRUE(within(across, tol::kRipple, row("push along the way", across)));
+    const double line = spectral_line(drawn.pressed, 1e-3 * kDrawSpeed / 0.01) / drawn.contact.low;
+    EXPECT_TRUE(within(line, tol::kLatticeLine, row("line at speed / spacing", line))) << "line, yaw " << yaw;
   }
 }
 

@@ -16,7 +16,8 @@ set(physics_sources
 
 # what only tools/validate runs: cases that take longer than a test of every day may
 set(validation_sources
-  cantilever_test.cpp closed_system_test.cpp cradle_test.cpp dam_break_box_test.cpp lid_cavity_test.cpp)
+  cantilever_test.cpp closed_system_test.cpp cradle_test.cpp dam_break_box_test.cpp heave_test.cpp lattice_line_test.cpp
+  lid_cavity_test.cpp)
 
 # compiled once for both back ends; ../support/backend.cpp says which one a binary tests
 set(physics_libs palp_bridge palp_simulation palp_scene palp_config)

@@ -12,8 +12,7 @@ inline RunSetup setup_in(const Scene& scene, const Cell& cell, HandScript hand, 
   s.link = cell.link;
   s.variant = cell.variant;
   s.seed = cell.seed;
-  s.force_slew = cell.force_slew;
-  s.arm = cell.arm;
+  s.profile = cell.profile;
   s.hand = std::move(hand);
   s.seconds = seconds;
   return s;

@@ -7,14 +7,6 @@ namespace palp::bench {
 
 namespace {
 
-HandModel hand(double mass, double damping, double stiffness) {
-  HandModel h;
-  h.mass = mass;
-  h.damping = damping;
-  h.stiffness = stiffness;
-  return h;
-}
-
 Keyframe at(double time, const Eigen::Vector3d& x) {
   Keyframe k;
   k.time = time;
@@ -25,8 +17,7 @@ Keyframe at(double time, const Eigen::Vector3d& x) {
 }  // namespace
 
 const std::vector<NamedHand>& hands() {
-  static const std::vector<NamedHand> kHands{
-      {"off", hand(0, 0.5, 20)}, {"light", hand(0.15, 3, 100)}, {"firm", hand(0.5, 10, 500)}};
+  static const std::vector<NamedHand> kHands{{"off", kHandsOff}, {"light", kLightGrip}, {"firm", kFirmGrip}};
   return kHands;
 }
 

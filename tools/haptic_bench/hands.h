@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_bridge/device/simulated.h"
+#include "haptic_bridge/profile.h"
 
 namespace palp::bench {
 

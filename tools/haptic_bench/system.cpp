@@ -13,8 +13,6 @@ namespace {
 constexpr std::int64_t kStart = 1'000'000'000;  // of the bench's clock: stamps must be above zero
 constexpr std::int64_t kPeriod = 1'000'000;     // of the bridge
 constexpr std::uint64_t kBridgeSession = 7, kServerSession = 11;
-// As config/devices/simulated.toml has them.
-const WrenchLimits kLimits{35, 3, 300, 30};
 
 std::int64_t to_ns(double seconds) { return std::llround(1e9 * seconds); }
 double seconds_since_start(std::int64_t t_ns) { return 1e-9 * static_cast<double>(t_ns - kStart); }
@@ -33,7 +31,7 @@ HandleState<double> handle_at_start(const Scene& scene) {
 class BenchArm final : public HapticDevice {
  public:
   explicit BenchArm(const RunSetup& s, const HandleState<double>& home)
-      : faults_(s.faults), arm_(s.arm, s.hand, home, moved(home, s.start)) {}
+      : faults_(s.faults), arm_(s.profile.arm, s.hand, home, moved(home, s.start)) {}
   const DeviceInfo& info() const noexcept override { return arm_.info(); }
   bool read(std::int64_t now_ns, DeviceReading& out) noexcept override {
     const bool good = arm_.read(now_ns, out);
@@ -94,13 +92,14 @@ class BenchServer {
   std::uint64_t sequence_ = 0;
 };
 
-LoopConfig loop_config(const RunSetup& s) {
-  LoopConfig c;
+LoopConfig config_of(const RunSetup& s) {
+  LoopConfig c = loop_config(s.profile);
   c.own_session = kBridgeSession;
-  c.gains = s.gains;
-  c.limits = kLimits;
-  c.limits.force_slew = s.force_slew;
   if (s.variant != Variant::ours) c.blend_time = 0;
+  if (s.variant != Variant::ours || !s.controller) {
+    c.passivity.most_damping = c.angular_passivity.most_damping = 0;
+    c.governor.budget = c.governor.angular_budget = 1e9;
+  }
   return c;
 }
 
@@ -111,7 +110,7 @@ class System {
         home_(handle_at_start(*s.scene)),
         server_(s),
         arm_(s, home_),
-        loop_(loop_config(s), arm_),
+        loop_(config_of(s), arm_),
         up_(s.link.up, 2 * s.seed),
         down_(s.link.down, 2 * s.seed + 1),
         step_ns_(to_ns(1 / s.rate_hz)) {
@@ -205,6 +204,10 @@ class System {
     k.verdict = r.verdict;
     k.delay = 1e-9 * static_cast<double>(r.delay_ns);
     k.blend = r.blend_linear;
+    k.share = loop_.sample().gains.stiffness / setup_.profile.gains.stiffness;
+    k.energy = r.energy_linear;
+    k.damping = r.damping_linear;
+    k.active = r.damping_linear > 0 || r.damping_angular > 0;
     trace_.ticks.push_back(k);
   }
 

@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_bridge/device/simulated.h"
-#include "haptic_bridge/loop.h"
+#include "haptic_bridge/profile.h"
 #include "sim_server/simulation.h"
 #include "tools/haptic_bench/link.h"
 
@@ -34,10 +33,8 @@ struct RunSetup {
   double compute = 0;     // a step's time, from taking the device's sample to sending the answer [s]
   LinkPair link;
   Variant variant = Variant::ours;
-  bool controller = true;  // passivity control, where the loop has one
-  CouplingGains gains{1000, 20, 10, 0.2};
-  double force_slew = 300;  // [N/s]
-  ArmModel arm;
+  bool controller = true;                           // passivity control, and gains that follow the delay
+  DeviceProfile profile;                            // limits, gains, arm
   HandScript hand;                                  // keyframes are offsets from the tool's handle at the start
   Eigen::Vector3d start = Eigen::Vector3d::Zero();  // of the handle, as an offset
   double seconds = 1;
@@ -58,6 +55,8 @@ struct Tick {
   std::int32_t verdict = -1;
   double delay = 0;  // of the device's state that the sample in use was computed from [s]
   double blend = 0;
+  double share = 1;                // of the stiffness that the profile asks for, as the link allows
+  double energy = 0, damping = 0;  // of the passivity controller, linear [J], [N s/m]
 };
 
 struct Trace {

@@ -56,6 +56,7 @@ Press judge(const Trace& trace) {
   }
   for (std::size_t k = first; k < trace.ticks.size(); ++k) {
     const Tick& t = trace.ticks[k];
+    p.share = std::min(p.share, t.share);
     p.peak_force = std::max(p.peak_force, t.force.norm());
     saturated |= t.force.norm() > 0.999 * trace.force_limit;
     engaged &= t.state == LoopState::engaged || t.state == LoopState::degraded;
@@ -73,36 +74,38 @@ Press judge(const Trace& trace) {
 
 }  // namespace
 
-RunSetup wall_press(const Scene& wall, const Cell& cell, const CouplingGains& gains, std::uint64_t seed) {
+RunSetup wall_press(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed) {
   RunSetup s;
   s.scene = &wall;
   s.rate_hz = cell.rate_hz;
   s.link = cell.link;
   s.variant = cell.variant;
-  s.gains = gains;
+  s.profile = cell.profile;
+  s.profile.gains.stiffness = stiffness;
+  s.profile.gains.damping = damping;
   s.hand = push(cell.hand.model, kWait, kReach, {0, 0, -kGap - kBehind});
   s.seconds = kWait + kReach + kHold;
   s.seed = seed;
-  s.force_slew = cell.force_slew;
-  s.arm = cell.arm;
   return s;
 }
 
-Press press_wall(const Scene& wall, const Cell& cell, const CouplingGains& gains, std::uint64_t seed) {
-  return judge(run(wall_press(wall, cell, gains, seed)));
+Press press_wall(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed) {
+  return judge(run(wall_press(wall, cell, stiffness, damping, seed)));
 }
 
 ZWidth z_width(const Scene& wall, const Cell& cell, double damping, bool fine) {
   ZWidth z;
   const auto stable = [&](double stiffness) {
+    double share = 1;
     for (int k = 0; k < cell.seeds; ++k) {
-      const Press p = press_wall(wall, cell, {stiffness, damping, 10, 0.2}, cell.seed + static_cast<std::uint64_t>(k));
+      const Press p = press_wall(wall, cell, stiffness, damping, cell.seed + static_cast<std::uint64_t>(k));
+      share = std::min(share, p.share);
       if (p.stable) continue;
       z.first_unstable = p;
       z.unstable_at = stiffness;
       return false;
     }
-    z.stiffness = stiffness;
+    if (share * stiffness > z.stiffness) z.stiffness = share * stiffness, z.asked = stiffness;
     return true;
   };
   double low = kLeastStiffness;
@@ -130,7 +133,8 @@ std::vector<Row> z_width_rows(const Scene& wall, const Cell& cell, const std::ve
     r.reference = "held wrench 0.9 to 3.0, hard surface 0.8 to 1";
     r.target = fmt::format(">= {:g}", wanted);
     if (cell.variant == Variant::ours) r.pass = r.result >= wanted;
-    if (z.unstable_at > 0) r.note = fmt::format("at {:.3g}: {}", 1e-3 * z.unstable_at, z.first_unstable.why);
+    if (z.asked > 1.01 * z.stiffness) r.note = fmt::format("asked for {:.3g}, lowered for the link; ", 1e-3 * z.asked);
+    if (z.unstable_at > 0) r.note += fmt::format("at {:.3g}: {}", 1e-3 * z.unstable_at, z.first_unstable.why);
     rows.push_back(r);
   }
   return rows;

@@ -14,9 +14,8 @@ struct Cell {
   LinkPair link;
   Variant variant = Variant::ours;
   std::uint64_t seed = 1;
-  int seeds = 1;            // the worst of them counts
-  double force_slew = 300;  // [N/s]
-  ArmModel arm;
+  int seeds = 1;  // the worst of them counts
+  DeviceProfile profile;
 };
 
 // What the last second of a press was like.
@@ -26,6 +25,7 @@ struct Press {
   double turn_rms = 0;    // [rad]
   double hz = 0;          // of the largest oscillation, by its zero crossings
   double peak_force = 0;  // [N]
+  double share = 1;       // of the stiffness asked for, as the loop found right for the link
   double shortfall = 0;   // most energy drawn beyond what the simulation put in, over the whole press [J]
   std::string why;        // not stable
 };
@@ -34,12 +34,13 @@ inline constexpr double kStableRms = 0.05e-3;  // [m]
 inline constexpr double kStableTurn = 1e-3;    // [rad]: the same at 5 cm from the handle
 
 // The run behind press_wall.
-RunSetup wall_press(const Scene& wall, const Cell& cell, const CouplingGains& gains, std::uint64_t seed);
+RunSetup wall_press(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed);
 // Presses on the wall with the hand's intent 20 mm behind it, for four seconds.
-Press press_wall(const Scene& wall, const Cell& cell, const CouplingGains& gains, std::uint64_t seed);
+Press press_wall(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed);
 
 struct ZWidth {
-  double stiffness = 0;    // all tried ones up to it are stable [N/m]; 0: not even the least
+  double stiffness = 0;    // the largest that was rendered; all tried ones up to it are stable [N/m]; 0: none
+  double asked = 0;        // [N/m], for that
   Press first_unstable;    // of the next one
   double unstable_at = 0;  // [N/m]; 0: none up to the largest
 };
