@@ -70,7 +70,7 @@ DeviceProfile profile_from(const BridgeOptions& o) {
                     "config/devices/virtuose_*.toml",
                     o.profile));
   VirtuoseSetup& arm = profile.virtuose;
-  if (!o.library.empty()) arm.library = o.library;
+  if (!o.library.empty()) arm.library = profile.spacenav.library = o.library;
   if (!o.address.empty()) arm.address = o.address;
   arm.mode = o.virtuose_mode.value_or(arm.mode);
   arm.limits = profile.limits;
@@ -146,6 +146,7 @@ std::unique_ptr<HapticDevice> open_device(const BridgeOptions& o, const DevicePr
   const std::optional<Start> start = find_start(o, bus, link, herald, stop);
   if (!start) return nullptr;
   if (o.device == DeviceKind::virtuose) return std::make_unique<VirtuoseDevice>(profile.virtuose, start->at);
+  if (o.device == DeviceKind::spacenav) return std::make_unique<SpacenavDevice>(profile.spacenav, start->at);
   return std::make_unique<SimulatedDevice>(profile.arm, script, start->home, start->at);
 }
 

@@ -48,7 +48,7 @@ class VirtuoseBench : public ::testing::Test {
 
   // A script of the simulated arm, with what every test wants; returns its file.
   std::string script(const std::string& more) {
-    const std::string file = (folder_ / "script.toml").string();
+    std::string file = (folder_ / "script.toml").string();
     std::ofstream(file) << "clock = \"lock_step\"\nregrip = false\nlog = \"calls.log\"\ntrace = \"trace.csv\"\n"
                         << more;
     return file;
