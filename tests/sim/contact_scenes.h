@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cmath>
+#include <complex>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -111,22 +113,39 @@ struct Extent {
   double ripple() const { return (high - low) / low; }
 };
 
+// Amplitude of a curve's part of so many cycles a sample, seen through Hann's window.
+inline double spectral_line(const std::vector<double>& y, double cycles) {
+  double mean = 0, weights = 0;
+  for (const double value : y) mean += value / static_cast<double>(y.size());
+  std::complex<double> sum = 0;
+  for (std::size_t k = 0; k < y.size(); ++k) {
+    const double t = static_cast<double>(k), w = 1 - std::cos(2 * M_PI * (t + 0.5) / static_cast<double>(y.size()));
+    sum += w * (y[k] - mean) * std::polar(1.0, -2 * M_PI * cycles * t);
+    weights += w;
+  }
+  return 2 * std::abs(sum) / weights;
+}
+
 struct DrawnTool {
-  Extent felt, contact;  // upwards
-  double across = 0;     // the most that contact pushes along the way
+  Extent felt, contact;         // upwards
+  double across = 0;            // the most that contact pushes along the way
+  std::vector<double> pressed;  // contact upwards, at each millisecond
 };
 
-// The hand, at a height that presses the tool down with about 5 N, draws it along x with 0.2 m/s.
-inline DrawnTool draw_flat_tool(Simulation& simulation, const Eigen::Quaterniond& orientation, double height = 0.02) {
+inline constexpr double kDrawSpeed = 0.2;
+
+// The hand, at a height that presses the tool down with about 5 N, draws it along x with 0.2 m/s for up to 1.5 s.
+inline DrawnTool draw_flat_tool(Simulation& simulation, const Eigen::Quaterniond& orientation, double height = 0.02,
+                                double seconds = 1.5) {
   DrawnTool drawn;
   StepInput input;
   input[0].engaged = true;
   input[0].state.orientation = orientation;
   input[0].gains = {1000, 20, 10, 0.2};
-  for (int k = 0; k < 2000; ++k) {
+  for (int k = 0; k < 500 + 1000 * seconds; ++k) {
     const double t = std::max(0, k - 500) * 1e-3;
-    input[0].state.position = {-0.15 + 0.2 * t, 0, height};
-    input[0].state.linear = {k < 500 ? 0 : 0.2, 0, 0};
+    input[0].state.position = {-0.15 + kDrawSpeed * t, 0, height};
+    input[0].state.linear = {k < 500 ? 0 : kDrawSpeed, 0, 0};
     const StepOutput& out = simulation.step(input);
     EXPECT_TRUE(out.health.ok) << out.health.cause;
     if (!out.health.ok) return drawn;
@@ -134,6 +153,7 @@ inline DrawnTool draw_flat_tool(Simulation& simulation, const Eigen::Quaterniond
     drawn.felt.take(out.proxies[0].force.z());
     drawn.contact.take(out.proxies[0].contact_force.z());
     drawn.across = std::max(drawn.across, std::abs(out.proxies[0].contact_force.x()));
+    drawn.pressed.push_back(out.proxies[0].contact_force.z());
   }
   return drawn;
 }

@@ -38,34 +38,28 @@ double mean(const Scene& scene, double from, double to, int axis, const std::vec
   return sum / count;
 }
 
-// One end of a thin bar is given a velocity: the pulse passes two places a wave's travel apart at sqrt(E / rho).
-TEST_P(ElasticIn, WavesRunAtTheSpeedOfYoungsModulus) {
-  constexpr double young = 1e5, speed = 10;
-  Scene scene = with_material(young, 0.3, 0, GetParam());
-  add_body(scene, "bar", BodyType::elastic, 0, {0, 0, 0}, {1, 3 * kSpacing, 3 * kSpacing});
+// A smooth pulse of thirty spacings about x = 0.2 of one component of velocity splits into a wave to the left and one
+// to the right. The speed of the latter, from the times at which its peak passes two places.
+double pulse_speed(Scene& scene, int axis, double first, double second) {
   scene.config.rate_hz = 4000;
-  // a smooth pulse of thirty spacings, running to the right: v = f(x), strain = -f / c
-  const auto pulse = [](double x) { return 0.01 * std::pow(std::max(0.0, std::cos(M_PI * (x - 0.2) / 0.3)), 2); };
   for (std::size_t i = 0; i < scene.position.size(); ++i) {
     const double x = scene.position[i].x();
-    if (std::abs(x - 0.2) < 0.15) scene.velocity[i].x() = pulse(x);
+    if (std::abs(x - 0.2) < 0.15) scene.velocity[i][axis] = 0.01 * std::pow(std::cos(M_PI * (x - 0.2) / 0.3), 2);
   }
   const auto simulation = simulate(scene);
   Snapshot snapshot;
-  // velocity alone splits into a wave to the left and one to the right; the latter's peak is watched
   const auto peak_time = [&](double place) {
-    double best = 0, at = 0, before = 0, now = 0;
+    double best = 0, before = 0, now = 0;
     double found = 0;
     for (int k = 0; k < 400; ++k) {
       const StepOutput& out = simulation->step({});
       EXPECT_TRUE(out.health.ok) << out.health.cause;
       simulation->snapshot(snapshot);
-      const double next = mean(scene, place - 0.015, place + 0.015, 0, snapshot.velocity);
+      const double next = mean(scene, place - 0.015, place + 0.015, axis, snapshot.velocity);
       if (now > best && now >= before && now > next) {
         const double shift = 0.5 * (before - next) / (before - 2 * now + next);
         best = now;
-        at = out.time + (shift - 1) / scene.config.rate_hz;
-        found = at;
+        found = out.time + (shift - 1) / scene.config.rate_hz;
         if (best > 0.003) break;
       }
       before = now;
@@ -73,12 +67,47 @@ TEST_P(ElasticIn, WavesRunAtTheSpeedOfYoungsModulus) {
     }
     return found;
   };
-  const double first = peak_time(0.5), second = peak_time(0.8);
-  const double measured = 0.3 / (second - first);
+  const double start = peak_time(first);
+  return (second - first) / (peak_time(second) - start);
+}
+
+// In a thin bar a pulse runs at sqrt(E / rho).
+TEST_P(ElasticIn, WavesRunAtTheSpeedOfYoungsModulus) {
+  constexpr double young = 1e5, speed = 10;
+  Scene scene = with_material(young, 0.3, 0, GetParam());
+  add_body(scene, "bar", BodyType::elastic, 0, {0, 0, 0}, {1, 3 * kSpacing, 3 * kSpacing});
+  const double measured = pulse_speed(scene, 0, 0.5, 0.8);
   RecordProperty("speed_over_exact", std::to_string(measured / speed));
   EXPECT_TRUE(within(measured / speed - 1, tol::kWaveSpeed,
                      {"D13 speed of a wave in a bar", "sqrt(E / rho) = " + quantity(speed, "m/s"),
                       quantity(measured, "m/s"), GetParam(), kPapersStiffness}));
+}
+
+// Without surfaces beside it, in a slab that is periodic across, a pulse along its way runs at sqrt((lambda + 2 mu) /
+// rho), one across its way at sqrt(mu / rho).
+TEST_P(ElasticIn, WavesInBulkRunAtTheirTwoSpeeds) {
+  constexpr double young = 1e5, nu = 0.4, mu = young / (2 * (1 + nu)), lambda = 2 * mu * nu / (1 - 2 * nu);
+  constexpr double across = 6 * kSpacing;
+  const auto measured = [&](int axis, double first, double second) {
+    Scene scene = with_material(young, nu, 0, GetParam());
+    scene.config.numerics.support_over_spacing = 2;
+    scene.config.domain_min = scene.bounds_min = {-1, 0, 0};
+    scene.config.domain_max = scene.bounds_max = {2, across, across};
+    scene.config.periodic = {false, true, true};
+    add_body(scene, "slab", BodyType::elastic, 0, {0, 0, 0}, {1, across, across});
+    return pulse_speed(scene, axis, first, second);
+  };
+  const double along = std::sqrt((lambda + 2 * mu) / 1000), aside = std::sqrt(mu / 1000);
+  const double pressing = measured(0, 0.5, 0.8), shearing = measured(1, 0.4, 0.55);
+  RecordProperty("speed_over_exact", std::to_string(pressing / along));
+  RecordProperty("shear_speed_over_exact", std::to_string(shearing / aside));
+  EXPECT_TRUE(within(
+      pressing / along - 1, tol::kBulkWaveSpeed,
+      {"D13 speed of a pressure wave in bulk, nu = 0.4", "sqrt((lambda + 2 mu) / rho) = " + quantity(along, "m/s"),
+       quantity(pressing, "m/s"), GetParam(), kPapersStiffness}));
+  EXPECT_TRUE(within(shearing / aside - 1, tol::kBulkWaveSpeed,
+                     {"D13 speed of a shear wave in bulk", "sqrt(mu / rho) = " + quantity(aside, "m/s"),
+                      quantity(shearing, "m/s"), GetParam(), kPapersStiffness}));
 }
 
 // A column that hangs from a clamp is longer by rho g L^2 / 2 E, where nothing narrows it.

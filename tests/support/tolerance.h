@@ -62,13 +62,20 @@ inline constexpr Tolerance kCompression{0.012, 0.012, "g H / c^2 = 1 % at c = 10
 inline constexpr Tolerance kDamBreakFront{0.10, 0.10, "of the distance, Martin & Moyce 1952"};
 inline constexpr Tolerance kRitter{0.03, 0.03,
                                    "of the time, which is two spacings of the way; no lower bound is known"};
+inline constexpr Tolerance kImpactTime{0.10, 0.10, "of the time, as for the front of Martin & Moyce"};
+inline constexpr Tolerance kImpactPressure{0.20, 0.20, "of the pressure, as is asked of this case elsewhere"};
+inline constexpr Tolerance kImpactDepth{0.05, 0.05, "of the depth at the start"};
 inline constexpr Tolerance kThroughFloor{1e-6, 1e-6, "of a spacing: no particle's centre gets below the floor"};
 inline constexpr Tolerance kNoParticle{0.5, 0.5, "particles: not one"};
 inline constexpr Tolerance kTilt{0.1, 0.1, "rad, of a box that is released a layer too high"};
 inline constexpr Tolerance kBuoyancy{0.03, 0.03, "of rho g V"};
 inline constexpr Tolerance kDraft{0.4, 0.4,
                                   "of a spacing: the gap at a solid and the level of a free surface; measured -0.26"};
+inline constexpr Tolerance kHeave{0.05, 0.05, "of the period: the draft is off by up to 0.4 dx of the 9 dx that swing"};
+inline constexpr Tolerance kStandingWave{0.02, 0.02,
+                                         "of the period: the free surface is known to half a spacing of depth"};
 inline constexpr Tolerance kShearFlow{0.05, 0.05, "of the middle speed"};
+inline constexpr Tolerance kFilmFlow{0.05, 0.05, "of the surface's speed, as for the flow between plates"};
 inline constexpr Tolerance kTaylorGreen{0.10, 0.10, "of the decay rate over the first 0.1 s at 20 particles a box"};
 inline constexpr Tolerance kLidCavity{0.05, 0.05, "of the speed there, reference D6"};
 // viscosity in stages
@@ -91,6 +98,7 @@ inline constexpr Tolerance kLayerSpeed{0.03, 0.03, "of sqrt(g H); measured 0.019
 inline constexpr Tolerance kRestingNoise{0.005, 0.005, "N, rms: 0.16 % of the lift of 3.2 N; measured 0.0014"};
 // heat, reference C and D17
 inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature difference that drives it"};
+inline constexpr Tolerance kRoundHeat{0.04, 0.04, "as above, over a curved surface made of cells"};
 inline constexpr Tolerance kHeatDecay{0.02, 0.02, "of the decay rate of a sine of 20 particles"};
 inline constexpr Tolerance kMeltFront{1.0, 1.0, "of a spacing: the front is smeared over the particles that melt"};
 inline constexpr Tolerance kMeltSlope{0.03, 0.03, "of the front's slope over sqrt(t)"};
@@ -127,6 +135,8 @@ inline constexpr Tolerance kYoung{0.02, 0.02, "of E, reference D9"};
 inline constexpr Tolerance kPoisson{0.02, 0.02, "of nu, as for E"};
 inline constexpr Tolerance kWaveSpeed{0.05, 0.05,
                                       "of sqrt(E / rho): a pulse of thirty spacings in a bar of three across"};
+inline constexpr Tolerance kBulkWaveSpeed{
+    0.02, 0.02, "of the speed: the discrete wave of a pulse of thirty spacings is 1.5 % late (reference D13)"};
 inline constexpr Tolerance kElasticStatics{0.03, 0.03,
                                            "of the stretch over 16 layers: the strain's step at the clamp is smoothed"};
 inline constexpr Tolerance kSettled{0.01, 0.01, "of the force in the end, from 0.2 s after the tool has stopped"};
@@ -145,6 +155,7 @@ inline constexpr Tolerance kBurstGain{
 inline constexpr Tolerance kRotation{2e-5, 1e-10, "orthonormality and optimality after convergence"};
 inline constexpr Tolerance kFrictionlessSlide{0.01, 0.01, "of the way; the block settles on the plate at first"};
 inline constexpr Tolerance kFrictionSlide{0.02, 0.02, "of the way, reference D14 and D16"};
+inline constexpr Tolerance kRolling{1e-3, 1e-3, "of the speed: it follows from the ball's inertia alone"};
 inline constexpr Tolerance kRestitution{0.02, 0.02,
                                         "of the speed, reference D16; the moment of arrival matters a little"};
 inline constexpr Tolerance kContactMomentum{1e-6, 1e-12, "of the sum of |m v|, reference D16: one force, two signs"};
@@ -162,6 +173,10 @@ inline constexpr Tolerance kSoftSpin{1e-4, 1e-4, "of |m v| times 10 cm, as above
 inline constexpr Tolerance kRipple{1e-3, 1e-3, "of the normal force, reference D19"};
 inline constexpr Tolerance kRippleOfContact{
     2e-3, 1e-3, "as above, before hand and tool smooth it: the last bit of a place in float is 0.05 % of 5 N"};
+inline constexpr Tolerance kLatticeLine{1e-3, 1e-3, "of the normal force, as for the ripple that it is part of"};
+inline constexpr Tolerance kSoftLatticeLine{0.01, 0.01, "of the normal force, reference D19 at 5 N"};
+inline constexpr Tolerance kSoftLatticeLineAlong{
+    0.05, 0.05, "as above, row upon row of balls at once: half of what a hand tells apart, reference D20"};
 inline constexpr Tolerance kDistance{3e-7, 1e-12, "m, of solids a metre large"};
 inline constexpr Tolerance kCouplingForce{1e-4, 1e-9, "of the weight of the tool"};
 inline constexpr Tolerance kCouplingEnergy{2e-3, 1e-3, "first-order time integration of the device's motion"};
