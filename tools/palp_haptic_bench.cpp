@@ -31,6 +31,7 @@ struct Arguments {
   std::string profile = PALP_SOURCE_DIR "/config/devices/simulated.toml";
   double stiffness = 0;  // of the profile, if 0
   std::optional<double> slew, friction;
+  bool uncontrolled = false;
 };
 
 struct Job {
@@ -149,7 +150,8 @@ std::vector<Cell> cells_of(const Arguments& a, const Metric& metric) {
       for (const std::string& link : given_or(a.link_names, links))
         for (const std::string& variant : given_or(a.variants, metric.variants))
           if (variant == "ours" || !a.link_names.empty() || has(listed_links(), link))
-            cells.push_back({hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds, profile});
+            cells.push_back({hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds, profile,
+                             !a.uncontrolled});
   return cells;
 }
 
@@ -255,6 +257,7 @@ int main(int argc, char** argv) {
   app.add_option("--stiffness", a.stiffness, "Of the coupling, instead of the profile's; not for the Z-width [N/m]");
   app.add_option("--profile", a.profile, "Device profile: limits, gains, simulated arm");
   app.add_option("--slew", a.slew, "The loop's force slew limit [N/s]");
+  app.add_flag("--uncontrolled", a.uncontrolled, "Without passivity control and gains that follow the delay");
   app.add_option("--friction", a.friction, "Coulomb friction of the arm [N]");
   app.add_option("--json", a.json, "JSON file");
   CLI11_PARSE(app, argc, argv);
