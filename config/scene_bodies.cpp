@@ -244,7 +244,7 @@ void read_materials(TomlTable& root, SceneConfig& scene) {
     MaterialConfig material;
     material.where = table.where();
     material.name = read_name(table, "material", names_of(scene.materials), false);
-    material.density = table.number("density", {"kg/m^3", 0, 1e6, true}, Need::required).value_or(material.density);
+    material.density = table.number("density", {"kg/m^3", 1e-6, 1e6}, Need::required).value_or(material.density);
     material.viscosity = table.number("viscosity", {"Pa s", 0, 1e9}).value_or(material.viscosity);
     material.surface_tension = table.number("surface_tension", {"N/m", 0, 1e6}).value_or(0);
     material.adhesion = table.number("adhesion", {"N/m", 0, 1e6}).value_or(0);

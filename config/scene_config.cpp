@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "config/scene_reader.h"
@@ -115,6 +116,10 @@ void check_domain(TomlTable& root, const SceneConfig& scene) {
     } else if (high - low > kMostSpacings * dx) {
       table.fault("max", fmt::format("axis {} is {:g} m long, expected at most {:g} m ({:g} spacings)", name,
                                      high - low, kMostSpacings * dx, kMostSpacings));
+    } else if (std::max(std::abs(low), std::abs(high)) > kMostSpacings * dx) {
+      table.fault(high > -low ? "max" : "min",
+                  fmt::format("axis {} reaches {:g} m from the origin, expected at most {:g} m ({:g} spacings)", name,
+                              std::max(std::abs(low), std::abs(high)), kMostSpacings * dx, kMostSpacings));
     } else if (high - low < dx) {
       table.fault("max", fmt::format("axis {} is {:g} m long, expected at least the particle spacing {:g} m", name,
                                      high - low, dx));

@@ -324,6 +324,10 @@ void HapticLoop::describe(std::int64_t now_ns) {
   report_.verdicts = gate_.counts();
   report_.age_ns = record_.age_ns;
   report_.damped_ticks += passivity_.damping() > 0 || angular_passivity_.damping() > 0;
+  report_.dead_man = reading_.dead_man;
+  report_.powered = reading_.powered;
+  report_.chain_closed = reading_.chain_closed;
+  report_.shifted = reading_.shifted;
   report_.strained = reading_.strained;
   report_.gains_share = record_.gains_share;
   report_.force = record_.sent.force.norm();

@@ -102,7 +102,8 @@ struct LoopReport {
   std::uint64_t stale_events = 0;  // times that data went stale
   std::uint64_t trips = 0;         // times that the hand had to let go: stale, overrun, unsound samples
   std::uint64_t damped_ticks = 0;  // of the passivity controller
-  bool strained = false;           // the device is at a bound, too warm or saturated
+  bool dead_man = false, powered = false, chain_closed = false, shifted = false;  // of the last good reading
+  bool strained = false;  // the device is at a bound, too warm or saturated
   double gains_share = 1;
   std::uint64_t passed_over = 0;  // samples of the server that never came to use
   std::array<std::uint64_t, kVerdicts> verdicts{};

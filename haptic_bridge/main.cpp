@@ -70,7 +70,7 @@ DeviceProfile profile_from(const BridgeOptions& o) {
                     "config/devices/virtuose_*.toml",
                     o.profile));
   VirtuoseSetup& arm = profile.virtuose;
-  if (!o.library.empty()) arm.library = o.library;
+  if (!o.library.empty()) arm.library = profile.spacenav.library = o.library;
   if (!o.address.empty()) arm.address = o.address;
   arm.mode = o.virtuose_mode.value_or(arm.mode);
   arm.limits = profile.limits;
@@ -146,6 +146,7 @@ std::unique_ptr<HapticDevice> open_device(const BridgeOptions& o, const DevicePr
   const std::optional<Start> start = find_start(o, bus, link, herald, stop);
   if (!start) return nullptr;
   if (o.device == DeviceKind::virtuose) return std::make_unique<VirtuoseDevice>(profile.virtuose, start->at);
+  if (o.device == DeviceKind::spacenav) return std::make_unique<SpacenavDevice>(profile.spacenav, start->at);
   return std::make_unique<SimulatedDevice>(profile.arm, script, start->home, start->at);
 }
 
@@ -192,7 +193,7 @@ std::string write_log(const FlightLog& log, const std::string& path, std::string
 
 int run(const BridgeOptions& o) {
   // everything the user gave is read before anything is opened
-  const DeviceProfile profile = profile_from(o);
+  DeviceProfile profile = profile_from(o);
   if (o.device == DeviceKind::virtuose) VirtuoseApi(profile.virtuose.library);  // a wrong one is told at once
   const HandScript script = o.hand.empty() ? HandScript{} : read_hand_script(o.hand);
   try {
@@ -212,14 +213,16 @@ int run(const BridgeOptions& o) {
   BusLink link(*bus, o.device_number, bus_threads, ports);
   Herald herald(*bus, process, fmt::format("{}, domain {}", to_string(o.bus.vendor), o.bus.domain));
 
+  // before the arm is opened: its controller drops whoever is silent for two seconds
+  LoopConfig config = loop_config(o, profile, *bus);
+  const std::string tested = test_machine(o, config);
+  profile.virtuose.limits = config.limits;
+  spdlog::info("{}: {}", process, tested);
   const std::unique_ptr<HapticDevice> device = open_device(o, profile, script, *bus, link, herald, stop);
   if (!device) {
     herald.tell_stopped("stopped", "stopped before a server was heard");
     return 0;
   }
-  LoopConfig config = loop_config(o, profile, *bus);
-  const std::string tested = test_machine(o, config);
-  spdlog::info("{}: {}", process, tested);
   HapticLoop loop(config, *device);
   FlightLog log(static_cast<std::size_t>(o.log_seconds * o.rate_hz));
   RealtimeReport scheduling;

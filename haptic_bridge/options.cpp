@@ -23,14 +23,17 @@ struct RawOptions {
 
 void add_device_options(CLI::App& app, RawOptions& raw) {
   BridgeOptions& o = raw.options;
-  const std::map<std::string, DeviceKind> kinds{
-      {"simulated", DeviceKind::simulated}, {"replay", DeviceKind::replay}, {"virtuose", DeviceKind::virtuose}};
+  const std::map<std::string, DeviceKind> kinds{{"simulated", DeviceKind::simulated},
+                                                {"replay", DeviceKind::replay},
+                                                {"virtuose", DeviceKind::virtuose},
+                                                {"spacenav", DeviceKind::spacenav}};
   const std::map<std::string, VirtuoseMode> modes{{"impedance", VirtuoseMode::impedance},
                                                   {"virtmech", VirtuoseMode::mechanism}};
   app.add_option("--device", o.device,
-                 "simulated: an arm in a scripted hand; replay: a recorded path; virtuose: an arm by Haption")
+                 "simulated: an arm in a scripted hand; replay: a recorded path; virtuose: an arm by Haption; "
+                 "spacenav: a 3D mouse, without force")
       ->transform(CLI::CheckedTransformer(kinds).description(""))
-      ->type_name("simulated|replay|virtuose")
+      ->type_name("simulated|replay|virtuose|spacenav")
       ->default_str("simulated");
   app.add_option("--device-number", o.device_number, "which proxy of the scene this device moves")
       ->check(CLI::Range(0u, kMaxDevices - 1))
@@ -40,7 +43,8 @@ void add_device_options(CLI::App& app, RawOptions& raw) {
       ->type_name("FILE");
   app.add_option("--path", o.path, "replay: CSV of time,x,y,z,qx,qy,qz,qw in s and m, world frame")->type_name("FILE");
   app.add_flag("--loop-path", o.loop_path, "replay: begin again at the end (the path must end where it began)");
-  app.add_option("--library", o.library, "virtuose: Haption's VirtuoseAPI, or one like it [libVirtuoseAPI.so]")
+  app.add_option("--library", o.library,
+                 "virtuose: Haption's VirtuoseAPI, or one like it [libVirtuoseAPI.so]; spacenav: [libspnav.so.0]")
       ->type_name("FILE");
   app.add_option("--address", o.address, "virtuose: where its service listens [127.0.0.1#53210]")
       ->type_name("HOST#PORT");
@@ -50,7 +54,8 @@ void add_device_options(CLI::App& app, RawOptions& raw) {
       ->transform(CLI::CheckedTransformer(modes).description(""))
       ->type_name("impedance|virtmech");
   app.add_option("--home", raw.home,
-                 "simulated, virtuose: where the handle begins, X Y Z [QX QY QZ QW] in m, world frame; without it the "
+                 "simulated, virtuose, spacenav: where the handle begins, X Y Z [QX QY QZ QW] in m, world frame; "
+                 "without it the "
                  "proxy's pose in the scene")
       ->expected(3, 7)
       ->type_name("NUMBER");
@@ -126,9 +131,12 @@ void check_together(RawOptions& raw) {
   if (o.device != DeviceKind::simulated && !o.hand.empty())
     throw ConfigError("--hand needs --device simulated; only a simulated arm has a simulated hand");
   if (replay && !raw.home.empty())
-    throw ConfigError("--home needs --device simulated or virtuose; a replayed path is in the world frame");
-  if (o.device != DeviceKind::virtuose && (!o.library.empty() || !o.address.empty() || o.virtuose_mode))
-    throw ConfigError("--library, --address and --virtuose-mode need --device virtuose");
+    throw ConfigError("--home needs --device simulated, virtuose or spacenav; a replayed path is in the world frame");
+  const bool virtuose = o.device == DeviceKind::virtuose;
+  if (!virtuose && o.device != DeviceKind::spacenav && !o.library.empty())
+    throw ConfigError("--library needs --device virtuose or spacenav");
+  if (!virtuose && (!o.address.empty() || o.virtuose_mode))
+    throw ConfigError("--address and --virtuose-mode need --device virtuose");
   if (!raw.home.empty() && raw.home.size() != 3 && raw.home.size() != 7)
     throw ConfigError("--home: expected 3 numbers (position) or 7 (position and quaternion x y z w), got " +
                       std::to_string(raw.home.size()));

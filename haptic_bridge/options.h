@@ -13,7 +13,7 @@
 
 namespace palp {
 
-enum class DeviceKind { simulated, replay, virtuose };
+enum class DeviceKind { simulated, replay, virtuose, spacenav };
 
 struct BridgeOptions {
   DeviceKind device = DeviceKind::simulated;
@@ -22,7 +22,7 @@ struct BridgeOptions {
   std::string hand;     // TOML; empty: holds still
   std::string path;     // CSV of the replay device
   bool loop_path = false;
-  std::string library;  // of the Virtuose; empty: the profile's
+  std::string library;  // of the Virtuose or the 3D mouse; empty: the profile's
   std::string address;
   std::optional<VirtuoseMode> virtuose_mode;
   std::optional<HandleState<double>> home;  // at rest; none: from the scene

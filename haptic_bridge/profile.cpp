@@ -156,6 +156,10 @@ DeviceProfile read_device_profile(const std::string& path) {
   read(table, "torque_limit", {"N m", 0, 20, true}, arm.torque_limit);
 
   read_axes(root.table("axes"), profile.virtuose.axes);
+  TomlTable mouse = root.table("spacenav");
+  if (const auto text = mouse.text("library")) profile.spacenav.library = *text;
+  read(mouse, "speed", {"m/s", 0, 2, true}, profile.spacenav.speed);
+  read(mouse, "turn", {"rad/s", 0, 10, true}, profile.spacenav.turn);
   profile.for_virtuose = root.is_table("virtuose");
   read_virtuose(root.table("virtuose"), profile.virtuose);
   file.finish();

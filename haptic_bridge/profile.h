@@ -5,6 +5,7 @@
 #include <string>
 
 #include "haptic_bridge/device/simulated.h"
+#include "haptic_bridge/device/spacenav.h"
 #include "haptic_bridge/loop.h"
 #include "haptic_bridge/virtuose/session.h"
 #include "idl/messages.h"
@@ -20,6 +21,7 @@ struct DeviceProfile {
   PassivityConfig passivity = LoopConfig{}.passivity, angular_passivity = LoopConfig{}.angular_passivity;
   WorkspaceConfig workspace;
   ArmModel arm;               // of the simulated device; others have none
+  SpacenavSetup spacenav;     // of the 3D mouse
   bool for_virtuose = false;  // it has a table [virtuose]
   VirtuoseSetup virtuose;     // library, address, mode, device type, relay time, axes
 };

@@ -15,6 +15,28 @@ namespace {
 constexpr std::size_t kMaxCsvBytes = std::size_t{4} << 30;
 constexpr std::array<std::string_view, 8> kColumns{"x", "y", "z", "vx", "vy", "vz", "temperature", "volume"};
 constexpr std::size_t kAbsent = 1000;
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // that spreadsheets put before UTF-8
+
+struct ColumnRange {
+  double low, high;
+};
+
+// Which numbers a column may have. A particle of quite another size than the rest has no neighbours to speak of.
+ColumnRange range_of(std::size_t column, double default_volume) {
+  if (column == 6) return {0, 1e5};
+  if (column == 7) return {1e-3 * default_volume, 1e3 * default_volume};
+  return {-1e9, 1e9};
+}
+
+std::string expected_of(std::size_t column, double default_volume) {
+  const auto [low, high] = range_of(column, default_volume);
+  if (column == 6) return fmt::format("a number in K from {:g} to {:g}", low, high);
+  if (column == 7) {
+    return fmt::format("a number in m^3 from {:g} to {:g}, a thousandth to a thousand times the spacing cubed", low,
+                       high);
+  }
+  return "a finite number";
+}
 
 std::vector<std::string_view> split(std::string_view line) {
   std::vector<std::string_view> cells;
@@ -59,6 +81,7 @@ Particles parse_particle_csv(std::string_view text, const std::string& path, dou
   Particles out;
   std::array<std::size_t, 8> column{};
   std::size_t columns = 0;
+  if (text.substr(0, kByteOrderMark.size()) == kByteOrderMark) text.remove_prefix(kByteOrderMark.size());
   for (std::size_t line_number = 1; !text.empty(); ++line_number) {
     const std::size_t end = text.find('\n');
     const std::string_view line = text.substr(0, end);
@@ -79,13 +102,10 @@ Particles parse_particle_csv(std::string_view text, const std::string& path, dou
     for (std::size_t c = 0; c < kColumns.size(); ++c) {
       if (column[c] == kAbsent) continue;
       const auto number = parse_number(cells[column[c]]);
-      const double low = c >= 6 ? 0 : -1e9;
-      if (!number || *number < low || *number > 1e9 || (c == 7 && *number == 0)) {
-        throw ConfigError(fmt::format("{}: {} is '{}', expected a finite number{}", where(), kColumns[c],
-                                      cells[column[c]].substr(0, 40),
-                                      c == 7   ? " above 0"
-                                      : c == 6 ? " of at least 0"
-                                               : ""));
+      const auto [low, high] = range_of(c, default_volume);
+      if (!number || *number < low || *number > high) {
+        throw ConfigError(fmt::format("{}: {} is '{}', expected {}", where(), kColumns[c],
+                                      cells[column[c]].substr(0, 40), expected_of(c, default_volume)));
       }
       value[c] = *number;
     }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 
 #include "sim_server/point_grid.h"
@@ -12,6 +13,7 @@ namespace {
 
 constexpr double kNearest = 0.5;      // of a spacing, between bodies
 constexpr double kCoincident = 1e-3;  // of a spacing, within a body
+constexpr double kElastic = 0.5;      // of a spacing, within an elastic body: nearer ones are too stiff for a step
 constexpr double kSurface = 1e-6;     // of a spacing, the rounding of a place on a surface
 
 std::string place(const Eigen::Vector3d& p) { return fmt::format("({:.4g}, {:.4g}, {:.4g}) m", p.x(), p.y(), p.z()); }
@@ -28,16 +30,24 @@ class Pairs {
     const std::uint32_t later = std::max(a, b);
     const std::string text =
         a == b
-            ? fmt::format(
-                  "body '{}' has two particles in one place, near {}; a body in a periodic domain may not be "
-                  "longer than the period",
-                  bodies[a].name, place(at))
+            ? crowded(bodies[a], at)
             : fmt::format("body '{}' overlaps body '{}' near {}; move one of them or subtract the one from the other",
                           bodies[later].name, bodies[std::min(a, b)].name, place(at));
     faults_.push_back(bodies[later].where + ": " + text);
   }
 
  private:
+  std::string crowded(const BodyConfig& body, const Eigen::Vector3d& at) const {
+    const bool loose = body.shapes.front().type == ShapeType::particles;
+    const auto& periodic = scene_.config.periodic;
+    const bool wraps = std::find(periodic.begin(), periodic.end(), true) != periodic.end();
+    return fmt::format("body '{}' has two particles {}, near {}{}{}", body.name,
+                       body.type == BodyType::elastic
+                           ? fmt::format("less than {:g} m (half a spacing) apart", kElastic * scene_.spacing)
+                           : "in one place",
+                       place(at), loose ? "; leave one of them out of " + body.shapes.front().file : "",
+                       wraps ? "; a body in a periodic domain may not be longer than the period" : "");
+  }
   const Scene& scene_;
   std::vector<std::string>& faults_;
   std::set<std::pair<std::uint32_t, std::uint32_t>> seen_;
@@ -98,7 +108,9 @@ void check_distances(const Scene& scene, std::vector<std::string>& faults) {
   for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
     grid.near(scene.position[i], [&](std::uint32_t j) {
       if (j <= i) return;
-      const double limit = (scene.body[i] == scene.body[j] ? kCoincident : kNearest) * scene.spacing * (1 - 1e-6);
+      const bool elastic = scene.bodies[scene.body[i]].type == BodyType::elastic;
+      const double within = elastic ? kElastic : kCoincident;
+      const double limit = (scene.body[i] == scene.body[j] ? within : kNearest) * scene.spacing * (1 - 1e-6);
       if (box.between(scene.position[i], scene.position[j]).norm() < limit) {
         pairs.overlap(scene.body[i], scene.body[j], scene.position[i]);
       }

@@ -17,8 +17,8 @@ void check_inside_domain(Scene& scene, std::vector<std::string>& faults);
 // loose particles.
 void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& solids, std::vector<std::string>& faults);
 
-// Particles of two bodies nearer than half a spacing, and particles of one body on top of each other. One fault for
-// each pair of bodies.
+// Particles of two bodies, or of one elastic body, nearer than half a spacing, and particles of any other body on top
+// of each other. One fault for each pair of bodies.
 void check_distances(const Scene& scene, std::vector<std::string>& faults);
 
 }  // namespace palp

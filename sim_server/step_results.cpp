@@ -34,6 +34,14 @@ bool is_sane(const DeviceInput& in) {
   return turn > 0.5 && turn < 2 && std::isfinite(g.stiffness + g.damping + g.angular_stiffness + g.angular_damping);
 }
 
+// Of the blend (step_results.h).
+constexpr double kSlowTime = 0.02;   // of the means that changes are measured from [s]
+constexpr double kBlendTime = 0.01;  // of the mean over changes [s]
+constexpr double kLeastWay = 1e-5;   // [m]: past what encoders make of a hand at rest
+constexpr double kLeastTurn = 1e-4;  // [rad]
+
+double share_of_slow_mean(double step) { return 1 - std::exp(-step / kSlowTime); }
+
 // The device after dt, moving on with its twist, as the sub-steps see it.
 RigidState moved_on(RigidState s, double dt) {
   s.position += dt * s.linear;
@@ -130,7 +138,7 @@ void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const 
     out.force.setZero();
     out.torque.setZero();
     out.blend = {};
-    m.known = false;
+    m = {};
     return;
   }
   out.device = moved_on(input.state, step_);
@@ -141,25 +149,25 @@ void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const 
   out.torque = wrench.torque;
   out.energy[0] += b.work[0];
   out.energy[1] += b.work[1];
-  if (m.known) {
-    const double decay = std::exp(-step_ / 0.005);
-    out.blend[0] = m.linear.update(out.state.position - m.proxy.position, out.device.position - m.device.position,
-                                   2e-3 * step_, decay);
-    out.blend[1] =
-        m.angular.update(rotation_between(m.proxy.orientation, out.state.orientation),
-                         rotation_between(m.device.orientation, out.device.orientation), 2e-2 * step_, decay);
-  }
-  m.device = out.device;
-  m.proxy = out.state;
+  if (!m.known) m.slow = out.device;
+  const double share = share_of_slow_mean(step_);
+  m.slow.position += share * (out.device.position - m.slow.position);
+  m.slow.orientation = m.slow.orientation.slerp(share, out.device.orientation);
+  const Eigen::Vector3d turn = rotation_between(m.slow.orientation, out.device.orientation);
+  out.blend[0] =
+      m.linear.update(out.contact_force, out.device.position - m.slow.position, out.gains.stiffness, kLeastWay, step_);
+  out.blend[1] = m.angular.update(out.contact_torque, turn, out.gains.angular_stiffness, kLeastTurn, step_);
   m.known = true;
 }
 
-double StepResults::Blend::update(const Eigen::Vector3d& proxy_motion, const Eigen::Vector3d& device_motion,
-                                  double least, double decay) {
-  along = decay * along + (1 - decay) * proxy_motion.dot(device_motion);
-  device = decay * device + (1 - decay) * device_motion.squaredNorm();
+double StepResults::Blend::update(const Eigen::Vector3d& force, const Eigen::Vector3d& way, double stiffness,
+                                  double least, double step) {
+  slow_force += share_of_slow_mean(step) * (force - slow_force);
+  const double share = 1 - std::exp(-step / kBlendTime);
+  answered += share * (-(force - slow_force).dot(way) - answered);
+  asked += share * (stiffness * way.squaredNorm() - asked);
   // a hand that rests tells nothing new
-  if (device > least * least) value = std::clamp(1 - along / device, 0.0, 1.0);
+  if (asked > stiffness * least * least) value = std::clamp(answered / asked, 0.0, 1.0);
   return value;
 }
 

@@ -32,13 +32,20 @@ class StepResults {
   void judge(const HealthSums& sums, std::uint32_t crowded, Health& health) const;
 
   // Estimates how far the proxy is held back: 1 - (its motion along the device's) / (the device's motion).
+  // How much of the coupling's stiffness a contact answers with, 1 for a rigid one, ke / (K + ke) for an elastic one, 0
+  // in free space and in fluid: by how much the contact's force changes with the device's place over some
+  // hundredths of a second. What the proxy's own mass makes it lag, and what a link makes of the device's
+  // motion, is no contact.
   struct Blend {
-    double along = 0, device = 0, value = 0;
-    double update(const Eigen::Vector3d& proxy_motion, const Eigen::Vector3d& device_motion, double least,
-                  double decay);
+    Eigen::Vector3d slow_force = Eigen::Vector3d::Zero();
+    double answered = 0, asked = 0;  // means of -dF . dx and K dx^2
+    double value = 0;
+    // way: of the device from its own slow mean; least: of it that tells anything.
+    double update(const Eigen::Vector3d& force, const Eigen::Vector3d& way, double stiffness, double least,
+                  double step);
   };
   struct ProxyMemory {
-    RigidState device, proxy;
+    RigidState slow;  // of the device
     bool known = false;
     Blend linear, angular;
   };

@@ -123,15 +123,17 @@ void Arm::follow_hand() {
 
 // In the arm's frame, on the hand.
 Vector Arm::wanted_force() const {
-  if (mode == kVirtImpedance) return active_.force;
+  const Vec3 more = linear(active_.more), more_torque = angular(active_.more);
+  if (mode == kVirtImpedance) return vector_of(linear(active_.force) + more, angular(active_.force) + more_torque);
   if (mode != kVirtMechanism || !attached) return {};
   const Vec3 x = place(shown_.avatar), v = linear(shown_.speed), w = angular(shown_.speed);
   const Quat q = turn(shown_.avatar);
   // these gains are given rotation first
   const Vec3 kt = angular(stiffness), kr = linear(stiffness), bt = angular(damping), br = linear(damping);
   return vector_of(
-      kt.cwiseProduct(place(active_.target) - x) + bt.cwiseProduct(linear(active_.target_speed) - v),
-      kr.cwiseProduct(rotation_between(q, turn(active_.target))) + br.cwiseProduct(angular(active_.target_speed) - w));
+      more + kt.cwiseProduct(place(active_.target) - x) + bt.cwiseProduct(linear(active_.target_speed) - v),
+      more_torque + kr.cwiseProduct(rotation_between(q, turn(active_.target))) +
+          br.cwiseProduct(angular(active_.target_speed) - w));
 }
 
 Vector Arm::limited(Vector force) {
@@ -164,6 +166,7 @@ void Arm::measure() {
   }
   if (ticks_ == 0) x_offset_.setZero(), q_offset_.setIdentity();
   indexing_ = indexing;
+  t_measured_ = ticks_;
   shown_ = {pose_of(x + x_offset_, (q_offset_ * q).normalized()), pose_of(x, q),
             vector_of(to_arm(state_.v), to_arm(state_.w))};
 }
@@ -206,7 +209,13 @@ Command& Arm::next_command() {
   return underway_.back();
 }
 
-void Arm::send(const Vector& force) { next_command().force = force; }
+void Arm::send(const Vector& force) {
+  Command& command = next_command();
+  command.force = force;
+  command.more = {};
+}
+
+void Arm::add(const Vector& force) { next_command().more = force; }
 
 void Arm::send_target(const Pose* pose, const Vector* speed) {
   Command& command = next_command();

@@ -21,6 +21,7 @@ using Vector = std::array<float, 6>;
 struct Command {
   double time = 0;
   Vector force{};
+  Vector more{};  // added to it
   Pose target{0, 0, 0, 0, 0, 0, 1};
   Vector target_speed{};
 };
@@ -31,6 +32,7 @@ class Arm {
 
   // Steps the controller until time t [s since virtOpen].
   void advance_to(double t);
+  double measured_at() const { return 1e-3 * static_cast<double>(t_measured_); }
   double time() const { return 1e-3 * static_cast<double>(ticks_); }
   // Whether an event of this kind is on; its value, if it is.
   bool is_on(EventKind kind, double* value = nullptr) const;
@@ -48,6 +50,7 @@ class Arm {
   unsigned alarms() const;
 
   void send(const Vector& force);
+  void add(const Vector& force);  // to what is sent or coupled, until the next add or send
   void send_target(const Pose* pose, const Vector* speed);
   void attach();  // the mechanism, at the target that was sent last
   void cut();     // the watchdog's: no force from here on, until power is asked for anew
@@ -77,6 +80,7 @@ class Arm {
   std::unique_ptr<SimulatedDevice> plant_;
   HandleState<double> state_;  // measured, room
   std::int64_t ticks_ = 0;
+  std::int64_t t_measured_ = 0;  // [ms]
 
   bool holds_ = false;
   double t_hold_ = 0;    // of the last change

@@ -84,6 +84,7 @@ PALP_EXPORT VirtContext virtOpen(const char* address) {
 }
 
 PALP_EXPORT int virtClose(VirtContext context) {
+  end_periodic_loop();
   const int result = call("virtClose", context, [](Arm& arm) {
     if (arm.power_wanted) device().remark("virtClose with the power on");
     return palp::kVirtNoError;

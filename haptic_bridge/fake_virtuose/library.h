@@ -27,6 +27,7 @@ struct Connection {
   std::string open_failure;
 };
 Connection& connection();
+void end_periodic_loop();  // waits for it
 
 template <class Work>
 int call(const char* name, VirtContext context, const std::string& arguments, Work&& work, bool reads_pose = false) {

@@ -299,6 +299,7 @@ TEST_F(BridgeProcess, RefusesBadInputWithOneClearMessage) {
       {{"--device", "virtuose", "--profile", PALP_SOURCE_DIR "/config/devices/simulated.toml"}, "[virtuose]"},
       {{"--device", "virtuose", "--virtuose-mode", "force"}, "--virtuose-mode"},
       {{"--library", "x.so"}, "--device virtuose"},
+      {{"--device", "spacenav", "--library", "libno_such.so", "--home", "0", "0", "0"}, "cannot be loaded"},
       {{"--device", "virtuose", "--hand", "x"}, "--hand"},
   };
   for (const auto& [arguments, expected] : cases) {

@@ -48,7 +48,7 @@ class VirtuoseBench : public ::testing::Test {
 
   // A script of the simulated arm, with what every test wants; returns its file.
   std::string script(const std::string& more) {
-    const std::string file = (folder_ / "script.toml").string();
+    std::string file = (folder_ / "script.toml").string();
     std::ofstream(file) << "clock = \"lock_step\"\nregrip = false\nlog = \"calls.log\"\ntrace = \"trace.csv\"\n"
                         << more;
     return file;
@@ -76,6 +76,21 @@ class VirtuoseBench : public ::testing::Test {
   }
   VirtuoseDevice& open(const std::string& more = "") { return open(setup(more)); }
 
+  template <class Error>
+  std::string refusal(const VirtuoseSetup& s) {
+    try {
+      open(s);
+    } catch (const Error& error) {
+      return error.what();
+    } catch (const std::exception& error) {
+      return std::string("another kind of error: ") + error.what();
+    }
+    return "no error";
+  }
+  static void expect_sentence(const std::string& text, const std::vector<std::string>& parts) {
+    for (const std::string& part : parts) EXPECT_NE(text.find(part), std::string::npos) << part << " in: " << text;
+    EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+  }
   bool tick(DeviceReading& reading, const Wrench<double>& wrench = zero_wrench()) {
     now_ += kTickNs;
     const bool good = device_->read(now_, reading);

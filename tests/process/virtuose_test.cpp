@@ -15,11 +15,12 @@ class VirtuoseProcess : public RunningSystem {
     write(profile,
           "name = \"test\"\n[limits]\nforce = 10\ntorque = 1\n[safety]\noverrun_ms = 0\nlate_ticks = 0\n"
           "[workspace]\nreference = \"relative\"\n[virtuose]\ndevice_type = 3\nrelay_time = 0.15\n");
-    std::vector<std::string> arguments{"--device",  "virtuose",
-                                       "--library", PALP_LIB_DIR "/libvirtuose_sim.so",
-                                       "--address", arm,
-                                       "--profile", profile,
-                                       "--log",     folder_ / "flight.csv"};
+    std::vector<std::string> arguments{"--device",    "virtuose",
+                                       "--library",   PALP_LIB_DIR "/libvirtuose_sim.so",
+                                       "--address",   arm,
+                                       "--profile",   profile,
+                                       "--log",       folder_ / "flight.csv",
+                                       "--self-test", "0"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     bridge_ = start_tool("haptic_bridge", Vendor::cyclone, arguments);
   }
@@ -40,8 +41,10 @@ TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure
       "[[event]]\nevent = \"dead_man_up\"\ntime = 2\nduration = 0.3\n"
       "[[event]]\nevent = \"error\"\ntime = 3.5\ncall = \"virtGetSpeed\"\nvalue = 11\n");
   ASSERT_TRUE(force_is_felt(watcher)) << said();
+  EXPECT_TRUE(watcher.sees([&] { return watcher.has_event("virtGetSpeed failed"); })) << said();
   EXPECT_EQ(bridge_->wait(), 1) << said();
   EXPECT_NE(said().find("virtGetSpeed failed: the hardware has failed (error 11)"), std::string::npos) << said();
+  EXPECT_TRUE(watcher.has_event("the hand is off the dead-man switch")) << said();
   EXPECT_NE(summary("haptic_bridge").find("\"healthy\": false"), std::string::npos);
   stop_server();
 

@@ -41,6 +41,28 @@ double sliding_acceleration(const Scene& scene, double slope) {
   return (slide(scene, slope, {0.2, 0.1, 0.7}).speed - slide(scene, slope, {0.2, 0.1, 0.2}).speed) / 0.5;
 }
 
+// A ball thrown along a table slides, and rolls from 2 v / (7 mu g) on, with 5/7 of its speed (Coriolis 1835).
+TEST(Contact, ASlidingBallBeginsToRoll) {
+  constexpr double mu = 0.3, radius = 0.05, speed = 1, rolling = 5. / 7 * speed;
+  SceneConfig config = contact_scene(0.02, mu, 0);
+  config.bodies = {at(body("table", BodyType::fixed, box({1.3, 0.3, 0.06})), {0, 0, -0.03}),
+                   at(body("ball", BodyType::rigid, sphere(radius)), {-0.5, 0, radius}, {speed, 0, 0})};
+  const auto simulation = simulate(sampled(config));
+  const RigidState& ball = simulation->output().bodies[1].state;
+  run(*simulation, 0.05);
+  const double slowed = (speed - ball.linear.x()) / 0.05;
+  EXPECT_TRUE(within(slowed / (mu * kGravity) - 1, tol::kFrictionSlide,
+                     {"Ball thrown along a table: acceleration while it slides",
+                      "mu g = " + quantity(mu * kGravity, "m/s^2"), quantity(slowed, "m/s^2")}));
+  run(*simulation, 0.25);
+  EXPECT_TRUE(within(ball.linear.x() / rolling - 1, tol::kRolling,
+                     {"Ball thrown along a table: speed when it rolls", "5/7 v = " + quantity(rolling, "m/s"),
+                      quantity(ball.linear.x(), "m/s")}));
+  EXPECT_TRUE(within(ball.angular.y() * radius / rolling - 1, tol::kRolling,
+                     {"Ball thrown along a table: its rim's speed when it rolls", quantity(rolling, "m/s"),
+                      quantity(ball.angular.y() * radius, "m/s")}));
+}
+
 TEST(Contact, FrictionHoldsBelowItsAngleAndDragsAboveIt) {
   for (const double mu : {0.2, 0.5}) {
     SCOPED_TRACE(mu);

@@ -67,6 +67,7 @@ TEST_P(DamBreakOnABox, PressesAndSinksAsMeasured) {
                               {0.66, 3633, 0.1251, 0.3755},
                               {0.68, 3635, 0.1264, 0.3690}};
   SceneOverrides overrides;
+  overrides.accuracy = Accuracy::accurate;
   overrides.method = GetParam();
   const Scene scene = sample_scene(load_scene(source_file("config/scenes/dam_break_box.toml"), overrides), 1000000);
   const Body& water = body_named(scene, "water");
@@ -102,12 +103,16 @@ TEST_P(DamBreakOnABox, PressesAndSinksAsMeasured) {
   high /= samples;
   const std::string title = "D3 dam break on a box (SPHERIC test 2): ";
   const auto row = [&](const std::string& what, double reference, double found, const std::string& unit) {
-    return ValidationCase{title + what, quantity(reference, unit) + kKleefsman, quantity(found, unit), GetParam(),
-                          kPapersImpact};
+    return ValidationCase{title + what,          quantity(reference, unit) + kKleefsman,
+                          quantity(found, unit), GetParam(),
+                          kPapersImpact,         nullptr};
   };
+  ValidationCase on_front = row("pressure on its front, 0.61 to 0.69 s", 1e-3 * expected, 1e-3 * mean, "kPa");
+  on_front.is_off =
+      "the box is four or five spacings high and the jet along its front thinner than the kernel: 41 % low at 40 mm, "
+      "36 % at 30 mm";
   EXPECT_TRUE(within(arrival / 0.405 - 1, tol::kImpactTime, row("2.5 kPa at the lowest probe", 0.405, arrival, "s")));
-  EXPECT_TRUE(within(mean / expected - 1, tol::kImpactPressure,
-                     row("pressure on its front, 0.61 to 0.69 s", 1e-3 * expected, 1e-3 * mean, "kPa")));
+  EXPECT_TRUE(within(mean / expected - 1, tol::kImpactPressure, on_front));
   EXPECT_TRUE(within((low - expected_low) / 0.55, tol::kImpactDepth,
                      row("depth before the box, 0.61 to 0.69 s", expected_low, low, "m")));
   EXPECT_TRUE(within((high - expected_high) / 0.55, tol::kImpactDepth,

@@ -232,5 +232,40 @@ TEST(HeatFlow, ACubeLosesHeatOnAllSides) {
   expect_cooling(scene, 6 * 0.36, 0.216, tol::kCubeLoss, "Cube that loses heat to air on all sides: rate");
 }
 
+// A ball at 1 K in a shell held at 0 K: T = 2 R / (pi r) sum (-1)^(n+1) / n sin(n pi r / R) exp(-n^2 pi^2 alpha t /
+// R^2) (Carslaw & Jaeger 1959, 9.3).
+TEST(HeatFlow, ABallCoolsInAShell) {
+  constexpr double dx = 0.1, radius = 1, shell = 1.3;
+  Scene scene = empty_scene(dx, Eigen::Vector3d::Constant(-shell), Eigen::Vector3d::Constant(shell));
+  scene.config.gravity.setZero();
+  scene.config.rate_hz = 400;
+  const auto stuff = add_conductor(scene, 1);
+  const auto low = scene.config.domain_min, high = scene.config.domain_max;
+  add_body(scene, "ball", BodyType::fixed, stuff, low, high, [](const auto& x) { return x.norm() < radius; });
+  scene.temperature.assign(scene.position.size(), 1);
+  add_body(scene, "shell", BodyType::fixed, stuff, low, high,
+           [](const auto& x) { return x.norm() >= radius && x.norm() < shell; });
+  scene.temperature.resize(scene.position.size(), 0);
+  scene.bodies[1].holds_temperature = true;
+  const auto simulation = simulate(scene);
+  Snapshot s;
+  for (const double t : {0.1, 0.2}) {
+    while (simulation->output().time < t - 1e-9)
+      ASSERT_TRUE(simulation->step({}).health.ok) << simulation->output().health.cause;
+    simulation->snapshot(s);
+    double worst = 0;
+    for (std::uint32_t i = 0; i < scene.bodies[0].count; ++i) {
+      const double r = scene.position[i].norm() / radius;
+      double exact = 0;
+      for (int n = 1; n < 30; ++n)
+        exact += (n % 2 ? 2 : -2) / (n * M_PI * r) * std::sin(n * M_PI * r) * std::exp(-n * n * M_PI * M_PI * t);
+      worst = std::max(worst, std::abs(s.temperature[i] - exact));
+    }
+    EXPECT_TRUE(within(worst, tol::kRoundHeat,
+                       {"Ball of 10 spacings that cools in a shell: profile", "series of Carslaw & Jaeger, worst place",
+                        quantity(worst, "K off, of 1 K at t = ") + quantity(t, "R^2 / alpha")}));
+  }
+}
+
 }  // namespace
 }  // namespace palp::testing

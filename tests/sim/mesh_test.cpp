@@ -235,6 +235,8 @@ TEST(ParticleCsv, ReadsColumnsInAnyOrder) {
   const Particles q = parse_particle_csv("x,y,z\n1,2,3", "p.csv", 0.25, 10);
   EXPECT_TRUE(q.velocity.empty());
   EXPECT_TRUE(q.temperature.empty());
+  // as spreadsheets write it
+  EXPECT_EQ(parse_particle_csv("\xef\xbb\xbfx,y,z\r\n1,2,3\r\n", "p.csv", 0.25, 10).position.size(), 1u);
   EXPECT_EQ(q.volume, std::vector<double>{0.25});
 }
 
@@ -249,7 +251,13 @@ TEST(ParticleCsv, NamesFaultsWithTheirLine) {
   EXPECT_EQ(csv_fault("x,y,z\n1,2\n"), "p.csv:2: the row has 2 cells, expected 3 as in the header");
   EXPECT_EQ(csv_fault("x,y,z\n1,2,3\n1,nan,3\n"), "p.csv:3: y is 'nan', expected a finite number");
   EXPECT_EQ(csv_fault("x,y,z\n1,2,\n"), "p.csv:2: z is '', expected a finite number");
-  EXPECT_EQ(csv_fault("x,y,z,volume\n1,2,3,0\n"), "p.csv:2: volume is '0', expected a finite number above 0");
+  const std::string sizes = "a number in m^3 from 0.001 to 1000, a thousandth to a thousand times the spacing cubed";
+  for (const char* volume : {"0", "-1", "1e-300", "0.0009", "1001", "1e9", "big"})
+    EXPECT_EQ(csv_fault(std::string("x,y,z,volume\n1,2,3,") + volume + "\n"),
+              std::string("p.csv:2: volume is '") + volume + "', expected " + sizes);
+  for (const char* temperature : {"-5", "1e9", "inf"})
+    EXPECT_EQ(csv_fault(std::string("x,y,z,temperature\n1,2,3,") + temperature + "\n"),
+              std::string("p.csv:2: temperature is '") + temperature + "', expected a number in K from 0 to 100000");
   EXPECT_EQ(csv_fault("x,y,z\n1,1,1\n1,1,1\n1,1,1\n1,1,1\n"),
             "p.csv:5: more than 3 particles, which is what memory here allows");
 }

@@ -4,7 +4,8 @@ set(physics_support_sources ../support/equations.cpp ../support/validation.cpp)
 set(physics_host_sources
   distance_test.cpp elastic_test.cpp kernels_test.cpp neighbors_test.cpp pieces_test.cpp plastic_test.cpp tear_test.cpp)
 set(physics_unit_sources
-  conservation_test.cpp contact_test.cpp equations_test.cpp health_test.cpp heat_test.cpp kept_lists_test.cpp plan_test.cpp
+  conservation_test.cpp contact_test.cpp equations_test.cpp health_test.cpp heat_test.cpp kept_lists_test.cpp
+  odd_bodies_test.cpp plan_test.cpp
   proxy_test.cpp rigid_test.cpp rigidify_test.cpp state_change_test.cpp viscosity_test.cpp)
 set(physics_sources
   batter_test.cpp buoyancy_test.cpp change_motion_test.cpp cohesion_test.cpp contact_motion_test.cpp

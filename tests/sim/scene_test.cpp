@@ -242,7 +242,19 @@ TEST_F(FileScene, ParticlesComeFromCsvWithPoseAndVelocity) {
   EXPECT_EQ(s.temperature, (std::vector<double>{290, 291}));
   EXPECT_NEAR(s.volume[0], 1e-3, 1e-15);
   config.bodies[0].shapes[0].file = write("twice.csv", "x,y,z\n0,0,0\n0,0,0\n");
-  EXPECT_NE(fault_of(config).find("has two particles in one place"), std::string::npos);
+  EXPECT_EQ(fault_of(config),
+            "s.toml:1: body 'p' has two particles in one place, near (0, 0, 0.5) m; leave one of them out of " +
+                config.bodies[0].shapes[0].file);
+  // springs between elastic particles get stiffer than a step allows as they get nearer
+  config.bodies[0].type = BodyType::elastic;
+  config.materials[0].young_modulus = 1e5;
+  config.bodies[0].shapes[0].file = write("near.csv", "x,y,z\n0,0,0\n0.049,0,0\n0.2,0,0\n");
+  EXPECT_EQ(fault_of(config),
+            "s.toml:1: body 'p' has two particles less than 0.05 m (half a spacing) apart, near (0, 0, 0.5) m; "
+            "leave one of them out of " +
+                config.bodies[0].shapes[0].file);
+  config.bodies[0].shapes[0].file = write("apart.csv", "x,y,z\n0,0,0\n0.051,0,0\n0.2,0,0\n");
+  EXPECT_EQ(fault_of(config), "");
   config.bodies[0].shapes[0].file = write("bad.csv", "x,y,z\n0,0,zero\n");
   EXPECT_NE(fault_of(config).find("bad.csv:2: z is 'zero', expected a finite number"), std::string::npos);
 }

@@ -128,5 +128,39 @@ TEST_P(ShearFlow, TaylorGreenVorticesDecay) {
 INSTANTIATE_TEST_SUITE_P(Methods, ShearFlow, ::testing::ValuesIn(methods()),
                          [](const auto& param) { return to_string(param.param); });
 
+// A film runs down a slope of 30 degrees under its own weight: g sin(theta) z (2 h - z) / (2 nu) (Nusselt 1916).
+class FilmFlow : public ::testing::TestWithParam<Method> {};
+
+TEST_P(FilmFlow, RunsDownASlope) {
+  constexpr double dx = 0.01, h = 10 * dx, side = 8 * dx, nu = 0.05, along = 9.81 * 0.5;
+  Scene scene = empty_scene(dx, {0, 0, -4 * dx}, {side, side, 2 * h});
+  scene.config.periodic = {true, true, false};
+  scene.config.accuracy = Accuracy::fast;
+  scene.config.method = GetParam();
+  scene.config.gravity = {along, 0, -9.81 * std::sqrt(0.75)};
+  scene.config.numerics.max_speed = 1;
+  const auto oil = add_material(scene, 1000, 1000 * nu);
+  const auto film = add_body(scene, "film", BodyType::fluid, oil, {0, 0, 0}, {side, side, h});
+  add_body(scene, "plate", BodyType::fixed, oil, {0, 0, -4 * dx}, {side, side, 0});
+  const auto simulation = simulate(scene);
+  while (simulation->output().time < 3 * h * h / nu)
+    ASSERT_TRUE(simulation->step({}).health.ok) << simulation->output().health.cause;
+  Snapshot s;
+  simulation->snapshot(s);
+  const double surface = along * h * h / (2 * nu);
+  double worst = 0;
+  for (std::uint32_t i = 0; i < scene.bodies[film].count; ++i) {
+    const double z = s.position[3 * i + 2];
+    worst = std::max(worst, std::abs(s.velocity[3 * i] - along * z * (2 * h - z) / (2 * nu)));
+  }
+  EXPECT_TRUE(within(
+      worst / surface, tol::kFilmFlow,
+      {"Film that runs down a slope of 30 deg: worst speed, of " + quantity(surface, "m/s"),
+       "g sin(theta) z (2 h - z) / (2 nu) (Nusselt 1916)", quantity(worst, "m/s off"), GetParam(), kPapersWall}));
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, FilmFlow, ::testing::ValuesIn(methods()),
+                         [](const auto& param) { return to_string(param.param); });
+
 }  // namespace
 }  // namespace palp::testing

@@ -75,6 +75,7 @@ inline constexpr Tolerance kHeave{0.05, 0.05, "of the period: the draft is off b
 inline constexpr Tolerance kStandingWave{0.02, 0.02,
                                          "of the period: the free surface is known to half a spacing of depth"};
 inline constexpr Tolerance kShearFlow{0.05, 0.05, "of the middle speed"};
+inline constexpr Tolerance kFilmFlow{0.05, 0.05, "of the surface's speed, as for the flow between plates"};
 inline constexpr Tolerance kTaylorGreen{0.10, 0.10, "of the decay rate over the first 0.1 s at 20 particles a box"};
 inline constexpr Tolerance kLidCavity{0.05, 0.05, "of the speed there, reference D6"};
 // viscosity in stages
@@ -97,6 +98,7 @@ inline constexpr Tolerance kLayerSpeed{0.03, 0.03, "of sqrt(g H); measured 0.019
 inline constexpr Tolerance kRestingNoise{0.005, 0.005, "N, rms: 0.16 % of the lift of 3.2 N; measured 0.0014"};
 // heat, reference C and D17
 inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature difference that drives it"};
+inline constexpr Tolerance kRoundHeat{0.04, 0.04, "as above, over a curved surface made of cells"};
 inline constexpr Tolerance kHeatDecay{0.02, 0.02, "of the decay rate of a sine of 20 particles"};
 inline constexpr Tolerance kMeltFront{1.0, 1.0, "of a spacing: the front is smeared over the particles that melt"};
 inline constexpr Tolerance kMeltSlope{0.03, 0.03, "of the front's slope over sqrt(t)"};
@@ -153,6 +155,7 @@ inline constexpr Tolerance kBurstGain{
 inline constexpr Tolerance kRotation{2e-5, 1e-10, "orthonormality and optimality after convergence"};
 inline constexpr Tolerance kFrictionlessSlide{0.01, 0.01, "of the way; the block settles on the plate at first"};
 inline constexpr Tolerance kFrictionSlide{0.02, 0.02, "of the way, reference D14 and D16"};
+inline constexpr Tolerance kRolling{1e-3, 1e-3, "of the speed: it follows from the ball's inertia alone"};
 inline constexpr Tolerance kRestitution{0.02, 0.02,
                                         "of the speed, reference D16; the moment of arrival matters a little"};
 inline constexpr Tolerance kContactMomentum{1e-6, 1e-12, "of the sum of |m v|, reference D16: one force, two signs"};

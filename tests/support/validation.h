@@ -21,6 +21,8 @@ struct ValidationCase {
   // Why method "paper" is known to miss the reference; null: it is judged like any other. Known misses are measured and
   // shown, and do not fail the test unless they are no numbers.
   const char* paper_is_off = nullptr;
+  // The same of both methods: why a case is known to miss the reference.
+  const char* is_off = nullptr;
 };
 
 // within(residual, tolerance), and reported. Of several reports of one case in a test the worst counts.

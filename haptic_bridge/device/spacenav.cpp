@@ -1,0 +1,153 @@
+#include "haptic_bridge/device/spacenav.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <dlfcn.h>
+#include <sys/socket.h>
+
+#include <fmt/format.h>
+
+#include "config/error.h"
+#include "haptic_bridge/filters.h"
+
+namespace palp {
+
+namespace {
+
+constexpr double kFullPush = 350;     // what the daemon sends when the cap is pushed fully
+constexpr double kDeadZone = 0.05;    // of that: a cap at rest is not quite at rest
+constexpr double kLongestGap = 0.05;  // after a longer pause of the loop the handle stood still [s]
+constexpr double kSettling = 0.03;    // of the speed [s]: the cap moves in steps
+constexpr int kEventsATick = 64;
+constexpr double kForceLimit = 8, kTorqueLimit = 0.5;  // that hold the handle back fully [N], [N m]
+constexpr int kMotion = 1, kButton = 2;
+
+// As libspnav lays its events out; some of its versions have longer ones.
+union Event {
+  int type;
+  struct {
+    int type, x, y, z, rx, ry, rz;
+  } motion;
+  struct {
+    int type, press, number;
+  } button;
+  unsigned char room[256];
+};
+
+double push(int value) {
+  const double share = std::clamp(value / kFullPush, -1.0, 1.0);
+  return std::abs(share) < kDeadZone ? 0 : (share - std::copysign(kDeadZone, share)) / (1 - kDeadZone);
+}
+
+// Its x is to the right, y up, z away from the user: the world's x, z and y.
+Eigen::Vector3d to_world(int x, int y, int z) { return {push(x), push(z), push(y)}; }
+
+}  // namespace
+
+struct SpacenavDevice::Library {
+  explicit Library(const std::string& path) : handle(dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+    if (!handle) {
+      const char* reason = dlerror();
+      throw ConfigError(
+          fmt::format("3D mouse: the library {} cannot be loaded ({}); install libspnav or name it with "
+                      "--library",
+                      path, reason ? reason : "no reason was given"));
+    }
+    find(path, "spnav_open", open);
+    find(path, "spnav_close", close);
+    find(path, "spnav_fd", fd);
+    find(path, "spnav_poll_event", poll_event);
+  }
+  ~Library() {
+    if (connected) close();
+    if (handle) dlclose(handle);
+  }
+  Library(const Library&) = delete;
+  Library& operator=(const Library&) = delete;
+
+  template <class F>
+  void find(const std::string& path, const char* name, F*& function) {
+    function = reinterpret_cast<F*>(dlsym(handle, name));
+    if (function) return;
+    dlclose(handle);
+    throw ConfigError(fmt::format("3D mouse: the library {} has no function {}, so it is not libspnav", path, name));
+  }
+
+  void* handle;
+  bool connected = false;
+  int (*open)() = nullptr;
+  int (*close)() = nullptr;
+  int (*fd)() = nullptr;
+  int (*poll_event)(void*) = nullptr;
+};
+
+SpacenavDevice::SpacenavDevice(const SpacenavSetup& setup, const HandleState<double>& start)
+    : setup_(setup),
+      library_(std::make_unique<Library>(setup.library)),
+      info_{"3D mouse", kForceLimit, kTorqueLimit, false},
+      state_(start),
+      felt_(zero_wrench()) {
+  if (library_->open() == -1)
+    throw std::runtime_error("3D mouse: the spacenav daemon does not answer; start spacenavd and plug the mouse in");
+  library_->connected = true;
+}
+
+SpacenavDevice::~SpacenavDevice() = default;
+
+bool SpacenavDevice::read(std::int64_t now_ns, DeviceReading& out) noexcept {
+  if (!started_) t_last_ns_ = now_ns;
+  started_ = true;
+  take_events();
+  if (gone_) return false;
+  move(std::clamp(1e-9 * static_cast<double>(now_ns - t_last_ns_), 0.0, kLongestGap));
+  t_last_ns_ = now_ns;
+  out.state = state_;
+  out.dead_man = grip_.holds(now_ns);
+  out.powered = out.chain_closed = true;
+  out.buttons = buttons_;
+  return true;
+}
+
+void SpacenavDevice::take_events() noexcept {
+  Event event{};
+  int n = 0;
+  for (; n < kEventsATick && library_->poll_event(&event) != 0; ++n) {
+    if (event.type == kMotion) {
+      push_ = to_world(event.motion.x, event.motion.y, event.motion.z);
+      twist_ = to_world(event.motion.rx, event.motion.ry, event.motion.rz);
+    } else if (event.type == kButton && event.button.number >= 0 && event.button.number < 32) {
+      const std::uint32_t bit = 1u << event.button.number;
+      buttons_ = event.button.press ? buttons_ | bit : buttons_ & ~bit;
+    }
+  }
+  // without the daemon the last push would last for ever
+  char byte = 0;
+  if (n == 0 && recv(library_->fd(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0) gone_ = true;
+}
+
+void SpacenavDevice::move(double dt) noexcept {
+  if (dt <= 0) return;
+  const double share = std::min(1.0, dt / kSettling);
+  const Eigen::Vector3d v = setup_.speed * (saturated(push_, 1) + felt_.force / kForceLimit);
+  const Eigen::Vector3d w = setup_.turn * (saturated(twist_, 1) + felt_.torque / kTorqueLimit);
+  state_.v += share * (v - state_.v);
+  state_.w += share * (w - state_.w);
+  state_.x += dt * state_.v;
+  const double angle = dt * state_.w.norm();
+  if (angle > 0)
+    state_.q = (Eigen::Quaterniond(Eigen::AngleAxisd(angle, state_.w.normalized())) * state_.q).normalized();
+}
+
+bool SpacenavDevice::write(const Wrench<double>& wrench) noexcept {
+  if (!is_finite(wrench)) return false;
+  felt_ = {saturated(wrench.force, kForceLimit), saturated(wrench.torque, kTorqueLimit)};
+  return true;
+}
+
+std::string SpacenavDevice::trouble() const {
+  return gone_ ? "3D mouse: the spacenav daemon has gone: start spacenavd and the bridge again" : "";
+}
+
+}  // namespace palp
