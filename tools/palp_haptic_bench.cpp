@@ -11,6 +11,7 @@
 #include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
 #include "config/json_file.h"
@@ -189,17 +190,22 @@ std::string processor_name() {
   return "unknown";
 }
 
+// The link of that name as the command line has it.
+std::string spelled(const Arguments& a, const std::string& name) {
+  for (const std::string& text : a.link_names)
+    if (text.substr(0, text.find(':')) == name) return text;
+  return name;
+}
+
 std::vector<std::string> preface(const Arguments& a, const std::vector<Row>& rows) {
   std::size_t judged = 0, good = 0;
   for (const Row& r : rows)
     if (r.pass) ++judged, good += *r.pass;
+  std::set<std::string> named;
   std::string links;
-  for (const std::string& name : given_or(a.link_names, [] {
-         std::vector<std::string> all = listed_links();
-         all.insert(all.end(), further_links().begin(), further_links().end());
-         return all;
-       }()))
-    links += (links.empty() ? "" : "; ") + name + ": " + description_of(name);
+  for (const Row& r : rows)
+    if (named.insert(r.link).second)
+      links += (links.empty() ? "" : "; ") + r.link + ": " + description_of(spelled(a, r.link));
   return {
       fmt::format("`{}`: the solver, the server's treatment of samples, a link each way, the bridge's loop at 1 kHz "
                   "and a simulated arm in a simulated hand, in lock-step. {} of {} targets are met. The same "
