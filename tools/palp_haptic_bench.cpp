@@ -11,6 +11,7 @@
 #include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
 #include "config/json_file.h"
@@ -31,6 +32,7 @@ struct Arguments {
   std::string profile = PALP_SOURCE_DIR "/config/devices/simulated.toml";
   double stiffness = 0;  // of the profile, if 0
   std::optional<double> slew, friction;
+  bool uncontrolled = false;
 };
 
 struct Job {
@@ -149,7 +151,8 @@ std::vector<Cell> cells_of(const Arguments& a, const Metric& metric) {
       for (const std::string& link : given_or(a.link_names, links))
         for (const std::string& variant : given_or(a.variants, metric.variants))
           if (variant == "ours" || !a.link_names.empty() || has(listed_links(), link))
-            cells.push_back({hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds, profile});
+            cells.push_back({hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds, profile,
+                             !a.uncontrolled});
   return cells;
 }
 
@@ -187,17 +190,22 @@ std::string processor_name() {
   return "unknown";
 }
 
+// The link of that name as the command line has it.
+std::string spelled(const Arguments& a, const std::string& name) {
+  for (const std::string& text : a.link_names)
+    if (text.substr(0, text.find(':')) == name) return text;
+  return name;
+}
+
 std::vector<std::string> preface(const Arguments& a, const std::vector<Row>& rows) {
   std::size_t judged = 0, good = 0;
   for (const Row& r : rows)
     if (r.pass) ++judged, good += *r.pass;
+  std::set<std::string> named;
   std::string links;
-  for (const std::string& name : given_or(a.link_names, [] {
-         std::vector<std::string> all = listed_links();
-         all.insert(all.end(), further_links().begin(), further_links().end());
-         return all;
-       }()))
-    links += (links.empty() ? "" : "; ") + name + ": " + description_of(name);
+  for (const Row& r : rows)
+    if (named.insert(r.link).second)
+      links += (links.empty() ? "" : "; ") + r.link + ": " + description_of(spelled(a, r.link));
   return {
       fmt::format("`{}`: the solver, the server's treatment of samples, a link each way, the bridge's loop at 1 kHz "
                   "and a simulated arm in a simulated hand, in lock-step. {} of {} targets are met. The same "
@@ -255,6 +263,7 @@ int main(int argc, char** argv) {
   app.add_option("--stiffness", a.stiffness, "Of the coupling, instead of the profile's; not for the Z-width [N/m]");
   app.add_option("--profile", a.profile, "Device profile: limits, gains, simulated arm");
   app.add_option("--slew", a.slew, "The loop's force slew limit [N/s]");
+  app.add_flag("--uncontrolled", a.uncontrolled, "Without passivity control and gains that follow the delay");
   app.add_option("--friction", a.friction, "Coulomb friction of the arm [N]");
   app.add_option("--json", a.json, "JSON file");
   CLI11_PARSE(app, argc, argv);

@@ -13,6 +13,7 @@ inline RunSetup setup_in(const Scene& scene, const Cell& cell, HandScript hand, 
   s.variant = cell.variant;
   s.seed = cell.seed;
   s.profile = cell.profile;
+  s.controller = cell.controller;
   s.hand = std::move(hand);
   s.seconds = seconds;
   return s;

@@ -82,6 +82,7 @@ RunSetup wall_press(const Scene& wall, const Cell& cell, double stiffness, doubl
   s.link = cell.link;
   s.variant = cell.variant;
   s.profile = cell.profile;
+  s.controller = cell.controller;
   s.profile.gains.stiffness = stiffness;
   s.profile.gains.damping = damping;
   s.hand = push(cell.hand.model, kWait, kReach, {0, 0, -kGap - kBehind});

@@ -16,6 +16,7 @@ struct Cell {
   std::uint64_t seed = 1;
   int seeds = 1;  // the worst of them counts
   DeviceProfile profile;
+  bool controller = true;  // passivity control, and gains that follow the delay
 };
 
 // What the last second of a press was like.
