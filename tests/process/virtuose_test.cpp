@@ -78,5 +78,17 @@ TEST_F(VirtuoseProcess, MechanismModeIsFeltToo) {
   stop_server();
 }
 
+TEST_F(VirtuoseProcess, TheArmIsPoweredOffWhenTheBridgeIsKilled) {
+  Watcher& watcher = watch();
+  start_server();
+  start_virtuose("");
+  ASSERT_TRUE(force_is_felt(watcher)) << said();
+  bridge_->stop(SIGKILL);
+  EXPECT_TRUE(watcher.sees([&] {
+    return said().find("the bridge has died: the arm was powered off") != std::string::npos;
+  })) << said();
+  stop_server();
+}
+
 }  // namespace
 }  // namespace palp::test
