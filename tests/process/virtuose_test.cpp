@@ -38,8 +38,8 @@ TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure
   Watcher& watcher = watch();
   start_server();
   start_virtuose(
-      "[[event]]\nevent = \"dead_man_up\"\ntime = 2\nduration = 0.3\n"
-      "[[event]]\nevent = \"error\"\ntime = 3.5\ncall = \"virtGetSpeed\"\nvalue = 11\n");
+      "[[event]]\nevent = \"dead_man_up\"\ntime = 4\nduration = 0.3\n"
+      "[[event]]\nevent = \"error\"\ntime = 6\ncall = \"virtGetSpeed\"\nvalue = 11\n");
   ASSERT_TRUE(force_is_felt(watcher)) << said();
   EXPECT_TRUE(watcher.sees([&] { return watcher.has_event("virtGetSpeed failed"); })) << said();
   EXPECT_EQ(bridge_->wait(), 1) << said();
@@ -50,7 +50,7 @@ TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure
 
   auto log = read_flight(folder_ / "flight.csv");
   const std::size_t rows = log["t_ns"].size();
-  ASSERT_GT(rows, 2000u);
+  ASSERT_GT(rows, 4000u);
   const double t_first = 1e-9 * std::stod(log["t_ns"][0]);
   double before = 0, after = 0, t_released = 0;
   for (std::size_t i = 0; i < rows; ++i) {
@@ -62,7 +62,7 @@ TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure
     if (before > 0.5 && !held && t_released == 0) t_released = t;
     (t_released == 0 ? before : after) = std::max(t_released == 0 ? before : after, force);
   }
-  EXPECT_NEAR(t_released, 2, 0.5) << "the arm is opened a moment before the first tick";
+  EXPECT_NEAR(t_released, 4, 0.5) << "the arm is opened a moment before the first tick";
   EXPECT_GT(before, 0.5);
   EXPECT_GT(after, 0.5);
   EXPECT_EQ(log["state"].back(), "fault");
@@ -75,6 +75,16 @@ TEST_F(VirtuoseProcess, MechanismModeIsFeltToo) {
   start_virtuose("", {"--virtuose-mode", "virtmech"});
   ASSERT_TRUE(force_is_felt(watcher)) << said();
   stop_bridge();
+  stop_server();
+}
+
+TEST_F(VirtuoseProcess, TheArmIsPoweredOffWhenTheBridgeIsKilled) {
+  Watcher& watcher = watch();
+  start_server();
+  start_virtuose("");
+  ASSERT_TRUE(force_is_felt(watcher)) << said();
+  bridge_->stop(SIGKILL);
+  EXPECT_TRUE(watcher.sees([&] { return said().find("the arm was powered off") != std::string::npos; })) << said();
   stop_server();
 }
 
