@@ -111,7 +111,8 @@ bool VirtuoseDevice::read_switches(std::int64_t now_ns, DeviceReading& out) noex
   if (power == 1 && !power_) t_power_ns_ = now_ns;
   // after an emergency stop the power comes back when the hand lets go or takes hold, not by itself
   const bool hand_acts = (dead_man == 1) != dead_man_;
-  if (hand_acts && power == 0 && chain_closed_ && !passes(api.set_power_on, 1)) return false;
+  if (power == 1) was_stopped_ = false;
+  if (hand_acts && was_stopped_ && chain_closed_ && !passes(api.set_power_on, 1)) return false;
   dead_man_ = dead_man == 1;
   power_ = power == 1;
   out.dead_man = dead_man_;
@@ -130,6 +131,7 @@ bool VirtuoseDevice::read_in_turn() noexcept {
     case 0:
       if (!passes(api.get_emergency_stop, &flag)) return false;
       chain_closed_ = flag == 1;
+      if (!chain_closed_) was_stopped_ = true;
       return true;
     case 1:
       return passes(api.is_in_bounds, &bounds_);

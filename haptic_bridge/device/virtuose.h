@@ -70,6 +70,7 @@ class VirtuoseDevice final : public HapticDevice {
   bool good_reading_ = false;
 
   bool dead_man_ = false, power_ = false, chain_closed_ = false;
+  bool was_stopped_ = false;     // by the emergency stop, and no power since
   std::int64_t t_power_ns_ = 0;  // since when the power is on
   unsigned bounds_ = 0, alarms_ = 0;
   std::uint32_t buttons_ = 0, has_button_ = 0;

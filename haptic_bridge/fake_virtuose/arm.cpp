@@ -94,9 +94,10 @@ void Arm::step() {
 }
 
 void Arm::follow_switches() {
-  if (!chain_closed() || is_on(EventKind::power_off)) power_wanted = false;
-  if (power_wanted && !powered_) t_power_ = time();
-  powered_ = power_wanted;
+  if (!chain_closed()) power_wanted = false;
+  const bool on = power_wanted && !is_on(EventKind::power_off);
+  if (on && !powered_) t_power_ = time();
+  powered_ = on;
 }
 
 void Arm::follow_hand() {

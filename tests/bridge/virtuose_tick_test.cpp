@@ -119,6 +119,16 @@ TEST_F(VirtuoseTick, AfterAnEmergencyStopPowerComesBackWhenTheHandLetsGo) {
   EXPECT_TRUE(ticks(50).engaged());
 }
 
+// Someone else took it off, and knows why.
+TEST_F(VirtuoseTick, PowerThatWasTakenOffIsNotAskedForAgain) {
+  open("grip_at = 0\nrelay_delay = 0\n" + event("power_off", 0.2, 0.2) + event("dead_man_up", 0.25, 0.05));
+  EXPECT_FALSE(ticks(350).powered);
+  ticks(200);
+  int asked = 0;
+  for (const LoggedCall& c : calls()) asked += c.name == "virtSetPowerOn" && c.arguments.substr(0, 2) == " 1";
+  EXPECT_EQ(asked, 1);
+}
+
 TEST_F(VirtuoseTick, ShiftingMovesTheArmAndNotTheTool) {
   std::ofstream(folder_ / "hand.toml") << "grip = \"firm\"\n[[keyframe]]\ntime = 0\n[[keyframe]]\ntime = 1\n"
                                           "position = [0.1, 0, 0]\n";

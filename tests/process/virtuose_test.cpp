@@ -10,16 +10,14 @@ class VirtuoseProcess : public RunningSystem {
  protected:
   // The bridge before a simulated arm of quick relays, to which the events happen [s since it was opened].
   void start_virtuose(const std::string& events, const std::vector<std::string>& more = {}) {
+    const std::string library = PALP_LIB_DIR "/libvirtuose_sim.so";
     const std::string arm = folder_ / "arm.toml", profile = folder_ / "profile.toml";
     write(arm, "hand = \"" + kHere + "dip.toml\"\nrelay_delay = 0.1\n" + events);
     write(profile,
           "name = \"test\"\n[limits]\nforce = 10\ntorque = 1\n[safety]\noverrun_ms = 0\nlate_ticks = 0\n"
           "[workspace]\nreference = \"relative\"\n[virtuose]\ndevice_type = 3\nrelay_time = 0.15\n");
-    std::vector<std::string> arguments{"--device",    "virtuose",
-                                       "--library",   PALP_LIB_DIR "/libvirtuose_sim.so",
-                                       "--address",   arm,
-                                       "--profile",   profile,
-                                       "--log",       folder_ / "flight.csv",
+    std::vector<std::string> arguments{"--device",    "virtuose",  "--library", library, "--address",
+                                       arm,           "--profile", profile,     "--log", folder_ / "flight.csv",
                                        "--self-test", "0"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     bridge_ = start_tool("haptic_bridge", Vendor::cyclone, arguments);
