@@ -1,7 +1,7 @@
 // The coupling's gains for the link there is. A delayed spring of stiffness K gives energy like a damper of -K t, t
 // its delay; so K t stays below what hand, arm and passivity controller take up (K < b / (T/2 + t): Diolaiti, Niemeyer,
-// Barbagli & Salisbury 2006). The local model holds most of the stiffness on this side of the link, so the bound is well
-// above the damping of any arm; palp_haptic_bench shows where it lies. The proposal goes to the server with each
+// Barbagli & Salisbury 2006). The local model holds most of the stiffness on this side of the link, so the bound is
+// well above the damping of any arm; palp_haptic_bench shows where it lies. The proposal goes to the server with each
 // device sample and comes back with each proxy sample, so both ends always use the same gains.
 // No allocation, no lock, no throw.
 #pragma once
