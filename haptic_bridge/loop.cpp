@@ -32,6 +32,9 @@ CouplingGains scene_gains(const LoopConfig& c) {
 
 bool unsound(Verdict v) { return v == Verdict::not_finite || v == Verdict::bad_range || v == Verdict::bad_gains; }
 
+// An arm at its end, too warm or saturated gets half of the force.
+double share_for(const DeviceReading& r) { return r.strained ? 0.5 : 1; }
+
 // How much of a vector another one renders, 0..1.
 double share_of(const Eigen::Vector3d& sent, const Eigen::Vector3d& wanted, double where_none) {
   const double n = wanted.squaredNorm();
@@ -240,7 +243,7 @@ void HapticLoop::observe_energy() {
 // What coupling and passivity controller ask for.
 Wrench<double> HapticLoop::wanted() {
   record_.model = have_sample_ ? workspace_.to_arm(model_.at(tool_)) : zero_wrench();
-  const double share = reading_.strained ? 0.5 : 1;
+  const double share = share_for(reading_);
   return {share * record_.model.force - passivity_.damping() * reading_.state.v,
           share * record_.model.torque - angular_passivity_.damping() * reading_.state.w};
 }
@@ -270,7 +273,7 @@ Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
   const Wrench<double> steady = slewed(last_sent_, mixed, config_.limits, period_);
   const Wrench<double> sent = power_limited(steady, device, limits.power);
   record_.reduced = sent.force != steady.force || sent.torque != steady.torque;
-  const double share = reading_.strained ? 0.5 : 1;
+  const double share = share_for(reading_);
   rendered_ = {share * share_of(sent.force, wanted.force, e), share * share_of(sent.torque, wanted.torque, e)};
   return sent;
 }

@@ -65,7 +65,7 @@ struct TickRecord {
   bool good_reading = false;
   bool engaged_device = false;
   bool cut = false;            // the wrench was set to zero by a safety cut, not by the slew limit
-  bool reduced = false;        // the power limit or the motors' warmth took force away, not the slew limit
+  bool reduced = false;        // the power limit took force away, not the slew limit
   std::uint32_t alarms = 0;    // of the device
   std::int32_t verdict = -1;   // on the sample that came in this tick (Verdict), -1: none came
   std::uint64_t sequence = 0;  // of the sample in use

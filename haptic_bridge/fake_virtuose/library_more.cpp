@@ -70,6 +70,15 @@ struct PeriodicLoop {
   }
 };
 
+// A call that reads one value.
+template <class T, class Get>
+int give(const char* name, VirtContext context, T* out, const Get& get) {
+  return call(name, context, [&](Arm& arm) {
+    *out = get(arm);
+    return palp::kVirtNoError;
+  });
+}
+
 PeriodicLoop& loop() {
   static PeriodicLoop l;
   return l;
@@ -99,39 +108,25 @@ PALP_EXPORT int virtGetObservationFrame(VirtContext context, float* frame) {
 }
 
 PALP_EXPORT int virtGetIndexingMode(VirtContext context, int* type) {
-  return call("virtGetIndexingMode", context, [&](Arm&) {
-    *type = device().indexing;
-    return palp::kVirtNoError;
-  });
+  return give("virtGetIndexingMode", context, type, [](Arm&) { return device().indexing; });
 }
 
 PALP_EXPORT int virtGetCommandType(VirtContext context, int* type) {
-  return call("virtGetCommandType", context, [&](Arm& arm) {
-    *type = arm.mode;
-    return palp::kVirtNoError;
-  });
+  return give("virtGetCommandType", context, type, [](Arm& arm) { return arm.mode; });
 }
 
 PALP_EXPORT int virtGetNbAxes(VirtContext context, int* axes) {
-  return call("virtGetNbAxes", context, [&](Arm&) {
-    *axes = 6;
-    return palp::kVirtNoError;
-  });
+  return give("virtGetNbAxes", context, axes, [](Arm&) { return 6; });
 }
 
 PALP_EXPORT int virtGetError(VirtContext context, int* error) {
-  return call("virtGetError", context, [&](Arm&) {
-    *error = device().error();
-    return palp::kVirtNoError;
-  });
+  return give("virtGetError", context, error, [](Arm&) { return device().error(); });
 }
 
 // Ticks of a microsecond since the state was measured.
 PALP_EXPORT int virtGetTimeLastUpdate(VirtContext context, unsigned* ticks) {
-  return call("virtGetTimeLastUpdate", context, [&](Arm& arm) {
-    *ticks = static_cast<unsigned>(1e6 * (arm.time() - arm.measured_at()));
-    return palp::kVirtNoError;
-  });
+  return give("virtGetTimeLastUpdate", context, ticks,
+              [](Arm& arm) { return static_cast<unsigned>(1e6 * (arm.time() - arm.measured_at())); });
 }
 
 PALP_EXPORT int virtAddForce(VirtContext context, float* force) {

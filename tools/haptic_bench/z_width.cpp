@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tools/haptic_bench/bench_scenes.h"
+#include "tools/haptic_bench/cells.h"
 
 namespace palp::bench {
 
@@ -76,17 +77,10 @@ Press judge(const Trace& trace) {
 }
 
 RunSetup wall_press(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed) {
-  RunSetup s;
-  s.scene = &wall;
-  s.rate_hz = cell.rate_hz;
-  s.link = cell.link;
-  s.variant = cell.variant;
-  s.profile = cell.profile;
-  s.controller = cell.controller;
+  RunSetup s =
+      setup_in(wall, cell, push(cell.hand.model, kWait, kReach, {0, 0, -kGap - kBehind}), kWait + kReach + kHold);
   s.profile.gains.stiffness = stiffness;
   s.profile.gains.damping = damping;
-  s.hand = push(cell.hand.model, kWait, kReach, {0, 0, -kGap - kBehind});
-  s.seconds = kWait + kReach + kHold;
   s.seed = seed;
   return s;
 }
@@ -139,16 +133,8 @@ std::vector<Row> z_width_rows(const Scene& wall, const Cell& cell, const std::ve
   for (const double damping : dampings) {
     const ZWidth z = z_width(wall, cell, damping, fine);
     const double wanted = cell.hand.name == "off" ? 1 : 2;
-    Row r;
-    r.metric = fmt::format("largest stable stiffness, damping {:g} N s/m", damping);
-    r.hand = cell.hand.name;
-    r.link = cell.link.name;
-    r.variant = to_string(cell.variant);
-    r.rate_hz = cell.rate_hz;
-    r.result = 1e-3 * z.stiffness;
-    r.unit = "kN/m";
-    r.reference = lines(cell, damping, z.delay);
-    r.target = fmt::format(">= {:g}", wanted);
+    Row r = row_in(cell, fmt::format("largest stable stiffness, damping {:g} N s/m", damping), 1e-3 * z.stiffness,
+                   "kN/m", lines(cell, damping, z.delay), fmt::format(">= {:g}", wanted));
     if (cell.variant == Variant::ours) r.pass = r.result >= wanted;
     if (z.asked > 1.01 * z.stiffness) r.note = fmt::format("asked for {:.3g}, lowered for the link; ", 1e-3 * z.asked);
     if (z.unstable_at > 0) r.note += fmt::format("at {:.3g}: {}", 1e-3 * z.unstable_at, z.first_unstable.why);
