@@ -59,8 +59,10 @@ End wait_for_end(int pipe, const Heartbeat& heartbeat, std::int64_t hang_ns) {
   if (end != End::in_order) {
     try {
       power_off();
-      std::fprintf(stderr, "haptic_bridge supervisor: the %s: the arm was powered off\n",
-                   end == End::died ? "bridge has died" : "loop has stood still for 50 ms");
+      const std::string cause = end == End::died
+                                    ? "bridge has died"
+                                    : "loop has stood still for " + std::to_string(hang_ns / 1'000'000) + " ms";
+      std::fprintf(stderr, "haptic_bridge supervisor: the %s: the arm was powered off\n", cause.c_str());
     } catch (const std::exception& error) {
       std::fprintf(stderr, "haptic_bridge supervisor: the arm could not be powered off: %s\n", error.what());
     }

@@ -74,7 +74,7 @@ Trial press(double stiffness, int delay_ms, bool controlled, double seconds) {
       test::SpringWall{1e6}.touch(in.sample);
       // the work of the wall's proxy on the coupling: it hardly moves
       const double z = in.sample.proxy_pose.position[2];
-      energy -= in.sample.wrench.force[2] * (last == 0 ? 0 : z - last) * (in.sample.wrench.force[2] > 0 ? -1 : 0);
+      if (last != 0 && in.sample.wrench.force[2] > 0) energy += in.sample.wrench.force[2] * (z - last);
       last = z;
       in.sample.energy = {energy, 0};
       in.sample.blend = {0, 0};  // a held wrench: the worst there is
