@@ -271,7 +271,7 @@ Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
   const Wrench<double> mixed{e * (g * kept.force + (1 - g) * fading.force),
                              e * (g * kept.torque + (1 - g) * fading.torque)};
   const Wrench<double> steady = slewed(last_sent_, mixed, config_.limits, period_);
-  const Wrench<double> sent = power_limited(steady, device, limits.power);
+  Wrench<double> sent = power_limited(steady, device, limits.power);
   record_.reduced = sent.force != steady.force || sent.torque != steady.torque;
   const double share = share_for(reading_);
   rendered_ = {share * share_of(sent.force, wanted.force, e), share * share_of(sent.torque, wanted.torque, e)};

@@ -72,7 +72,7 @@ End wait_for_end(int pipe, const Heartbeat& heartbeat, std::int64_t hang_ns) {
 
 }  // namespace
 
-Supervisor::Supervisor(std::function<void()> power_off, std::int64_t hang_ns) {
+Supervisor::Supervisor(const std::function<void()>& power_off, std::int64_t hang_ns) {
   void* shared = mmap(nullptr, sizeof(Heartbeat), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (shared == MAP_FAILED) fail("no shared memory");
   heartbeat_ = new (shared) Heartbeat(0);

@@ -15,7 +15,7 @@ class Supervisor {
  public:
   // Forks: call it before any thread is started. power_off runs in the other process, once, when the bridge has died or
   // no heartbeat came for hang_ns after the first. Throws std::runtime_error with one sentence.
-  explicit Supervisor(std::function<void()> power_off, std::int64_t hang_ns = 50'000'000);
+  explicit Supervisor(const std::function<void()>& power_off, std::int64_t hang_ns = 50'000'000);
   // The arm has been left without force: the supervisor ends without powering off what is off.
   ~Supervisor();
   Supervisor(const Supervisor&) = delete;
