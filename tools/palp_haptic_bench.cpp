@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "config/json_file.h"
+#include "sim_server/scene_options.h"
 #include "tools/haptic_bench/bench_scenes.h"
 #include "tools/haptic_bench/metrics.h"
 
@@ -28,9 +29,10 @@ struct Arguments {
   std::uint64_t seed = 1;
   int seeds = 3;
   unsigned jobs = std::max(1u, std::thread::hardware_concurrency());
-  std::string out, json, trace, command;
+  std::string out, json, trace, series, command;
   std::string profile = PALP_SOURCE_DIR "/config/devices/simulated.toml";
-  double stiffness = 0;  // of the profile, if 0
+  std::optional<Accuracy> accuracy;  // of figure 4's trays
+  double stiffness = 0;              // of the profile, if 0
   std::optional<double> slew, friction;
   bool uncontrolled = false;
 };
@@ -87,6 +89,7 @@ std::string name_of(const Cell& c) {
 struct Metric {
   std::string name;
   std::vector<std::string> hand_names, variants;  // by default
+  bool everywhere;                                // else with the first rate and, by default, the link of one host
   std::function<std::vector<Row>(const Scenes&, const Cell&, const Arguments&)> rows;
 };
 
@@ -95,31 +98,50 @@ const std::vector<Metric>& metrics() {
       {"z_width",
        {"off", "light", "firm"},
        {"ours", "held", "spring"},
+       true,
        [](const Scenes& s, const Cell& c, const Arguments& a) {
          return z_width_rows(s.wall, c, a.dampings, !a.quick);
        }},
       {"minute",
        {"light"},
        {"ours", "held"},
+       true,
        [](const Scenes& s, const Cell& c, const Arguments& a) { return minute_rows(s, c, a.quick ? 30 : 60); }},
       {"buzz",
        {"off", "light", "firm"},
        {"ours", "held"},
+       true,
        [](const Scenes& s, const Cell& c, const Arguments&) { return buzz_rows(s, c); }},
       {"drag",
        {"off", "light", "firm"},
        {"ours", "held", "spring"},
+       true,
        [](const Scenes& s, const Cell& c, const Arguments&) { return drag_rows(s, c); }},
       {"current",
        {"light"},
        {"ours", "held", "spring"},
+       true,
        [](const Scenes& s, const Cell& c, const Arguments&) { return current_rows(s, c); }},
       {"rendering",
        {"light", "firm"},
        {"ours", "held", "spring"},
+       true,
        [](const Scenes& s, const Cell& c, const Arguments&) { return rendering_rows(s, c); }},
-      {"delay", {"light"}, {"ours"}, [](const Scenes& s, const Cell& c, const Arguments&) { return delay_rows(s, c); }},
-      {"fault", {"firm"}, {"ours"}, [](const Scenes& s, const Cell& c, const Arguments&) { return fault_rows(s, c); }},
+      {"delay",
+       {"light"},
+       {"ours"},
+       true,
+       [](const Scenes& s, const Cell& c, const Arguments&) { return delay_rows(s, c); }},
+      {"figure4",
+       {"firm"},
+       {"ours"},
+       false,
+       [](const Scenes&, const Cell& c, const Arguments& a) { return figure4_rows(c, a.accuracy, a.series); }},
+      {"fault",
+       {"firm"},
+       {"ours"},
+       true,
+       [](const Scenes& s, const Cell& c, const Arguments&) { return fault_rows(s, c); }},
   };
   return kMetrics;
 }
@@ -145,9 +167,11 @@ std::vector<Cell> cells_of(const Arguments& a, const Metric& metric) {
   const DeviceProfile profile = profile_of(a);
   std::vector<std::string> links = listed_links();
   if (!a.quick) links.insert(links.end(), further_links().begin(), further_links().end());
+  if (!metric.everywhere) links = {"local"};
+  const std::vector<double> rates = metric.everywhere ? a.rates : std::vector{a.rates.front()};
   std::vector<Cell> cells;
   for (const std::string& hand : given_or(a.hand_names, metric.hand_names))
-    for (const double rate : a.rates)
+    for (const double rate : rates)
       for (const std::string& link : given_or(a.link_names, links))
         for (const std::string& variant : given_or(a.variants, metric.variants))
           if (variant == "ours" || !a.link_names.empty() || has(listed_links(), link))
@@ -244,10 +268,12 @@ int measure(const Arguments& a) {
 int main(int argc, char** argv) {
   CLI::App app("Measures the haptic loop in lock-step over the full system.");
   palp::bench::Arguments a;
-  app.add_flag("--quick", a.quick, "One seed, one damping, coarse steps");
-  app.add_option("--metric", a.metrics, "z_width, minute, buzz, drag, current, rendering, delay, fault (default: all)")
+  app.add_flag("--quick", a.quick, "One seed, one damping, coarse steps, coarse trays");
+  app.add_option("--metric", a.metrics,
+                 "z_width, minute, buzz, drag, current, rendering, delay, figure4, fault (default: all)")
       ->delimiter(',')
-      ->check(CLI::IsMember({"z_width", "minute", "buzz", "drag", "current", "rendering", "delay", "fault"}));
+      ->check(
+          CLI::IsMember({"z_width", "minute", "buzz", "drag", "current", "rendering", "delay", "figure4", "fault"}));
   app.add_option("--hand", a.hand_names, "off, light, firm (default: all)")->delimiter(',');
   app.add_option("--rate", a.rates, "Rates of the server [Hz]")->delimiter(',')->check(CLI::Range(50.0, 4000.0));
   app.add_option("--link", a.link_names, "Names, or NAME:delay=2,jitter=1,loss=0.02 (times in ms)");
@@ -260,6 +286,9 @@ int main(int argc, char** argv) {
   app.add_option("--jobs", a.jobs, "Threads")->check(CLI::Range(1, 1024));
   app.add_option("--out", a.out, "Markdown file (default: standard output)");
   app.add_option("--trace", a.trace, "CSV file: one press on the wall in the first cell, and nothing else");
+  app.add_option("--series", a.series, "Folder for what metric figure4 felt, a CSV file a tray")
+      ->check(CLI::ExistingDirectory);
+  palp::add_accuracy_option(app, a.accuracy);
   app.add_option("--stiffness", a.stiffness, "Of the coupling, instead of the profile's; not for the Z-width [N/m]");
   app.add_option("--profile", a.profile, "Device profile: limits, gains, simulated arm");
   app.add_option("--slew", a.slew, "The loop's force slew limit [N/s]");
@@ -270,6 +299,7 @@ int main(int argc, char** argv) {
   if (a.quick) {
     if (app.count("--seeds") == 0) a.seeds = 1;
     if (app.count("--damping") == 0) a.dampings = {5};
+    if (!a.accuracy) a.accuracy = palp::Accuracy::fast;
   }
   a.command = "palp_haptic_bench";
   for (int k = 1; k < argc; ++k) a.command += std::string(" ") + argv[k];

@@ -182,6 +182,13 @@ TEST(HapticBench, AKilonewtonPerMetreHoldsAtAKilohertz) {
   EXPECT_NEAR(force, 0.02 * both, 1.1 * cell.profile.arm.friction);
 }
 
+TEST(HapticBench, ARunEndsWhereItIsAskedTo) {
+  const Scene wall = wall_scene();
+  RunSetup s = wall_press(wall, cell_on("local", 1000), 1000, 5, 1);
+  s.stop = [](const Tick& t) { return t.t > 0.0995; };
+  EXPECT_NEAR(run(s).ticks.back().t, 0.1, 1e-9);
+}
+
 // Gains below those that the server begins with: the loop has to engage all the same.
 TEST(HapticBench, ProfilesWithLowGainsEngage) {
   const Scene wall = wall_scene();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "tools/haptic_bench/results.h"
 #include "tools/haptic_bench/z_width.h"
@@ -26,6 +27,9 @@ std::vector<Row> buzz_rows(const Scenes& scenes, const Cell& cell);
 std::vector<Row> minute_rows(const Scenes& scenes, const Cell& cell, double seconds);
 // Age of what is rendered.
 std::vector<Row> delay_rows(const Scenes& scenes, const Cell& cell);
+// The motion of the paper's figure 4 in three states of matter, both methods. accuracy: instead of the scenes' own.
+// series_dir: where to write what was felt, one CSV file each, unless empty.
+std::vector<Row> figure4_rows(const Cell& cell, std::optional<Accuracy> accuracy, const std::string& series_dir);
 // How long force lasts after a fault.
 std::vector<Row> fault_rows(const Scenes& scenes, const Cell& cell);
 

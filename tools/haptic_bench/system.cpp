@@ -129,6 +129,7 @@ class System {
         step(next_step_ns_);
       } else {
         tick(next_tick);
+        if (setup_.stop && setup_.stop(trace_.ticks.back())) break;
         next_tick += kPeriod;
       }
     }

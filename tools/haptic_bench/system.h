@@ -27,22 +27,6 @@ struct Faults {
   double hand_lets_go = -1;
 };
 
-struct RunSetup {
-  const Scene* scene = nullptr;
-  double rate_hz = 1000;  // of the server
-  double compute = 0;     // a step's time, from taking the device's sample to sending the answer [s]
-  LinkPair link;
-  Variant variant = Variant::ours;
-  bool controller = true;                           // passivity control, and gains that follow the delay
-  DeviceProfile profile;                            // limits, gains, arm
-  HandScript hand;                                  // keyframes are offsets from the tool's handle at the start
-  Eigen::Vector3d start = Eigen::Vector3d::Zero();  // of the handle, as an offset
-  double seconds = 1;
-  std::uint64_t seed = 1;
-  Faults faults;
-  std::function<void(Simulation&, double time)> before_step;  // e.g. to drive a current
-};
-
 // One tick of the bridge.
 struct Tick {
   double t = 0;                    // [s]
@@ -57,6 +41,23 @@ struct Tick {
   double blend = 0;
   double share = 1;                // of the stiffness that the profile asks for, as the link allows
   double energy = 0, damping = 0;  // of the passivity controller, linear [J], [N s/m]
+};
+
+struct RunSetup {
+  const Scene* scene = nullptr;
+  double rate_hz = 1000;  // of the server
+  double compute = 0;     // a step's time, from taking the device's sample to sending the answer [s]
+  LinkPair link;
+  Variant variant = Variant::ours;
+  bool controller = true;                           // passivity control, and gains that follow the delay
+  DeviceProfile profile;                            // limits, gains, arm
+  HandScript hand;                                  // keyframes are offsets from the tool's handle at the start
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();  // of the handle, as an offset
+  double seconds = 1;
+  std::uint64_t seed = 1;
+  Faults faults;
+  std::function<void(Simulation&, double time)> before_step;  // e.g. to drive a current
+  std::function<bool(const Tick&)> stop;                      // ends the run after this tick
 };
 
 struct Trace {
