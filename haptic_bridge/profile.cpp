@@ -152,8 +152,12 @@ DeviceProfile read_device_profile(const std::string& path) {
   read(table, "resolution", {"m", 0, 1e-3}, arm.resolution);
   read(table, "angular_resolution", {"rad", 0, 1e-2}, arm.angular_resolution);
   read(table, "velocity_filter_hz", {"Hz", 0, 1000}, arm.velocity_filter_hz);
-  read(table, "force_limit", {"N", 0, 200, true}, arm.force_limit);
-  read(table, "torque_limit", {"N m", 0, 20, true}, arm.torque_limit);
+  read(table, "force_limit", {"N", 0, 200, true}, arm.motors.force_limit);
+  read(table, "torque_limit", {"N m", 0, 20, true}, arm.motors.torque_limit);
+  read(table, "continuous_force", {"N", 0, 200, true}, arm.motors.continuous_force);
+  read(table, "continuous_torque", {"N m", 0, 20, true}, arm.motors.continuous_torque);
+  read(table, "workspace", {"m", 0, 5, true}, arm.workspace);
+  if (const auto turn = table.number("turn_deg", {"degrees", 0, 180, true})) arm.turn = kDegree * *turn;
 
   read_axes(root.table("axes"), profile.virtuose.axes);
   TomlTable mouse = root.table("spacenav");

@@ -19,6 +19,8 @@ constexpr double kApproachSpeed = 0.1;         // [m/s], mean
 constexpr double kApproachTurn = 1.0;          // [rad/s], mean
 constexpr double kBristleReach = 20e-6;        // friction yields after this much [m]: less than a hand can notice
 constexpr double kAngularReach = 4e-4;         // [rad]
+constexpr double kStopStiffness = 2e4;         // [N/m]
+constexpr double kStopTurnStiffness = 100;     // [N m/rad]
 constexpr double kTremorRate = 2 * M_PI * 10;  // [rad/s]
 constexpr double kTremorDamping = 0.2;
 
@@ -76,8 +78,10 @@ SimulatedDevice::SimulatedDevice(const ArmModel& arm, const HandScript& script, 
       hand_(script.hand),
       approach_(make_approach(start, make_script(script, home).keyframes().front())),
       script_(make_script(script, home)),
-      info_{"simulated arm", arm.force_limit, arm.torque_limit, true},
+      info_{"simulated arm", arm.motors.force_limit, arm.motors.torque_limit, true},
       state_{start.x, start.q.normalized(), Vec3::Zero(), Vec3::Zero()},
+      home_(home),
+      commanded_(zero_wrench()),
       applied_(zero_wrench()),
       measured_(state_),
       random_(script.hand.seed) {
@@ -105,17 +109,22 @@ bool SimulatedDevice::read(std::int64_t now_ns, DeviceReading& out) noexcept {
   out.state = measured_;
   out.dead_man = grip_.holds(now_ns);
   out.powered = out.chain_closed = true;
+  out.alarms =
+      (at_stop_ ? kArmAtStop : 0u) | (motors_.hot() ? kArmHot : 0u) | (motors_.overloaded() ? kArmSaturated : 0u);
+  out.strained = out.alarms != 0;
   out.buttons = 0;
   return true;
 }
 
 bool SimulatedDevice::write(const Wrench<double>& wrench) noexcept {
   if (!is_finite(wrench)) return false;
-  applied_ = {saturated(wrench.force, arm_.force_limit), saturated(wrench.torque, arm_.torque_limit)};
+  commanded_ = wrench;
   return true;
 }
 
 void SimulatedDevice::advance(double dt) noexcept {
+  applied_ = motors_.render(commanded_, arm_.motors, dt);
+  at_stop_ = false;
   const int steps = std::max(1, static_cast<int>(std::ceil(dt / kSubStep - 1e-6)));
   for (int i = 0; i < steps; ++i) sub_step(time_ + dt * (i + 1) / steps, dt / steps);
   time_ += dt;
@@ -127,6 +136,7 @@ void SimulatedDevice::sub_step(double time, double dt) noexcept {
 
   const double mass = arm_.mass + hand_.mass;
   const Vec3 force = applied_.force + hand_.stiffness * (wish.x - state_.x) + hand_.damping * wish.v + tremor(dt) +
+                     stop_force(state_.x - home_.x, state_.v, arm_.workspace, kStopStiffness, arm_.mass) +
                      friction_force(bristle_, state_.v, arm_.friction, kBristleReach, arm_.mass, dt);
   state_.v = (state_.v + dt / mass * force) / (1 + dt / mass * (hand_.damping + arm_.damping));
   state_.x += dt * state_.v;
@@ -135,10 +145,25 @@ void SimulatedDevice::sub_step(double time, double dt) noexcept {
   const Vec3 torque =
       applied_.torque + lever2 * hand_.stiffness * rotation_between(state_.q, wish.q) +
       lever2 * hand_.damping * wish.w +
+      stop_force(rotation_between(home_.q, state_.q), state_.w, Vec3::Constant(arm_.turn), kStopTurnStiffness,
+                 arm_.inertia) +
       friction_force(angular_bristle_, state_.w, arm_.angular_friction, kAngularReach, arm_.inertia, dt);
   state_.w = (state_.w + dt / inertia * torque) / (1 + dt / inertia * (lever2 * hand_.damping + arm_.angular_damping));
   const double angle = dt * state_.w.norm();
   if (angle > 0) state_.q = (Quat(Eigen::AngleAxisd(angle, state_.w.normalized())) * state_.q).normalized();
+}
+
+// Of the stops on the arm, along each axis: a stiff spring that is damped on the way in and lets go on the way out.
+Vec3 SimulatedDevice::stop_force(const Vec3& from_home, const Vec3& velocity, const Vec3& reach, double stiffness,
+                                 double mass) noexcept {
+  Vec3 force = Vec3::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const double side = from_home[i] < 0 ? -1 : 1, past = side * from_home[i] - reach[i];
+    if (past <= 0) continue;
+    at_stop_ = true;
+    force[i] = -side * std::max(0.0, stiffness * past + std::sqrt(stiffness * mass) * side * velocity[i]);
+  }
+  return force;
 }
 
 // A resonance at 10 Hz driven by white noise, scaled to the wanted rms.

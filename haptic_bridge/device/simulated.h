@@ -1,7 +1,8 @@
 // A simulated 6-DoF arm in a simulated hand. The arm: apparent mass and inertia (its own weight balanced, as the
 // Virtuose does), viscous and Coulomb friction, encoders of finite resolution, velocity by differentiation, a largest
-// force. The hand: it wants to follow a path and pulls the handle along it through a mass, spring and damper; the
-// firmer the grip, the stiffer (second-order grip models: Hasser & Cutkosky 2002; Fu & Cavusoglu 2012).
+// force, motors that get warm, and stops at the ends of its joints. The hand: it wants to follow a path and pulls the
+// handle along it through a mass, spring and damper; the firmer the grip, the stiffer (second-order grip models: Hasser
+// & Cutkosky 2002; Fu & Cavusoglu 2012).
 #pragma once
 
 #include <memory>
@@ -9,6 +10,7 @@
 
 #include "haptic_bridge/device/device.h"
 #include "haptic_bridge/device/grip.h"
+#include "haptic_bridge/device/motors.h"
 #include "haptic_bridge/device/trajectory.h"
 
 namespace palp {
@@ -23,9 +25,14 @@ struct ArmModel {
   double resolution = 5e-6;          // of a position [m]; 0: exact
   double angular_resolution = 1e-4;  // [rad]
   double velocity_filter_hz = 60;  // of the low-pass after differentiating the encoders; 0: the exact velocity is given
-  double force_limit = 35;         // [N]
-  double torque_limit = 3;         // [N m]
+  MotorRating motors;
+  // its stops, either way from home: along the world's axes [m], and of each component of the rotation vector [rad]
+  Eigen::Vector3d workspace = Eigen::Vector3d::Constant(1e9);
+  double turn = 1e9;
 };
+
+// DeviceReading::alarms of the simulated arm.
+inline constexpr std::uint32_t kArmAtStop = 1, kArmHot = 2, kArmSaturated = 4;
 
 struct HandModel {
   double mass = 0.5;       // moves with the handle [kg]
@@ -65,6 +72,8 @@ class SimulatedDevice final : public HapticDevice {
  private:
   void advance(double dt) noexcept;
   void sub_step(double time, double dt) noexcept;
+  Eigen::Vector3d stop_force(const Eigen::Vector3d& from_home, const Eigen::Vector3d& velocity,
+                             const Eigen::Vector3d& reach, double stiffness, double mass) noexcept;
   void measure(double dt) noexcept;
   Eigen::Vector3d tremor(double dt) noexcept;
 
@@ -77,7 +86,11 @@ class SimulatedDevice final : public HapticDevice {
   HandleState<double> state_;
   Eigen::Vector3d bristle_ = Eigen::Vector3d::Zero();          // deflection of the friction [m]
   Eigen::Vector3d angular_bristle_ = Eigen::Vector3d::Zero();  // [rad]
-  Wrench<double> applied_;
+  HandleState<double> home_;
+  Wrench<double> commanded_;
+  Wrench<double> applied_;  // by the motors
+  Motors motors_;
+  bool at_stop_ = false;
   HandleState<double> measured_;
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;

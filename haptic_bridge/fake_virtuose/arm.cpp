@@ -15,9 +15,6 @@ using Vec3 = Eigen::Vector3d;
 using Quat = Eigen::Quaterniond;
 
 constexpr double kTick = 1e-3;          // [s]
-constexpr double kThermalTime = 10;     // [s]
-constexpr double kCoolShare = 0.8;      // cool again below this share of the continuous rating
-constexpr double kHotShare = 0.5;       // of the force is left while a motor is hot
 constexpr double kSaturatedFor = 0.02;  // the alarm stays so long [s]
 constexpr double kRegripAfter = 2, kLetGoFor = 0.3;
 constexpr double kTurnLimit = 2.0;  // of each axis of the wrist [rad]
@@ -44,6 +41,14 @@ Vec3 angular(const Vector& v) { return {v[3], v[4], v[5]}; }
 Vec3 place(const Pose& p) { return {p[0], p[1], p[2]}; }
 Quat turn(const Pose& p) { return Quat(p[6], p[3], p[4], p[5]).normalized(); }
 
+// Its motors are the controller's (Arm::limited), which also knows the limits that a client sets.
+Script with_plain_motors(Script script) {
+  script.arm.motors.continuous_force = script.arm.motors.continuous_torque = std::numeric_limits<double>::infinity();
+  // the script's axes are the arm's
+  script.arm.workspace = {script.workspace[1], script.workspace[0], script.workspace[2]};
+  return script;
+}
+
 std::unique_ptr<SimulatedDevice> hand_at_rest(const Script& script) {
   HandScript still = script.hand;
   still.keyframes.clear();
@@ -53,7 +58,7 @@ std::unique_ptr<SimulatedDevice> hand_at_rest(const Script& script) {
 
 }  // namespace
 
-Arm::Arm(const Script& script) : script_(script), plant_(hand_at_rest(script)), state_(home()) {
+Arm::Arm(const Script& script) : script_(with_plain_motors(script)), plant_(hand_at_rest(script_)), state_(home()) {
   if (!script.trace.empty()) {
     trace_.open(script.trace);
     trace_ << "time,dead_man,powered,chain_closed,shifted,alarms,fx,fy,fz,tx,ty,tz\n";
@@ -140,20 +145,12 @@ Vector Arm::wanted_force() const {
 Vector Arm::limited(Vector force) {
   const bool renders = feedback && powered_ && dead_man() && time() - t_power_ >= script_.relay_delay;
   if (!renders) force = {};
-  const double most = std::min(force_limit, script_.arm.force_limit);
-  const double most_torque = std::min(torque_limit, script_.arm.torque_limit);
-  const double rounding = 1 + 1e-6;
-  Vec3 f = linear(force), t = angular(force);
-  if (f.norm() > most * rounding || t.norm() > most_torque * rounding) t_saturated_ = time();
-  f = saturated(f, most);
-  t = saturated(t, most_torque);
-  if (hot_) f *= kHotShare, t *= kHotShare;
-  heat_force_ += kTick / kThermalTime * (f.squaredNorm() - heat_force_);
-  heat_torque_ += kTick / kThermalTime * (t.squaredNorm() - heat_torque_);
-  const double load =
-      std::max(std::sqrt(heat_force_) / script_.continuous_force, std::sqrt(heat_torque_) / script_.continuous_torque);
-  hot_ = hot_ ? load > kCoolShare : load > 1;
-  return vector_of(f, t);
+  const MotorRating rating{std::min(force_limit, script_.arm.motors.force_limit),
+                           std::min(torque_limit, script_.arm.motors.torque_limit), script_.continuous_force,
+                           script_.continuous_torque};
+  const Wrench<double> w = motors_.render({linear(force), angular(force)}, rating, kTick);
+  if (motors_.overloaded()) t_saturated_ = time();
+  return vector_of(w.force, w.torque);
 }
 
 // While the power or the dead-man switch is off or the shift button is pressed, the arm moves and its avatar does not.
@@ -199,7 +196,7 @@ unsigned Arm::bounds() const {
 unsigned Arm::alarms() const {
   double value = 0;
   unsigned bits = is_on(EventKind::alarm, &value) ? static_cast<unsigned>(value) : 0;
-  if (hot_) bits |= kVirtOverheat;
+  if (motors_.hot()) bits |= kVirtOverheat;
   if (t_saturated_ >= 0 && time() - t_saturated_ < kSaturatedFor) bits |= kVirtSaturated;
   return bits;
 }

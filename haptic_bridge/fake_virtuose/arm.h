@@ -91,8 +91,7 @@ class Arm {
   Command active_;
   std::deque<Command> underway_;  // younger than the latency
   Vector rendered_{};
-  double heat_force_ = 0, heat_torque_ = 0;  // mean squares
-  bool hot_ = false;
+  Motors motors_;
   double t_saturated_ = -1;
 
   bool indexing_ = true;

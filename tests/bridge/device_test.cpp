@@ -129,6 +129,62 @@ TEST(SimulatedArm, FrictionHoldsItAtRestAndSlowsItInMotion) {
   EXPECT_NEAR(device.true_state().v.y(), (1.1 - arm.friction) / arm.damping, 1e-3);
 }
 
+TEST(SimulatedArm, ItsMotorsGetWarmAndCoolDown) {
+  ArmModel arm = frictionless();
+  arm.motors = {20, 2, 10, 1};
+  HandScript script;
+  script.hand = kFirmGrip;
+  SimulatedDevice device(arm, script, kOrigin, kOrigin);
+  std::int64_t now = 0;
+  DeviceReading reading;
+  const auto alarms_after = [&](const Vec3& force, const Vec3& torque, int ticks) {
+    device.write({force, torque});
+    for (int i = 0; i < ticks; ++i, now += kTick) EXPECT_TRUE(device.read(now, reading));
+    return reading.alarms;
+  };
+  // the mean square of 16 N over ten seconds comes to that of 10 N after 10 s * ln(1 / (1 - 100 / 256)) = 4.95 s
+  EXPECT_EQ(alarms_after({16, 0, 0}, Vec3::Zero(), 4900), 0u);
+  EXPECT_EQ(alarms_after({16, 0, 0}, Vec3::Zero(), 100), kArmHot);
+  EXPECT_TRUE(reading.strained);
+  alarms_after({16, 0, 0}, Vec3::Zero(), 1500);
+  EXPECT_NEAR(reading.state.x.x(), 8 / script.hand.stiffness, 1e-4);  // half of the force is left
+  EXPECT_EQ(alarms_after(Vec3::Zero(), Vec3::Zero(), 6000), 0u);
+  EXPECT_EQ(alarms_after({21, 0, 0}, Vec3::Zero(), 5), kArmSaturated);
+  EXPECT_EQ(alarms_after(Vec3::Zero(), {0, 2.1, 0}, 5), kArmSaturated);
+  EXPECT_EQ(alarms_after({20, 0, 0}, {0, 2, 0}, 5), 0u);
+}
+
+TEST(SimulatedArm, StopsAtTheEndsOfItsJoints) {
+  ArmModel arm = frictionless();
+  arm.workspace = {0.1, 0.2, 0.05};
+  arm.turn = 0.5;
+  const Vec3 home(1, 2, 3);
+  for (const double side : {-1.0, 1.0})
+    for (int axis = 0; axis < 3; ++axis) {
+      SimulatedDevice device(arm, free_hand(), at_rest(home, Quat::Identity()), at_rest(home, Quat::Identity()));
+      std::int64_t now = 0;
+      const Vec3 along = side * Vec3::Unit(axis);
+      double furthest = 0, most_turned = 0;
+      DeviceReading reading;
+      device.write({5 * along, 0.1 * along});
+      for (int i = 0; i < 3000; ++i, now += kTick) {
+        device.read(now, reading);
+        furthest = std::max(furthest, along.dot(device.true_state().x - home));
+        most_turned = std::max(most_turned, rotation_between(Quat::Identity(), device.true_state().q).norm());
+      }
+      EXPECT_GT(furthest, arm.workspace[axis]);
+      EXPECT_LT(furthest, arm.workspace[axis] + 0.01);
+      EXPECT_GT(most_turned, arm.turn);
+      EXPECT_LT(most_turned, arm.turn + 0.05);
+      EXPECT_EQ(reading.alarms, kArmAtStop);
+      EXPECT_LT(device.true_state().v.norm(), 0.02);  // it has come to rest there
+      device.write({-5 * along, -0.1 * along});
+      for (int i = 0; i < 200; ++i, now += kTick) device.read(now, reading);
+      EXPECT_EQ(reading.alarms, 0u);  // and a stop does not hold on to it
+      EXPECT_LT(along.dot(device.true_state().x - home), arm.workspace[axis] - 0.05);
+    }
+}
+
 TEST(SimulatedArm, YieldsToAForceAsTheGripSays) {
   ArmModel arm = frictionless();
   for (const HandModel& grip : {kHandsOff, kLightGrip, kFirmGrip}) {

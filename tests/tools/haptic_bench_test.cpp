@@ -102,7 +102,7 @@ double largest_stable_spring(double damping, int ticks_late) {
   ArmModel arm;
   arm.damping = damping;
   arm.friction = arm.angular_friction = arm.resolution = arm.angular_resolution = arm.velocity_filter_hz = 0;
-  arm.force_limit = 1e9;
+  arm.motors.force_limit = 1e9;
   HandScript nobody;
   nobody.hand = {0, 0, 0};
   const HandleState<double> home = at_rest(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());
