@@ -72,6 +72,7 @@ const Column kColumns[] = {
   {"energy_angular", "the same for rotation [J]", [](Row& o, const TickRecord& r) { number(o, r.energy_angular); }},
   {"damping_linear", "of the passivity controller [N s/m]", [](Row& o, const TickRecord& r) { number(o, r.damping_linear); }},
   {"damping_angular", "the same for rotation [N m s/rad]", [](Row& o, const TickRecord& r) { number(o, r.damping_angular); }},
+  {"duration_us", "that the tick took, the device's calls included [us]", [](Row& o, const TickRecord& r) { microseconds(o, r.duration_ns); }},
   {"gains_share", "of the profile's gains, as the link allows, 0..1", [](Row& o, const TickRecord& r) { number(o, r.gains_share); }},
 };
 #undef PALP_VECTOR

@@ -61,6 +61,7 @@ struct TickRecord {
   std::int64_t t_ns = 0;         // of the tick, CLOCK_MONOTONIC
   std::int64_t lateness_ns = 0;  // behind its deadline
   std::uint32_t missed = 0;      // whole periods skipped before it
+  std::int64_t duration_ns = 0;  // of the tick, as run_loop measures it
   LoopState state = LoopState::waiting;
   bool good_reading = false;
   bool engaged_device = false;

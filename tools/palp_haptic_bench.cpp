@@ -17,6 +17,7 @@
 #include "config/json_file.h"
 #include "tools/haptic_bench/bench_scenes.h"
 #include "tools/haptic_bench/metrics.h"
+#include "tools/haptic_bench/tick_cost.h"
 
 namespace palp::bench {
 namespace {
@@ -33,6 +34,7 @@ struct Arguments {
   double stiffness = 0;  // of the profile, if 0
   std::optional<double> slew, friction;
   bool uncontrolled = false;
+  std::size_t ticks = 0;  // to measure the cost of
 };
 
 struct Job {
@@ -215,6 +217,10 @@ std::vector<std::string> preface(const Arguments& a, const std::vector<Row>& row
 }
 
 int measure(const Arguments& a) {
+  if (a.ticks > 0) {
+    fmt::print("{}", markdown(tick_costs(profile_of(a), PALP_LIB_DIR "/libvirtuose_sim.so", a.ticks)));
+    return 0;
+  }
   const Scenes scenes{wall_scene(), elastic_scene(), current_scene(), tank_scene()};
   if (!a.trace.empty()) {
     write_press(a, scenes.wall);
@@ -265,6 +271,9 @@ int main(int argc, char** argv) {
   app.add_option("--slew", a.slew, "The loop's force slew limit [N/s]");
   app.add_flag("--uncontrolled", a.uncontrolled, "Without passivity control and gains that follow the delay");
   app.add_option("--friction", a.friction, "Coulomb friction of the arm [N]");
+  app.add_option("--ticks", a.ticks,
+                 "CPU time of so many ticks of the bridge's loop with each device, and nothing else")
+      ->check(CLI::Range(1u, 10'000'000u));
   app.add_option("--json", a.json, "JSON file");
   CLI11_PARSE(app, argc, argv);
   if (a.quick) {
