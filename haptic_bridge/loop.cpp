@@ -66,9 +66,11 @@ HapticLoop::HapticLoop(const LoopConfig& config, HapticDevice& device)
 void HapticLoop::tick(std::int64_t now_ns, std::int64_t lateness_ns, std::uint32_t missed,
                       const IncomingProxy* incoming) {
   elapsed_ = report_.ticks > 0 ? std::max(period_, 1e-9 * static_cast<double>(now_ns - record_.t_ns)) : period_;
-  record_.t_ns = now_ns;
-  record_.lateness_ns = lateness_ns;
-  record_.missed = missed;
+  input_.now_ns = record_.t_ns = now_ns;
+  input_.lateness_ns = record_.lateness_ns = lateness_ns;
+  input_.missed = record_.missed = missed;
+  input_.came = incoming != nullptr;
+  if (incoming) input_.incoming = *incoming;
   record_.verdict = -1;
   record_.cut = record_.reduced = false;
   tripped_ = false;
@@ -86,9 +88,11 @@ void HapticLoop::tick(std::int64_t now_ns, std::int64_t lateness_ns, std::uint32
 }
 
 void HapticLoop::read_device(std::int64_t now_ns) {
-  DeviceReading next;
+  input_.reading = {};
+  input_.was_read = device_.read(now_ns, input_.reading);
+  const DeviceReading& next = input_.reading;
   record_.good_reading =
-      device_.read(now_ns, next) && is_finite(next.state) && is_unit(next.state.q) && plausible(next.state, now_ns);
+      input_.was_read && is_finite(next.state) && is_unit(next.state.q) && plausible(next.state, now_ns);
   if (!record_.good_reading) {
     ++report_.bad_readings;
     if (++bad_reads_in_a_row_ > config_.max_bad_ticks) fault_ = LoopFault::device_read;
@@ -282,7 +286,8 @@ void HapticLoop::send(const Wrench<double>& wrench) {
   const bool finite = is_finite(wrench);
   if (!finite) fault_ = LoopFault::not_finite;
   record_.sent = finite ? wrench : zero_wrench();
-  if (device_.write(record_.sent)) {
+  input_.was_written = device_.write(record_.sent);
+  if (input_.was_written) {
     bad_writes_in_a_row_ = 0;
   } else {
     ++report_.bad_writes;

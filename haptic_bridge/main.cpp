@@ -2,6 +2,7 @@
 #include <atomic>
 #include <csignal>
 #include <ctime>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -19,6 +20,7 @@
 #include "haptic_bridge/options.h"
 #include "haptic_bridge/profile.h"
 #include "haptic_bridge/report.h"
+#include "haptic_bridge/rerun.h"
 #include "haptic_bridge/supervisor.h"
 #include "idl/clock.h"
 
@@ -181,14 +183,22 @@ std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& port
   return failure;
 }
 
-std::string write_log(const FlightLog& log, const std::string& path, std::string& failure) {
+std::string write_log(const FlightLog& log, const LoopConfig& config, const std::string& path, std::string& failure) {
   try {
     log.write_csv(path);
+    write_ticks(log, config, std::filesystem::path(path).replace_extension(".ticks").string());
     return fmt::format("{} ({} ticks)", path, log.size());
   } catch (const std::exception& error) {
     if (failure.empty()) failure = error.what();
     return error.what();
   }
+}
+
+// 0: the same wrenches; 1: others.
+int rerun(const std::string& path) {
+  const Rerun result = run_again(read_ticks(path));
+  fmt::print("{}: {}\n", path, to_text(result));
+  return result.differs_at == 0 ? 0 : 1;
 }
 
 int run(const BridgeOptions& o) {
@@ -233,7 +243,7 @@ int run(const BridgeOptions& o) {
   if (loop.report().fault != LoopFault::none && !device->trouble().empty()) failure = device->trouble();
   summary.device = fmt::format("{} ({})", device->info().name, profile.name);
   summary.scheduling = scheduling.line() + ", " + tested;
-  summary.log = write_log(log, o.log, failure);
+  summary.log = write_log(log, loop.config(), o.log, failure);
   summary.trouble = failure;
   if (!failure.empty()) summary.state = "fault";
   herald.finish(summary, o.summary);
@@ -247,7 +257,8 @@ int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_bridge"));
   try {
     const palp::ParsedOptions parsed = palp::parse_options(argc, argv);
-    return parsed.options ? palp::run(*parsed.options) : parsed.exit_status;
+    if (!parsed.options) return parsed.exit_status;
+    return parsed.options->rerun.empty() ? palp::run(*parsed.options) : palp::rerun(parsed.options->rerun);
   } catch (const palp::ConfigError& error) {
     fmt::print(stderr, "haptic_bridge: {}\n", error.what());
     return 2;

@@ -49,7 +49,7 @@ LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& 
     if (record.verdict == static_cast<std::int32_t>(Verdict::accepted)) ports.delay.add(record.delay_ns);
     record.duration_ns = clock.now_ns() - now;
     ports.duration.add(record.duration_ns);
-    log.add(record);
+    log.add(record, loop.input());
 
     if (loop.report().fault != LoopFault::none) break;
     deadline += (1 + missed) * period;

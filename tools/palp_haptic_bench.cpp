@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "config/json_file.h"
+#include "config/number_between.h"
 #include "tools/haptic_bench/bench_scenes.h"
 #include "tools/haptic_bench/metrics.h"
 #include "tools/haptic_bench/tick_cost.h"
@@ -255,22 +256,27 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::IsMember({"z_width", "minute", "buzz", "drag", "current", "rendering", "delay", "fault"}));
   app.add_option("--hand", a.hand_names, "off, light, firm (default: all)")->delimiter(',');
-  app.add_option("--rate", a.rates, "Rates of the server [Hz]")->delimiter(',')->check(CLI::Range(50.0, 4000.0));
+  app.add_option("--rate", a.rates, "Rates of the server [Hz]")
+      ->delimiter(',')
+      ->check(palp::number_between(50.0, 4000.0));
   app.add_option("--link", a.link_names, "Names, or NAME:delay=2,jitter=1,loss=0.02 (times in ms)");
   app.add_option("--variant", a.variants, "ours, held, spring")
       ->delimiter(',')
       ->check(CLI::IsMember({"ours", "held", "spring"}));
-  app.add_option("--damping", a.dampings, "Of the coupling, for the Z-width [N s/m]")->delimiter(',');
+  app.add_option("--damping", a.dampings, "Of the coupling, for the Z-width [N s/m]")
+      ->delimiter(',')
+      ->check(palp::number_between(0, 1e4));
   app.add_option("--seed", a.seed, "Of links and beats");
   app.add_option("--seeds", a.seeds, "How many to try; the worst counts")->check(CLI::Range(1, 1000));
   app.add_option("--jobs", a.jobs, "Threads")->check(CLI::Range(1, 1024));
   app.add_option("--out", a.out, "Markdown file (default: standard output)");
   app.add_option("--trace", a.trace, "CSV file: one press on the wall in the first cell, and nothing else");
-  app.add_option("--stiffness", a.stiffness, "Of the coupling, instead of the profile's; not for the Z-width [N/m]");
+  app.add_option("--stiffness", a.stiffness, "Of the coupling, instead of the profile's; not for the Z-width [N/m]")
+      ->check(palp::number_between(0, 1e5));
   app.add_option("--profile", a.profile, "Device profile: limits, gains, simulated arm");
-  app.add_option("--slew", a.slew, "The loop's force slew limit [N/s]");
+  app.add_option("--slew", a.slew, "The loop's force slew limit [N/s]")->check(palp::number_between(1, 1e5));
   app.add_flag("--uncontrolled", a.uncontrolled, "Without passivity control and gains that follow the delay");
-  app.add_option("--friction", a.friction, "Coulomb friction of the arm [N]");
+  app.add_option("--friction", a.friction, "Coulomb friction of the arm [N]")->check(palp::number_between(0, 50));
   app.add_option("--ticks", a.ticks,
                  "CPU time of so many ticks of the bridge's loop with each device, and nothing else")
       ->check(CLI::Range(1u, 10'000'000u));

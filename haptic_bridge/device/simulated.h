@@ -64,7 +64,7 @@ class SimulatedDevice final : public HapticDevice {
 
  private:
   void advance(double dt) noexcept;
-  void sub_step(double time, double dt) noexcept;
+  void sub_step(double middle, double dt) noexcept;
   void measure(double dt) noexcept;
   Eigen::Vector3d tremor(double dt) noexcept;
 

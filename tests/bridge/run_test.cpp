@@ -338,7 +338,7 @@ class LogFile : public testing::Test {
       record_.tick = i;
       record_.t_ns = static_cast<std::int64_t>(1'000'000'000'000'000 + i);
       record_.sent.force = {0.1 * static_cast<double>(i), 0, 0};
-      log_.add(record_);
+      log_.add(record_, {});
     }
   }
   void TearDown() override { std::filesystem::remove_all(dir_); }

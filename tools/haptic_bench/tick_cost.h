@@ -14,7 +14,8 @@ struct TickCost {
   std::string device;
   std::size_t ticks = 0;
   double median_us = 0, p99_us = 0, max_us = 0;  // CPU time, two readings of its clock included
-  double share_felt = 0;                         // of the ticks, with force
+  std::size_t over = 0;   // ticks above 20 us, which on a machine with other work are those with an interrupt
+  double share_felt = 0;  // of the ticks, with force
 };
 
 // Of the loop alone (a device that does nothing) and with the simulated arm, the simulated Virtuose (library: a path)
