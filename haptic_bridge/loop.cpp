@@ -35,6 +35,8 @@ bool unsound(Verdict v) { return v == Verdict::not_finite || v == Verdict::bad_r
 // An arm at its end, too warm or saturated gets half of the force.
 double share_for(const DeviceReading& r) { return r.strained ? 0.5 : 1; }
 
+constexpr double kFarthest = 1e3;  // from the origin: a handle further away than this is a broken reading [m]
+
 // How much of a vector another one renders, 0..1.
 double share_of(const Eigen::Vector3d& sent, const Eigen::Vector3d& wanted, double where_none) {
   const double n = wanted.squaredNorm();
@@ -107,7 +109,8 @@ void HapticLoop::read_device(std::int64_t now_ns) {
 
 // A hand does not jump: neither the pose nor the twist may say so.
 bool HapticLoop::plausible(const HandleState<double>& next, std::int64_t now_ns) const {
-  if (next.v.norm() > config_.max_speed || next.w.norm() > config_.max_angular_speed) return false;
+  if (next.x.stableNorm() > kFarthest || next.v.norm() > config_.max_speed || next.w.norm() > config_.max_angular_speed)
+    return false;
   if (!have_reading_) return true;
   const double elapsed = std::max(period_, 1e-9 * static_cast<double>(now_ns - t_reading_ns_));
   return (next.x - reading_.state.x).norm() <= config_.max_speed * elapsed &&
@@ -263,8 +266,9 @@ Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
 
   const HandleState<double>& device = reading_.state;
   WrenchLimits limits = config_.limits;
-  limits.force = warmth_.allowed(limits.force);
-  limits.torque = angular_warmth_.allowed(limits.torque);
+  const double share = share_for(reading_);  // of a force beyond the limit, too
+  limits.force = share * warmth_.allowed(limits.force);
+  limits.torque = share * angular_warmth_.allowed(limits.torque);
   const Wrench<double> damping{-config_.fade_damping * device.v, -config_.fade_angular_damping * device.w};
   const Wrench<double> kept = saturated(wanted, limits), fading = saturated(damping, limits);
   // past these speeds the coupling's spring is no more to be trusted; it comes back at four fifths of them
@@ -277,7 +281,6 @@ Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
   const Wrench<double> steady = slewed(last_sent_, mixed, config_.limits, period_);
   Wrench<double> sent = power_limited(steady, device, limits.power);
   record_.reduced = sent.force != steady.force || sent.torque != steady.torque;
-  const double share = share_for(reading_);
   rendered_ = {share * share_of(sent.force, wanted.force, e), share * share_of(sent.torque, wanted.torque, e)};
   return sent;
 }

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <concepts>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -215,6 +216,10 @@ void write_ticks(const FlightLog& log, const LoopConfig& config, const std::stri
     }
     file.write(out);
   });
+}
+
+std::string ticks_beside(const std::string& flight_log) {
+  return std::filesystem::path(flight_log).replace_extension(".ticks").string();
 }
 
 KeptRun read_ticks(const std::string& path) {

@@ -17,6 +17,9 @@ namespace palp {
 // while the loop runs.
 void write_ticks(const FlightLog& log, const LoopConfig& config, const std::string& path);
 
+// The file of a run beside its flight log: the same name with .ticks.
+std::string ticks_beside(const std::string& flight_log);
+
 // What came of a tick.
 struct TickResult {
   Wrench<double> sent = zero_wrench();

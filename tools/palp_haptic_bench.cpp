@@ -137,9 +137,9 @@ bool has(const std::vector<std::string>& list, const std::string& name) {
 
 DeviceProfile profile_of(const Arguments& a) {
   DeviceProfile profile = read_device_profile(a.profile);
-  profile.limits.force_slew = a.slew.value_or(profile.limits.force_slew);
+  profile.loop.limits.force_slew = a.slew.value_or(profile.loop.limits.force_slew);
   profile.arm.friction = a.friction.value_or(profile.arm.friction);
-  if (a.stiffness > 0) profile.gains.stiffness = a.stiffness;
+  if (a.stiffness > 0) profile.loop.gains.stiffness = a.stiffness;
   return profile;
 }
 
@@ -162,7 +162,7 @@ std::vector<Cell> cells_of(const Arguments& a, const Metric& metric) {
 // One press of the first cell, tick by tick.
 void write_press(const Arguments& a, const Scene& wall) {
   const Cell cell = cells_of(a, metrics().front()).front();
-  const Trace trace = run(wall_press(wall, cell, cell.profile.gains.stiffness, a.dampings.front(), a.seed));
+  const Trace trace = run(wall_press(wall, cell, cell.profile.loop.gains.stiffness, a.dampings.front(), a.seed));
   std::ofstream out(a.trace);
   out << "t_s,z_m,v_m_s,turn_rad,force_z_N,force_x_N,torque_Nm,port_J,put_in_J,blend,delay_s,state,verdict,share,"
          "energy_J,damping\n";

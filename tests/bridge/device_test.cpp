@@ -371,9 +371,9 @@ using Profiles = Files;
 TEST_F(Profiles, TheShippedFilesAreReadAndSayWhatTheyShould) {
   const std::string config = PALP_SOURCE_DIR "/config/";
   const DeviceProfile profile = read_device_profile(config + "devices/simulated.toml");
-  EXPECT_EQ(profile.limits.force, 35);
-  EXPECT_EQ(profile.limits.torque, 3);
-  EXPECT_EQ(profile.gains, DeviceProfile{}.gains);
+  EXPECT_EQ(profile.loop.limits.force, 35);
+  EXPECT_EQ(profile.loop.limits.torque, 3);
+  EXPECT_EQ(profile.loop.gains, DeviceProfile{}.loop.gains);
   EXPECT_EQ(profile.arm.mass, ArmModel{}.mass);
   EXPECT_EQ(profile.arm.resolution, ArmModel{}.resolution);
   for (const char* name : {"still", "stir", "press"}) {
@@ -394,12 +394,12 @@ TEST_F(Profiles, TheShippedVirtuosesAskForTheirArmAndForNoMoreThanItHolds) {
     const DeviceProfile profile = read_device_profile(folder + name + ".toml");
     EXPECT_TRUE(profile.for_virtuose);
     EXPECT_EQ(profile.virtuose.device_type.value_or(0), type);
-    EXPECT_EQ(profile.limits.force, force);
-    EXPECT_EQ(profile.limits.torque, torque);
+    EXPECT_EQ(profile.loop.limits.force, force);
+    EXPECT_EQ(profile.loop.limits.torque, torque);
     EXPECT_EQ(profile.virtuose.mode, VirtuoseMode::impedance);
     EXPECT_EQ(profile.virtuose.axes, default_arm_axes());
     EXPECT_EQ(profile.virtuose.relay_time, 3);
-    EXPECT_TRUE(profile.workspace.relative);
+    EXPECT_TRUE(profile.loop.workspace.relative);
   }
   EXPECT_FALSE(read_device_profile(PALP_SOURCE_DIR "/config/devices/simulated.toml").for_virtuose);
 }

@@ -107,7 +107,7 @@ class HostileFiles : public ::testing::Test {
 TEST_F(HostileFiles, Profiles) {
   spoil(files_in("devices"), [](const std::string& path) {
     const DeviceProfile p = read_device_profile(path);
-    const LoopConfig c = loop_config(p);
+    const LoopConfig c = p.loop;
     for (const double x : {c.limits.force, c.limits.torque, c.limits.force_slew, c.limits.torque_slew, c.limits.power})
       EXPECT_TRUE(std::isfinite(x) && x > 0) << x;
     EXPECT_LE(c.limits.force, 200);

@@ -20,10 +20,12 @@ class Invariants {
     const double dt = seconds(std::max(c_.period_ns, in.now_ns - t_last_ns_));
     if (t_last_ns_ == 0) t_good_sample_ns_ = in.now_ns;
     t_last_ns_ = in.now_ns;
+    // a hand that lets go in the tick of a late tick or of an unsound sample has let go since
+    follow_time(in);
+    follow_samples(in, loop.record().verdict);
     follow_reading(in);
     follow_switches(in);
-    follow_samples(in, loop.record().verdict);
-    follow_time(in);
+    if (have_sample_ && in.now_ns - t_good_sample_ns_ >= 100 * kMillisecond) trip();
     const char* wrong = judge_force(in, loop, sent, dt);
     before_ = sent;
     return wrong;
@@ -39,7 +41,7 @@ class Invariants {
     const HandleState<double>& s = in.reading.state;
     const double length = s.q.coeffs().stableNorm();
     good_ = in.was_read && plain(s.x) && plain(s.v) && plain(s.w) && plain(length) && std::abs(length - 1) <= 1e-3 &&
-            s.v.norm() <= c_.max_speed && s.w.norm() <= c_.max_angular_speed;
+            s.x.stableNorm() <= kFarthest && s.v.norm() <= c_.max_speed && s.w.norm() <= c_.max_angular_speed;
     if (good_ && have_reading_) {
       const double elapsed = seconds(std::max(c_.period_ns, in.now_ns - t_reading_ns_));
       const Eigen::Quaterniond q = s.q.normalized();
@@ -77,7 +79,6 @@ class Invariants {
       t_good_sample_ns_ = std::min(in.incoming.t_receive_ns, in.now_ns);
       have_sample_ = true;
     }
-    if (have_sample_ && in.now_ns - t_good_sample_ns_ >= 100 * kMillisecond) trip();
   }
 
   void follow_time(const TickInput& in) {
@@ -118,13 +119,18 @@ class Invariants {
     if (sent.force.norm() > share * most.force + kSlack || sent.torque.norm() > share * most.torque + kSlack)
       return "ramp";
     if (!judge_motors(sent, dt)) return "motors too warm";
+    if (in.reading.strained && good_ &&
+        sent.force.norm() > std::max(most.force / 2, before_.force.norm() - most.force_slew * period) + kSlack)
+      return "strained";
     if (!judge_damping(in, sent, period)) return "more than damping";
     return judge_sample(loop);
   }
 
-  // The mean square over ten seconds stays within what the motors hold for ever.
+  // The mean square over ten seconds stays within what the motors hold for ever. What a wrench does for as long as the
+  // loop is late nobody could have foreseen, so it does not count.
   bool judge_motors(const Wrench<double>& sent, double dt) {
     constexpr double kTime = 10, kOvershoot = 1.02;  // [s]; a force sinks no faster than its slope
+    dt = std::min(dt, 2 * seconds(c_.period_ns));
     warm_ += dt / kTime * (sent.force.squaredNorm() - warm_);
     warm_torque_ += dt / kTime * (sent.torque.squaredNorm() - warm_torque_);
     const auto square = [](double x) { return x * x; };
@@ -158,7 +164,8 @@ class Invariants {
     return nullptr;
   }
 
-  static constexpr double kSlack = 1e-9;  // rounding
+  static constexpr double kSlack = 1e-9;    // rounding
+  static constexpr double kFarthest = 1e3;  // that a handle can be [m]
   LoopConfig c_;
   std::int64_t t_last_ns_ = 0, t_reading_ns_ = 0, t_good_sample_ns_ = 0;
   bool have_reading_ = false, have_sample_ = false, good_ = false, gone_ = false;

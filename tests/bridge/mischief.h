@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -19,6 +20,8 @@ class Mischief {
       *p = chance(0.5) ? 0 : 0.2 * unit() * unit();
     for (double* p : {&shift_, &power_, &chain_, &strain_, &lull_}) *p = chance(0.7) ? 0 : 0.02 * unit();
     scale_ = std::pow(10, 4 * unit() - 1);  // 0.1 .. 1000 N
+    noise_ = chance(0.5) ? 1 : 0.1;
+    for (double& p : push_) p = noise_ < 1 ? normal_(random_) : 0;  // for long enough to warm the motors
     delay_ = chance(0.7) ? 0 : static_cast<std::size_t>(40 * unit());
     blend_ = unit();
     speed_ = chance(0.5) ? 0 : 6 * unit() * unit();
@@ -35,8 +38,8 @@ class Mischief {
         c.limits.axis_torque[i] = c.limits.torque * unit();
       }
     if (chance(0.5)) {
-      c.limits.continuous_force = c.limits.force * (0.1 + 0.9 * unit());
-      c.limits.continuous_torque = c.limits.torque * (0.1 + 0.9 * unit());
+      c.limits.continuous_force = c.limits.force * (0.05 + 0.95 * unit() * unit());
+      c.limits.continuous_torque = c.limits.torque * (0.05 + 0.95 * unit() * unit());
     }
     if (chance(0.3)) c.workspace = {std::pow(10, 2 * unit() - 1), std::pow(10, 2 * unit() - 1), chance(0.5)};
     if (chance(0.3)) c.governor.budget = c.governor.angular_budget = unit();
@@ -70,8 +73,8 @@ class Mischief {
     if (chance(reorder_)) in.sample.header.sequence = 1 + random_() % (sequence_ + 2);
     in.sample.sim_time = time_ += 1e-3;
     for (std::size_t i = 0; i < 3; ++i) {
-      in.sample.wrench.force[i] = scale_ * normal_(random_);
-      in.sample.wrench.torque[i] = 0.1 * scale_ * normal_(random_);
+      in.sample.wrench.force[i] = scale_ * (push_[i] + noise_ * normal_(random_));
+      in.sample.wrench.torque[i] = 0.1 * scale_ * (push_[i] + noise_ * normal_(random_));
     }
     in.sample.blend = {blend_, unit()};
     for (double& e : in.sample.energy) e = 1e-3 * normal_(random_);
@@ -146,7 +149,8 @@ class Mischief {
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
   double lose_, lie_, glitch_, lift_, late_, restart_, reorder_, duplicate_, refuse_, jump_;
-  double shift_, power_, chain_, strain_, lull_, scale_, blend_, speed_;
+  double shift_, power_, chain_, strain_, lull_, scale_, noise_, blend_, speed_;
+  std::array<double, 3> push_{};
   std::size_t delay_;  // of the link [ticks]
   bool lifted_ = false, shifted_ = false, off_ = false, open_ = false, strained_ = false;
   int silence_left_ = 0, lull_left_ = 0;

@@ -9,6 +9,7 @@
 #include "tests/support/tolerance.h"
 #include "tools/haptic_bench/bench_scenes.h"
 #include "tools/haptic_bench/series.h"
+#include "tools/haptic_bench/tick_cost.h"
 #include "tools/haptic_bench/z_width.h"
 
 namespace palp::bench {
@@ -180,11 +181,24 @@ TEST(HapticBench, AKilonewtonPerMetreHoldsAtAKilohertz) {
   EXPECT_NEAR(force, 0.02 * both, 1.1 * cell.profile.arm.friction);
 }
 
+TEST(HapticBench, TellsWhatATickCostsWithEachDevice) {
+  const DeviceProfile profile = read_device_profile(PALP_SOURCE_DIR "/config/devices/simulated.toml");
+  const std::vector<TickCost> costs = tick_costs(profile, PALP_LIB_DIR "/libvirtuose_sim.so", 3000);
+  EXPECT_EQ(costs.size(), 4u);
+  for (const TickCost& c : costs) {
+    EXPECT_EQ(c.ticks, 3000u) << c.device;
+    EXPECT_GT(c.median_us, 0) << c.device;
+    EXPECT_LE(c.median_us, c.p99_us) << c.device;
+    EXPECT_LE(c.p99_us, c.max_us) << c.device;
+    EXPECT_GT(c.share_felt, 0.5) << c.device << ": a loop without force does not do all of its work";
+  }
+}
+
 // Gains below those that the server begins with: the loop has to engage all the same.
 TEST(HapticBench, ProfilesWithLowGainsEngage) {
   const Scene wall = wall_scene();
   Cell cell = cell_on("local", 1000);
-  cell.profile.gains = {300, 2, 3, 0.05};
+  cell.profile.loop.gains = {300, 2, 3, 0.05};
   RunSetup s = wall_press(wall, cell, 300, 2, 1);
   s.seconds = 1.5;
   EXPECT_EQ(run(s).ticks.back().state, LoopState::engaged);

@@ -92,7 +92,7 @@ class CostClock final : public Clock {
 };
 
 TickCost cost_with(const std::string& name, const DeviceProfile& profile, HapticDevice& device, std::size_t ticks) {
-  LoopConfig config = loop_config(profile);
+  LoopConfig config = profile.loop;
   config.own_session = kBridgeSession;
   config.workspace = {2, 0.5, true};
   config.limits.axis_force.setConstant(config.limits.force);
@@ -162,7 +162,7 @@ std::vector<TickCost> tick_costs(const DeviceProfile& profile, const std::string
   setup.library = virtuose_library;
   setup.address = folder.with("arm.toml", "clock = \"lock_step\"\ngrip_at = 0.1\nrelay_delay = 0\n");
   setup.relay_time = 0.05;
-  setup.limits = profile.limits;
+  setup.limits = profile.loop.limits;
   VirtuoseDevice virtuose(setup, start);
   costs.push_back(cost_with("simulated Virtuose behind its driver", profile, virtuose, ticks));
   return costs;
