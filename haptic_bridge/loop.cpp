@@ -266,9 +266,9 @@ Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
 
   const HandleState<double>& device = reading_.state;
   WrenchLimits limits = config_.limits;
-  const double share = share_for(reading_);  // of a force beyond the limit, too
-  limits.force = share * warmth_.allowed(limits.force);
-  limits.torque = share * angular_warmth_.allowed(limits.torque);
+  // half of a force that the limit holds is half of the limit
+  limits.force = share_for(reading_) * warmth_.allowed(limits.force);
+  limits.torque = share_for(reading_) * angular_warmth_.allowed(limits.torque);
   const Wrench<double> damping{-config_.fade_damping * device.v, -config_.fade_angular_damping * device.w};
   const Wrench<double> kept = saturated(wanted, limits), fading = saturated(damping, limits);
   // past these speeds the coupling's spring is no more to be trusted; it comes back at four fifths of them
@@ -281,6 +281,7 @@ Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
   const Wrench<double> steady = slewed(last_sent_, mixed, config_.limits, period_);
   Wrench<double> sent = power_limited(steady, device, limits.power);
   record_.reduced = sent.force != steady.force || sent.torque != steady.torque;
+  const double share = share_for(reading_);
   rendered_ = {share * share_of(sent.force, wanted.force, e), share * share_of(sent.torque, wanted.torque, e)};
   return sent;
 }

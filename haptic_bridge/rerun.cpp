@@ -85,6 +85,10 @@ concept Of = std::same_as<std::remove_const_t<T>, U>;
 
 // ---- the fields of what is kept; T is const where they are written
 
+// A field that is not in these lists is not kept, and the run that it changes is not the same.
+static_assert(sizeof(LoopConfig) == 456 && sizeof(ProxySample) == 392 && sizeof(DeviceReading) == 128,
+              "a field is new: add it to its list below, and count on");
+
 template <class A, Of<Eigen::Vector3d> T>
 void fields(A& a, T& v) {
   for (int i = 0; i < 3; ++i) a(v[i]);

@@ -119,23 +119,28 @@ class Invariants {
     if (sent.force.norm() > share * most.force + kSlack || sent.torque.norm() > share * most.torque + kSlack)
       return "ramp";
     if (!judge_motors(sent, dt)) return "motors too warm";
-    if (in.reading.strained && good_ &&
-        sent.force.norm() > std::max(most.force / 2, before_.force.norm() - most.force_slew * period) + kSlack)
-      return "strained";
+    strained_ticks_ = good_ && in.reading.strained ? strained_ticks_ + 1 : 0;
+    if (strained_ticks_ > 1 + 2 * most.force / (most.force_slew * period) &&
+        sent.force.norm() > most.force / 2 + kSlack)
+      return "a strained arm with more than half of the force";
     if (!judge_damping(in, sent, period)) return "more than damping";
     return judge_sample(loop);
   }
 
-  // The mean square over ten seconds stays within what the motors hold for ever. What a wrench does for as long as the
-  // loop is late nobody could have foreseen, so it does not count.
+  // The mean square over ten seconds stays within what the motors hold for ever, but for the time that the slope takes
+  // to bring the force down. What a wrench does for as long as the loop is late nobody could have foreseen.
   bool judge_motors(const Wrench<double>& sent, double dt) {
-    constexpr double kTime = 10, kOvershoot = 1.02;  // [s]; a force sinks no faster than its slope
+    constexpr double kTime = 10, kRounding = 1.02;  // [s]
     dt = std::min(dt, 2 * seconds(c_.period_ns));
     warm_ += dt / kTime * (sent.force.squaredNorm() - warm_);
     warm_torque_ += dt / kTime * (sent.torque.squaredNorm() - warm_torque_);
-    const auto square = [](double x) { return x * x; };
-    return warm_ <= kOvershoot * square(c_.limits.continuous_force) + kSlack &&
-           warm_torque_ <= kOvershoot * square(c_.limits.continuous_torque) + kSlack;
+    const auto most = [](double peak, double forever, double slew) {
+      const double fall = std::max(0.0, peak - forever) / slew;  // [s]
+      return kRounding * forever * forever + peak * peak * fall / (2 * kTime) + kSlack;
+    };
+    const WrenchLimits& l = c_.limits;
+    return warm_ <= most(l.force, l.continuous_force, l.force_slew) &&
+           warm_torque_ <= most(l.torque, l.continuous_torque, l.torque_slew);
   }
 
   // Of data older than 60 ms, or while the arm is too fast, nothing is left but damping, once the slope has had its
@@ -171,7 +176,7 @@ class Invariants {
   bool have_reading_ = false, have_sample_ = false, good_ = false, gone_ = false;
   bool was_on_ = false, may_hold_ = false, holds_ = false, usable_ = false;
   int bad_in_a_row_ = 0, unsound_ = 0, late_ = 0;
-  double since_cut_ = 0, damped_ticks_ = 0, fastest_ = 0, warm_ = 0, warm_torque_ = 0;
+  double since_cut_ = 0, damped_ticks_ = 0, strained_ticks_ = 0, fastest_ = 0, warm_ = 0, warm_torque_ = 0;
   Eigen::Vector3d x_ = Eigen::Vector3d::Zero(), v_ = Eigen::Vector3d::Zero(), w_ = Eigen::Vector3d::Zero();
   Eigen::Quaterniond q_ = Eigen::Quaterniond::Identity();
   Wrench<double> before_ = zero_wrench();

@@ -90,7 +90,7 @@ class Mischief {
     follow(shifted_, shift_, 0.1);
     follow(off_, power_, 0.2);
     follow(open_, chain_, 0.2);
-    follow(strained_, strain_, 0.1);
+    follow(strained_, strain_, 0.02);
     r.dead_man = !lifted_ && !regrip;
     r.shifted = shifted_;
     r.powered = !off_;
