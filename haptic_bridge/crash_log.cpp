@@ -7,6 +7,8 @@
 
 #include <unistd.h>
 
+#include "haptic_bridge/rerun.h"
+
 namespace palp {
 
 namespace {
@@ -15,6 +17,7 @@ constexpr int kDeadly[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 constexpr unsigned kPatienceSeconds = 5;
 
 const FlightLog* g_log = nullptr;
+const LoopConfig* g_config = nullptr;
 const std::string* g_path = nullptr;
 std::atomic<bool> g_dying{false};
 
@@ -28,7 +31,10 @@ void write_and_die(int signal) {
     pthread_sigmask(SIG_UNBLOCK, &alarm_only, nullptr);
     alarm(kPatienceSeconds);
     try {
-      if (g_log) g_log->write_csv(*g_path);
+      if (g_log) {
+        g_log->write_csv(*g_path);
+        write_ticks(*g_log, *g_config, ticks_beside(*g_path));
+      }
       std::fprintf(stderr, "haptic_bridge: died of signal %d; the flight log was written to %s\n", signal,
                    g_path->c_str());
     } catch (const std::exception& error) {
@@ -42,8 +48,9 @@ void write_and_die(int signal) {
 
 }  // namespace
 
-CrashLog::CrashLog(const FlightLog& log, const std::string& path) {
+CrashLog::CrashLog(const FlightLog& log, const LoopConfig& config, const std::string& path) {
   g_log = &log;
+  g_config = &config;
   g_path = new std::string(path);
   for (int signal : kDeadly) std::signal(signal, write_and_die);
 }

@@ -8,12 +8,13 @@
 
 namespace palp {
 
-// While one lives, SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGABRT write the log to the path and then kill the process as
-// they would have. Writing allocates, which a signal handler may not safely do; should it hang, the process dies after
-// five seconds all the same. At most one at a time; log must outlive it.
+// While one lives, SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGABRT write the log to the path, and the run beside it
+// (rerun.h), and then kill the process as they would have. Writing allocates, which a signal handler may not safely do;
+// should it hang, the process dies after five seconds all the same. At most one at a time; log and config must outlive
+// it.
 class CrashLog {
  public:
-  CrashLog(const FlightLog& log, const std::string& path);
+  CrashLog(const FlightLog& log, const LoopConfig& config, const std::string& path);
   ~CrashLog();
   CrashLog(const CrashLog&) = delete;
   CrashLog& operator=(const CrashLog&) = delete;

@@ -1,15 +1,10 @@
 #include "haptic_bridge/flight_log.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <filesystem>
-#include <memory>
-#include <stdexcept>
 
 #include <fmt/format.h>
-#include <unistd.h>
+
+#include "haptic_bridge/output_file.h"
 
 namespace palp {
 
@@ -72,68 +67,20 @@ const Column kColumns[] = {
   {"energy_angular", "the same for rotation [J]", [](Row& o, const TickRecord& r) { number(o, r.energy_angular); }},
   {"damping_linear", "of the passivity controller [N s/m]", [](Row& o, const TickRecord& r) { number(o, r.damping_linear); }},
   {"damping_angular", "the same for rotation [N m s/rad]", [](Row& o, const TickRecord& r) { number(o, r.damping_angular); }},
+  {"duration_us", "that the tick took, the device's calls included [us]", [](Row& o, const TickRecord& r) { microseconds(o, r.duration_ns); }},
   {"gains_share", "of the profile's gains, as the link allows, 0..1", [](Row& o, const TickRecord& r) { number(o, r.gains_share); }},
 };
 #undef PALP_VECTOR
 // clang-format on
 
-// A file that closes itself; fails loudly when the disk does.
-class OutputFile {
- public:
-  explicit OutputFile(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "wb")) {
-    if (!file_) fail("cannot be opened for writing");
-  }
-  ~OutputFile() {
-    if (file_) std::fclose(file_);
-  }
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
-
-  void write(const Row& row) {
-    if (std::fwrite(row.data(), 1, row.size(), file_) != row.size()) fail("cannot be written");
-  }
-  void close() {
-    const bool flushed = std::fflush(file_) == 0 && fsync(fileno(file_)) == 0;
-    if (!flushed) fail("cannot be written");
-    const int closed = std::fclose(file_);
-    file_ = nullptr;
-    if (closed != 0) fail("cannot be closed");
-  }
-
- private:
-  [[noreturn]] void fail(const char* what) const {
-    throw std::runtime_error(fmt::format("flight log {}: {}: {}", path_, what, std::strerror(errno)));
-  }
-  std::string path_;
-  std::FILE* file_;
-};
-
-void make_parent_of(const std::string& path) {
-  std::error_code error;
-  const std::filesystem::path parent = std::filesystem::path(path).parent_path();
-  if (!parent.empty()) std::filesystem::create_directories(parent, error);
-  if (error)
-    throw std::runtime_error(fmt::format("flight log {}: its directory cannot be made: {}", path, error.message()));
-}
-
 }  // namespace
 
-FlightLog::FlightLog(std::size_t ticks) : ring_(std::max<std::size_t>(ticks, 1)) {}
+FlightLog::FlightLog(std::size_t ticks) : ring_(std::max<std::size_t>(ticks, 1)), inputs_(ring_.size()) {}
 
-void check_log_path(const std::string& path) {
-  make_parent_of(path);
-  const std::string temporary = path + ".part";
-  OutputFile(temporary).close();
-  std::filesystem::remove(temporary);
-}
+void check_log_path(const std::string& path) { check_writable("flight log", path); }
 
 void FlightLog::write_csv(const std::string& path) const {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  make_parent_of(path);
-  const std::string temporary = path + ".part";
-  try {
-    OutputFile file(temporary);
+  write_whole_file("flight log", path, [&](OutputFile& file) {
     Row row;
     for (const Column& column : kColumns)
       fmt::format_to(std::back_inserter(row), "{}{}", row.size() ? "," : "", column.name);
@@ -152,15 +99,7 @@ void FlightLog::write_csv(const std::string& path) const {
       }
     }
     file.write(row);
-    file.close();
-  } catch (...) {
-    fs::remove(temporary, error);
-    throw;
-  }
-  fs::rename(temporary, path, error);
-  if (error)
-    throw std::runtime_error(
-        fmt::format("flight log {}: cannot be renamed from {}: {}", path, temporary, error.message()));
+  });
 }
 
 std::string flight_log_columns() {

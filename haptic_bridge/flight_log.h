@@ -1,4 +1,5 @@
-// The last minute of the loop, tick by tick, in a ring of fixed size; written out as CSV when the bridge ends.
+// The last minute of the loop, tick by tick, in a ring of fixed size; written out when the bridge ends, as CSV for
+// people, and with all that the loop took in to be run again (rerun.h).
 #pragma once
 
 #include <cstddef>
@@ -15,14 +16,17 @@ class FlightLog {
   explicit FlightLog(std::size_t ticks);
 
   // No allocation, no lock, no throw, no system call.
-  void add(const TickRecord& record) noexcept {
+  void add(const TickRecord& record, const TickInput& input) noexcept {
     ring_[count_ % ring_.size()] = record;
+    inputs_[count_ % ring_.size()] = input;
     ++count_;
   }
   std::size_t size() const { return count_ < ring_.size() ? count_ : ring_.size(); }
   std::size_t capacity() const { return ring_.size(); }
   // The i-th oldest record still held.
-  const TickRecord& at(std::size_t i) const { return ring_[(count_ - size() + i) % ring_.size()]; }
+  const TickRecord& at(std::size_t i) const { return ring_[place(i)]; }
+  // What that tick took in.
+  const TickInput& input_at(std::size_t i) const { return inputs_[place(i)]; }
 
   // Writes what is held, oldest first, to a file beside the path and renames it: the path holds either the whole log or
   // what was there before. Missing directories are made. First line: column names with units (flight_log_columns()
@@ -31,7 +35,10 @@ class FlightLog {
   void write_csv(const std::string& path) const;
 
  private:
+  std::size_t place(std::size_t i) const { return (count_ - size() + i) % ring_.size(); }
+
   std::vector<TickRecord> ring_;
+  std::vector<TickInput> inputs_;
   std::size_t count_ = 0;
 };
 

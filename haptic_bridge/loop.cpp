@@ -35,6 +35,8 @@ bool unsound(Verdict v) { return v == Verdict::not_finite || v == Verdict::bad_r
 // An arm at its end, too warm or saturated gets half of the force.
 double share_for(const DeviceReading& r) { return r.strained ? 0.5 : 1; }
 
+constexpr double kFarthest = 1e3;  // from the origin: a handle further away than this is a broken reading [m]
+
 // How much of a vector another one renders, 0..1.
 double share_of(const Eigen::Vector3d& sent, const Eigen::Vector3d& wanted, double where_none) {
   const double n = wanted.squaredNorm();
@@ -66,9 +68,11 @@ HapticLoop::HapticLoop(const LoopConfig& config, HapticDevice& device)
 void HapticLoop::tick(std::int64_t now_ns, std::int64_t lateness_ns, std::uint32_t missed,
                       const IncomingProxy* incoming) {
   elapsed_ = report_.ticks > 0 ? std::max(period_, 1e-9 * static_cast<double>(now_ns - record_.t_ns)) : period_;
-  record_.t_ns = now_ns;
-  record_.lateness_ns = lateness_ns;
-  record_.missed = missed;
+  input_.now_ns = record_.t_ns = now_ns;
+  input_.lateness_ns = record_.lateness_ns = lateness_ns;
+  input_.missed = record_.missed = missed;
+  input_.came = incoming != nullptr;
+  if (incoming) input_.incoming = *incoming;
   record_.verdict = -1;
   record_.cut = record_.reduced = false;
   tripped_ = false;
@@ -86,9 +90,11 @@ void HapticLoop::tick(std::int64_t now_ns, std::int64_t lateness_ns, std::uint32
 }
 
 void HapticLoop::read_device(std::int64_t now_ns) {
-  DeviceReading next;
+  input_.reading = {};
+  input_.was_read = device_.read(now_ns, input_.reading);
+  const DeviceReading& next = input_.reading;
   record_.good_reading =
-      device_.read(now_ns, next) && is_finite(next.state) && is_unit(next.state.q) && plausible(next.state, now_ns);
+      input_.was_read && is_finite(next.state) && is_unit(next.state.q) && plausible(next.state, now_ns);
   if (!record_.good_reading) {
     ++report_.bad_readings;
     if (++bad_reads_in_a_row_ > config_.max_bad_ticks) fault_ = LoopFault::device_read;
@@ -103,7 +109,8 @@ void HapticLoop::read_device(std::int64_t now_ns) {
 
 // A hand does not jump: neither the pose nor the twist may say so.
 bool HapticLoop::plausible(const HandleState<double>& next, std::int64_t now_ns) const {
-  if (next.v.norm() > config_.max_speed || next.w.norm() > config_.max_angular_speed) return false;
+  if (next.x.stableNorm() > kFarthest || next.v.norm() > config_.max_speed || next.w.norm() > config_.max_angular_speed)
+    return false;
   if (!have_reading_) return true;
   const double elapsed = std::max(period_, 1e-9 * static_cast<double>(now_ns - t_reading_ns_));
   return (next.x - reading_.state.x).norm() <= config_.max_speed * elapsed &&
@@ -259,8 +266,9 @@ Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
 
   const HandleState<double>& device = reading_.state;
   WrenchLimits limits = config_.limits;
-  limits.force = warmth_.allowed(limits.force);
-  limits.torque = angular_warmth_.allowed(limits.torque);
+  // half of a force that the limit holds is half of the limit
+  limits.force = share_for(reading_) * warmth_.allowed(limits.force);
+  limits.torque = share_for(reading_) * angular_warmth_.allowed(limits.torque);
   const Wrench<double> damping{-config_.fade_damping * device.v, -config_.fade_angular_damping * device.w};
   const Wrench<double> kept = saturated(wanted, limits), fading = saturated(damping, limits);
   // past these speeds the coupling's spring is no more to be trusted; it comes back at four fifths of them
@@ -282,7 +290,8 @@ void HapticLoop::send(const Wrench<double>& wrench) {
   const bool finite = is_finite(wrench);
   if (!finite) fault_ = LoopFault::not_finite;
   record_.sent = finite ? wrench : zero_wrench();
-  if (device_.write(record_.sent)) {
+  input_.was_written = device_.write(record_.sent);
+  if (input_.was_written) {
     bad_writes_in_a_row_ = 0;
   } else {
     ++report_.bad_writes;

@@ -11,6 +11,7 @@
 #include "haptic_bridge/local_model.h"
 #include "haptic_bridge/passivity.h"
 #include "haptic_bridge/sample_gate.h"
+#include "haptic_bridge/tick_input.h"
 #include "haptic_bridge/workspace.h"
 #include "idl/messages.h"
 
@@ -61,6 +62,7 @@ struct TickRecord {
   std::int64_t t_ns = 0;         // of the tick, CLOCK_MONOTONIC
   std::int64_t lateness_ns = 0;  // behind its deadline
   std::uint32_t missed = 0;      // whole periods skipped before it
+  std::int64_t duration_ns = 0;  // of the tick, as run_loop measures it
   LoopState state = LoopState::waiting;
   bool good_reading = false;
   bool engaged_device = false;
@@ -127,6 +129,8 @@ class HapticLoop {
   const DeviceSample& sample() const { return sample_; }
   bool worth_sending() const { return have_reading_; }
   const TickRecord& record() const { return record_; }
+  // What the last tick took in: the same inputs in the same order give the same wrenches (rerun.h).
+  const TickInput& input() const { return input_; }
   const LoopReport& report() const { return report_; }
   const LoopConfig& config() const { return config_; }
 
@@ -188,6 +192,7 @@ class HapticLoop {
   LoopFault fault_ = LoopFault::none;
 
   DeviceSample sample_;
+  TickInput input_;
   TickRecord record_;
   LoopReport report_;
 };

@@ -19,6 +19,7 @@
 #include "haptic_bridge/options.h"
 #include "haptic_bridge/profile.h"
 #include "haptic_bridge/report.h"
+#include "haptic_bridge/rerun.h"
 #include "haptic_bridge/supervisor.h"
 #include "idl/clock.h"
 
@@ -54,16 +55,17 @@ class StopSignal {
 
 DeviceProfile profile_from(const BridgeOptions& o) {
   DeviceProfile profile = o.profile.empty() ? DeviceProfile{} : read_device_profile(o.profile);
-  profile.gains.stiffness = o.stiffness.value_or(profile.gains.stiffness);
-  profile.gains.damping = o.damping.value_or(profile.gains.damping);
-  profile.gains.angular_stiffness = o.angular_stiffness.value_or(profile.gains.angular_stiffness);
-  profile.gains.angular_damping = o.angular_damping.value_or(profile.gains.angular_damping);
-  profile.workspace.motion_scale = o.motion_scale.value_or(profile.workspace.motion_scale);
-  profile.workspace.force_scale = o.force_scale.value_or(profile.workspace.force_scale);
+  profile.loop.gains.stiffness = o.stiffness.value_or(profile.loop.gains.stiffness);
+  profile.loop.gains.damping = o.damping.value_or(profile.loop.gains.damping);
+  profile.loop.gains.angular_stiffness = o.angular_stiffness.value_or(profile.loop.gains.angular_stiffness);
+  profile.loop.gains.angular_damping = o.angular_damping.value_or(profile.loop.gains.angular_damping);
+  profile.loop.workspace.motion_scale = o.motion_scale.value_or(profile.loop.workspace.motion_scale);
+  profile.loop.workspace.force_scale = o.force_scale.value_or(profile.loop.workspace.force_scale);
   // an arm without motors harms nobody when this machine is busy
-  if (o.profile.empty() && o.device != DeviceKind::virtuose) profile.safety.overrun_ns = profile.safety.late_ticks = 0;
+  if (o.profile.empty() && o.device != DeviceKind::virtuose)
+    profile.loop.safety.overrun_ns = profile.loop.safety.late_ticks = 0;
   // wherever the arm stands, its handle begins at the tool
-  if (o.profile.empty() && o.device == DeviceKind::virtuose) profile.workspace.relative = true;
+  if (o.profile.empty() && o.device == DeviceKind::virtuose) profile.loop.workspace.relative = true;
   if (o.device == DeviceKind::virtuose && !o.profile.empty() && !profile.for_virtuose)
     throw ConfigError(
         fmt::format("{}: it has no table [virtuose], so its limits are not for this arm: give one of "
@@ -73,14 +75,14 @@ DeviceProfile profile_from(const BridgeOptions& o) {
   if (!o.library.empty()) arm.library = profile.spacenav.library = o.library;
   if (!o.address.empty()) arm.address = o.address;
   arm.mode = o.virtuose_mode.value_or(arm.mode);
-  arm.limits = profile.limits;
-  arm.gains = profile.gains;
+  arm.limits = profile.loop.limits;
+  arm.gains = profile.loop.gains;
   arm.period = 1 / o.rate_hz;
   return profile;
 }
 
 LoopConfig loop_config(const BridgeOptions& o, const DeviceProfile& profile, const Bus& bus) {
-  LoopConfig config = loop_config(profile);
+  LoopConfig config = profile.loop;
   config.period_ns = std::llround(1e9 / o.rate_hz);
   config.device = o.device_number;
   config.own_session = bus.session();
@@ -153,7 +155,7 @@ std::unique_ptr<HapticDevice> open_device(const BridgeOptions& o, const DevicePr
 // The loop in a thread of its own, told of by the calling thread until it ends. Returns what went wrong, or empty.
 std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& ports, BusLink& link, FlightLog& log,
                        Herald& herald, StopSignal& stop, RealtimeReport& scheduling) {
-  const CrashLog crash_log(log, o.log);
+  const CrashLog crash_log(log, loop.config(), o.log);
   std::atomic<bool> stop_loop{false}, ended{false};
   std::atomic<bool> prepared{false};
   std::thread thread([&] {
@@ -181,14 +183,22 @@ std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& port
   return failure;
 }
 
-std::string write_log(const FlightLog& log, const std::string& path, std::string& failure) {
+std::string write_log(const FlightLog& log, const LoopConfig& config, const std::string& path, std::string& failure) {
   try {
     log.write_csv(path);
+    write_ticks(log, config, ticks_beside(path));
     return fmt::format("{} ({} ticks)", path, log.size());
   } catch (const std::exception& error) {
     if (failure.empty()) failure = error.what();
     return error.what();
   }
+}
+
+// 0: the same wrenches; 1: others.
+int rerun(const std::string& path) {
+  const Rerun result = run_again(read_ticks(path));
+  fmt::print("{}: {}\n", path, to_text(result));
+  return result.differs_at == 0 ? 0 : 1;
 }
 
 int run(const BridgeOptions& o) {
@@ -233,7 +243,7 @@ int run(const BridgeOptions& o) {
   if (loop.report().fault != LoopFault::none && !device->trouble().empty()) failure = device->trouble();
   summary.device = fmt::format("{} ({})", device->info().name, profile.name);
   summary.scheduling = scheduling.line() + ", " + tested;
-  summary.log = write_log(log, o.log, failure);
+  summary.log = write_log(log, loop.config(), o.log, failure);
   summary.trouble = failure;
   if (!failure.empty()) summary.state = "fault";
   herald.finish(summary, o.summary);
@@ -247,7 +257,8 @@ int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_bridge"));
   try {
     const palp::ParsedOptions parsed = palp::parse_options(argc, argv);
-    return parsed.options ? palp::run(*parsed.options) : parsed.exit_status;
+    if (!parsed.options) return parsed.exit_status;
+    return parsed.options->rerun.empty() ? palp::run(*parsed.options) : palp::rerun(parsed.options->rerun);
   } catch (const palp::ConfigError& error) {
     fmt::print(stderr, "haptic_bridge: {}\n", error.what());
     return 2;

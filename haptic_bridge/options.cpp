@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "config/error.h"
+#include "config/number_between.h"
 #include "haptic_bridge/local_model.h"
 #include "idl/bus_options.h"
 
@@ -62,18 +63,25 @@ void add_device_options(CLI::App& app, RawOptions& raw) {
 }
 
 void add_loop_options(CLI::App& app, BridgeOptions& o) {
-  app.add_option("--rate-hz", o.rate_hz, "ticks per second")->check(CLI::Range(100.0, 4000.0))->capture_default_str();
+  app.add_option("--rate-hz", o.rate_hz, "ticks per second")
+      ->check(number_between(100.0, 4000.0))
+      ->capture_default_str();
   app.add_option("--seconds", o.seconds, "stop after so many seconds of ticks; 0: until SIGINT or SIGTERM")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(number_between(0.0, 1e6))
       ->capture_default_str();
   app.add_option(
          "--log", o.log,
-         "flight log (CSV), or a directory for it; a summary (JSON) goes beside it [out/bridge_N/bridge_log.csv]")
+         "flight log (CSV), or a directory for it; beside it go a summary (.json) and the run itself (.ticks, for "
+         "--rerun) [out/bridge_N/bridge_log.csv]")
       ->type_name("PATH");
   app.add_option("--summary", o.summary, "where the summary (JSON) goes instead")->type_name("FILE");
   app.add_option("--log-seconds", o.log_seconds, "how much of the run's end the flight log holds")
-      ->check(CLI::Range(1.0, 3600.0))
+      ->check(number_between(1.0, 3600.0))
       ->capture_default_str();
+  app.add_option("--rerun", o.rerun,
+                 "run a loop again from what it took in (.ticks of an earlier run), without device and bus: says "
+                 "whether each wrench is the same, bit for bit, or which tick differs first")
+      ->type_name("FILE");
   app.add_option("--priority", o.realtime.priority, "SCHED_FIFO priority of the loop; 0: ordinary scheduling")
       ->check(CLI::Range(0, 98))
       ->capture_default_str();
@@ -83,17 +91,18 @@ void add_loop_options(CLI::App& app, BridgeOptions& o) {
   app.add_option("--self-test", o.self_test,
                  "measure this machine's lateness for so many seconds before the start; if one tick in a thousand is "
                  "late by more than 0.5 ms, at most 3 N and 0.2 N m are sent [virtuose: 5, else 0]")
-      ->check(CLI::Range(0.0, 600.0));
+      ->check(number_between(0.0, 600.0));
   app.add_flag("--full-force", o.full_force, "send the profile's force whatever the self-test says");
   app.add_option("--stiffness", o.stiffness, "coupling gain [N/m], instead of the profile's")
-      ->check(CLI::Range(0.0, 1e5));
-  app.add_option("--damping", o.damping, "coupling gain [N s/m]")->check(CLI::Range(0.0, 1e4));
-  app.add_option("--angular-stiffness", o.angular_stiffness, "coupling gain [N m/rad]")->check(CLI::Range(0.0, 1e4));
-  app.add_option("--angular-damping", o.angular_damping, "coupling gain [N m s/rad]")->check(CLI::Range(0.0, 1e3));
+      ->check(number_between(0.0, 1e5));
+  app.add_option("--damping", o.damping, "coupling gain [N s/m]")->check(number_between(0.0, 1e4));
+  app.add_option("--angular-stiffness", o.angular_stiffness, "coupling gain [N m/rad]")
+      ->check(number_between(0.0, 1e4));
+  app.add_option("--angular-damping", o.angular_damping, "coupling gain [N m s/rad]")->check(number_between(0.0, 1e3));
   app.add_option("--motion-scale", o.motion_scale, "the tool's way over the arm's, instead of the profile's")
-      ->check(CLI::Range(0.01, 100.0));
+      ->check(number_between(0.01, 100.0));
   app.add_option("--force-scale", o.force_scale, "force on the hand over that of the simulation")
-      ->check(CLI::Range(0.01, 100.0));
+      ->check(number_between(0.01, 100.0));
 }
 
 void add_options(CLI::App& app, RawOptions& raw) {

@@ -29,6 +29,7 @@ struct BridgeOptions {
   double rate_hz = 1000;
   double seconds = 0;   // 0: until stopped
   std::string log;      // CSV file
+  std::string rerun;    // a kept run: to be run again, and nothing else
   std::string summary;  // JSON file; empty: beside the log
   double log_seconds = 60;
   RealtimeOptions realtime;

@@ -30,9 +30,8 @@ void read_safety(TomlTable& root, SafetyConfig& safety) {
   read(table, "tool_turn", {"rad/s", 0, 50, true}, safety.tool_turn);
 }
 
-void read_passivity(TomlTable& root, DeviceProfile& profile) {
+void read_passivity(TomlTable& root, PassivityConfig& linear, PassivityConfig& angular) {
   TomlTable table = root.table("passivity");
-  PassivityConfig &linear = profile.passivity, &angular = profile.angular_passivity;
   read(table, "device_damping", {"N s/m", 0, 100}, linear.device_damping);
   read(table, "most_damping", {"N s/m", 0, 100}, linear.most_damping);
   read(table, "start_energy", {"J", 0, 1}, linear.start);
@@ -114,32 +113,33 @@ DeviceProfile read_device_profile(const std::string& path) {
   TomlFile file = TomlFile::read(path);
   TomlTable root = file.root();
   DeviceProfile profile;
+  LoopConfig& loop = profile.loop;
   profile.name = root.text("name", Need::required).value_or("");
 
   TomlTable limits = root.table("limits", Need::required);
-  read(limits, "force", {"N", 0, 200, true}, profile.limits.force);
-  read(limits, "torque", {"N m", 0, 20, true}, profile.limits.torque);
-  read(limits, "force_slew", {"N/s", 0, 1e5, true}, profile.limits.force_slew);
-  read(limits, "torque_slew", {"N m/s", 0, 1e4, true}, profile.limits.torque_slew);
-  read(limits, "axis_force", {"N", 0, 200, true}, profile.limits.axis_force);
-  read(limits, "axis_torque", {"N m", 0, 20, true}, profile.limits.axis_torque);
-  read(limits, "continuous_force", {"N", 0, 200, true}, profile.limits.continuous_force);
-  read(limits, "continuous_torque", {"N m", 0, 20, true}, profile.limits.continuous_torque);
-  read(limits, "power", {"W", 0, 1000, true}, profile.limits.power);
+  read(limits, "force", {"N", 0, 200, true}, loop.limits.force);
+  read(limits, "torque", {"N m", 0, 20, true}, loop.limits.torque);
+  read(limits, "force_slew", {"N/s", 0, 1e5, true}, loop.limits.force_slew);
+  read(limits, "torque_slew", {"N m/s", 0, 1e4, true}, loop.limits.torque_slew);
+  read(limits, "axis_force", {"N", 0, 200, true}, loop.limits.axis_force);
+  read(limits, "axis_torque", {"N m", 0, 20, true}, loop.limits.axis_torque);
+  read(limits, "continuous_force", {"N", 0, 200, true}, loop.limits.continuous_force);
+  read(limits, "continuous_torque", {"N m", 0, 20, true}, loop.limits.continuous_torque);
+  read(limits, "power", {"W", 0, 1000, true}, loop.limits.power);
 
   TomlTable coupling = root.table("coupling");
-  read(coupling, "stiffness", {"N/m", 0, 1e5}, profile.gains.stiffness);
-  read(coupling, "damping", {"N s/m", 0, 1e4}, profile.gains.damping);
-  read(coupling, "angular_stiffness", {"N m/rad", 0, 1e4}, profile.gains.angular_stiffness);
-  read(coupling, "angular_damping", {"N m s/rad", 0, 1e3}, profile.gains.angular_damping);
+  read(coupling, "stiffness", {"N/m", 0, 1e5}, loop.gains.stiffness);
+  read(coupling, "damping", {"N s/m", 0, 1e4}, loop.gains.damping);
+  read(coupling, "angular_stiffness", {"N m/rad", 0, 1e4}, loop.gains.angular_stiffness);
+  read(coupling, "angular_damping", {"N m s/rad", 0, 1e3}, loop.gains.angular_damping);
 
-  read_safety(root, profile.safety);
-  read_passivity(root, profile);
+  read_safety(root, loop.safety);
+  read_passivity(root, loop.passivity, loop.angular_passivity);
   TomlTable workspace = root.table("workspace");
-  read(workspace, "motion_scale", {"", 0.01, 100}, profile.workspace.motion_scale);
-  read(workspace, "force_scale", {"", 0.01, 100}, profile.workspace.force_scale);
+  read(workspace, "motion_scale", {"", 0.01, 100}, loop.workspace.motion_scale);
+  read(workspace, "force_scale", {"", 0.01, 100}, loop.workspace.force_scale);
   if (const auto choice = workspace.choice("reference", {"absolute", "relative"}))
-    profile.workspace.relative = *choice == 1;
+    loop.workspace.relative = *choice == 1;
 
   ArmModel& arm = profile.arm;
   TomlTable table = root.table("arm");

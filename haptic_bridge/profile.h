@@ -8,18 +8,13 @@
 #include "haptic_bridge/device/spacenav.h"
 #include "haptic_bridge/loop.h"
 #include "haptic_bridge/virtuose/session.h"
-#include "idl/messages.h"
 
 namespace palp {
 
 // Without a file: limits that suit any arm.
 struct DeviceProfile {
   std::string name = "built-in defaults";
-  WrenchLimits limits;
-  CouplingGains gains{1000, 20, 10, 0.2};
-  SafetyConfig safety;
-  PassivityConfig passivity = LoopConfig{}.passivity, angular_passivity = LoopConfig{}.angular_passivity;
-  WorkspaceConfig workspace;
+  LoopConfig loop;            // its limits, gains, safety, passivity and workspace
   ArmModel arm;               // of the simulated device; others have none
   SpacenavSetup spacenav;     // of the 3D mouse
   bool for_virtuose = false;  // it has a table [virtuose]
@@ -29,18 +24,6 @@ struct DeviceProfile {
 // Both throw ConfigError with every fault of the file, file:line each.
 DeviceProfile read_device_profile(const std::string& path);
 HandScript read_hand_script(const std::string& path);
-
-// The loop's configuration with what the profile says of it.
-inline LoopConfig loop_config(const DeviceProfile& profile) {
-  LoopConfig config;
-  config.gains = profile.gains;
-  config.limits = profile.limits;
-  config.safety = profile.safety;
-  config.passivity = profile.passivity;
-  config.angular_passivity = profile.angular_passivity;
-  config.workspace = profile.workspace;
-  return config;
-}
 
 // The grips of section "grip" by name: "off", "light", "firm".
 inline constexpr HandModel kHandsOff{0, 0.5, 20};

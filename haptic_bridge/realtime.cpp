@@ -116,6 +116,12 @@ void RealClock::sleep_until(std::int64_t t_ns) noexcept {
   }
 }
 
+std::int64_t RealClock::cpu_ns() noexcept {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return t.tv_sec * 1'000'000'000 + t.tv_nsec;
+}
+
 bool Wakeup::wait_for(std::int64_t timeout_ns) noexcept {
   const timespec t = to_timespec(now_ns() + timeout_ns);
   int result;

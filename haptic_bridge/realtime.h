@@ -41,12 +41,14 @@ Lateness measure_lateness(const RealtimeOptions& options, std::int64_t period_ns
 // Later than this in one of a thousand ticks, a machine is not to be trusted with an arm's full force [us].
 inline constexpr double kTrustedLateness = 500;
 
-// The loop's time. now_ns and sleep_until: no allocation, no lock, no throw.
+// The loop's time. No allocation, no lock, no throw.
 class Clock {
  public:
   virtual ~Clock() = default;
   virtual std::int64_t now_ns() noexcept = 0;
   virtual void sleep_until(std::int64_t t_ns) noexcept = 0;
+  // CPU time that the calling thread has used; 0: not measured. Always a system call, so not for every tick.
+  virtual std::int64_t cpu_ns() noexcept { return 0; }
 };
 
 // CLOCK_MONOTONIC, absolute sleep.
@@ -54,6 +56,7 @@ class RealClock final : public Clock {
  public:
   std::int64_t now_ns() noexcept override;
   void sleep_until(std::int64_t t_ns) noexcept override;
+  std::int64_t cpu_ns() noexcept override;
 };
 
 // Time that moves only when slept: exact, repeatable, faster than real.

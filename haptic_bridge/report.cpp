@@ -38,6 +38,10 @@ std::vector<Metric> bridge_metrics(const LoopReport& report, const LoopPorts& po
       {"lateness_p999_us", ports.lateness.quantile_us(0.999)},
       {"lateness_max_us", ports.lateness.max_us()},
       {"overruns", as_number(report.missed)},
+      {"tick_p50_us", ports.duration.quantile_us(0.5)},
+      {"tick_p99_us", ports.duration.quantile_us(0.99)},
+      {"tick_max_us", ports.duration.max_us()},
+      {"cpu_per_tick_us", report.ticks > 0 ? 1e-3 * static_cast<double>(ports.cpu_ns) / as_number(report.ticks) : 0},
       {"sample_age_p50_ms", 1e-3 * ports.age.quantile_us(0.5)},
       {"sample_age_p99_ms", 1e-3 * ports.age.quantile_us(0.99)},
       {"sample_age_max_ms", 1e-3 * ports.age.max_us()},
@@ -103,6 +107,10 @@ std::string to_text(const Summary& s) {
                       m("overruns"));
   text += fmt::format("  lateness     median {:.0f} us, 99 % {:.0f} us, 99.9 % {:.0f} us, max {:.0f} us\n",
                       m("lateness_p50_us"), m("lateness_p99_us"), m("lateness_p999_us"), m("lateness_max_us"));
+  text += fmt::format(
+      "  tick         median {:.1f} us, 99 % {:.1f} us, max {:.0f} us with the device; CPU {:.1f} us, waking "
+      "included\n",
+      m("tick_p50_us"), m("tick_p99_us"), m("tick_max_us"), m("cpu_per_tick_us"));
   text += fmt::format(
       "  sample age   median {:.2f} ms, 99 % {:.2f} ms, max {:.2f} ms; device to force median {:.2f} ms, 99 % {:.2f} "
       "ms\n",

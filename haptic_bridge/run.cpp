@@ -26,6 +26,7 @@ LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& 
   const std::int64_t period = loop.config().period_ns;
   const Pulse pulse(ports.heartbeat);
   IncomingProxy incoming;
+  const std::int64_t cpu_before = clock.cpu_ns();
   std::int64_t deadline = clock.now_ns() + period;
 
   for (std::uint64_t i = 0; !stop.load(std::memory_order_relaxed) && (max_ticks == 0 || i < max_ticks); ++i) {
@@ -42,16 +43,19 @@ LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& 
       ports.sample_ready.wake();
     }
     ports.report.put(loop.report());
-    const TickRecord& record = loop.record();
+    TickRecord record = loop.record();
     ports.lateness.add(record.lateness_ns);
     if (record.state != LoopState::waiting && record.state != LoopState::stale) ports.age.add(record.age_ns);
     if (record.verdict == static_cast<std::int32_t>(Verdict::accepted)) ports.delay.add(record.delay_ns);
-    log.add(record);
+    record.duration_ns = clock.now_ns() - now;
+    ports.duration.add(record.duration_ns);
+    log.add(record, loop.input());
 
-    if (loop.report().fault != LoopFault::none) return loop.report().fault;
+    if (loop.report().fault != LoopFault::none) break;
     deadline += (1 + missed) * period;
   }
-  return LoopFault::none;
+  ports.cpu_ns = clock.cpu_ns() - cpu_before;
+  return loop.report().fault;
 }
 
 }  // namespace palp

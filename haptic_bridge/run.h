@@ -21,7 +21,9 @@ struct LoopPorts {
   std::atomic<std::int64_t>* heartbeat = nullptr;  // the time of each tick [ns], 0 after the last; null: nobody looks
   Histogram lateness;                              // of each tick behind its deadline
   Histogram age;                                   // of the sample in use, in ticks that have one and it is not stale
-  Histogram delay;  // device state read -> first tick that renders its answer, per sample used
+  Histogram delay;                      // device state read -> first tick that renders its answer, per sample used
+  Histogram duration;                   // of each tick, device and mailboxes included, sleep and flight log not
+  std::atomic<std::int64_t> cpu_ns{0};  // that the loop's thread used from first to last tick; 0 until it ends
 };
 
 // Ticks until stop is set, a fault occurs, or max_ticks (0: no end) are done. A tick that is late by whole periods

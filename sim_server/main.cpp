@@ -9,6 +9,7 @@
 
 #include "config/error.h"
 #include "config/json_file.h"
+#include "config/number_between.h"
 #include "idl/bus_options.h"
 #include "sim_server/scene_options.h"
 #include "sim_server/server.h"
@@ -27,7 +28,8 @@ struct Arguments {
 
 void declare(CLI::App& app, Arguments& a) {
   palp::add_scene_options(app, a.scene);
-  app.add_option("--seconds", a.server.seconds, "stop after this wall time; 0: never")->check(CLI::Range(0.0, 1e9));
+  app.add_option("--seconds", a.server.seconds, "stop after this wall time; 0: never")
+      ->check(palp::number_between(0.0, 1e9));
   app.add_flag("--paused", a.server.start_paused, "wait for a resume command");
   app.add_option("--summary", a.summary, "write a summary (JSON) to this file at the end");
   palp::add_bus_options(app, a.bus);

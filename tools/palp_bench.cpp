@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "config/json_file.h"
+#include "config/number_between.h"
 #include "sim_server/plan.h"
 #include "sim_server/scene_options.h"
 
@@ -223,8 +224,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(64, 20000000));
   app.add_option("--support", a.supports, "Support radii in spacings, of cubes")
       ->delimiter(',')
-      ->check(CLI::Range(1.8, 4.0));
-  app.add_option("--seconds", a.seconds, "Time to measure each case for")->check(CLI::Range(0.01, 600.0));
+      ->check(palp::number_between(1.8, 4.0));
+  app.add_option("--seconds", a.seconds, "Time to measure each case for")->check(palp::number_between(0.01, 600.0));
   app.add_option("--sub-steps", a.sub_steps, "Sub-steps in a haptic step (10 of cubes, a scene's own)")
       ->check(CLI::Range(1, 100));
   app.add_option("--out", a.out, "JSON file (default: standard output)");

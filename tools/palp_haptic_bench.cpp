@@ -15,9 +15,11 @@
 #include <thread>
 
 #include "config/json_file.h"
+#include "config/number_between.h"
 #include "sim_server/scene_options.h"
 #include "tools/haptic_bench/bench_scenes.h"
 #include "tools/haptic_bench/metrics.h"
+#include "tools/haptic_bench/tick_cost.h"
 
 namespace palp::bench {
 namespace {
@@ -35,6 +37,7 @@ struct Arguments {
   double stiffness = 0;              // of the profile, if 0
   std::optional<double> slew, friction;
   bool uncontrolled = false;
+  std::size_t ticks = 0;  // to measure the cost of
 };
 
 struct Job {
@@ -156,9 +159,9 @@ bool has(const std::vector<std::string>& list, const std::string& name) {
 
 DeviceProfile profile_of(const Arguments& a) {
   DeviceProfile profile = read_device_profile(a.profile);
-  profile.limits.force_slew = a.slew.value_or(profile.limits.force_slew);
+  profile.loop.limits.force_slew = a.slew.value_or(profile.loop.limits.force_slew);
   profile.arm.friction = a.friction.value_or(profile.arm.friction);
-  if (a.stiffness > 0) profile.gains.stiffness = a.stiffness;
+  if (a.stiffness > 0) profile.loop.gains.stiffness = a.stiffness;
   return profile;
 }
 
@@ -183,7 +186,7 @@ std::vector<Cell> cells_of(const Arguments& a, const Metric& metric) {
 // One press of the first cell, tick by tick.
 void write_press(const Arguments& a, const Scene& wall) {
   const Cell cell = cells_of(a, metrics().front()).front();
-  const Trace trace = run(wall_press(wall, cell, cell.profile.gains.stiffness, a.dampings.front(), a.seed));
+  const Trace trace = run(wall_press(wall, cell, cell.profile.loop.gains.stiffness, a.dampings.front(), a.seed));
   std::ofstream out(a.trace);
   out << "t_s,z_m,v_m_s,turn_rad,force_z_N,force_x_N,torque_Nm,port_J,put_in_J,blend,delay_s,state,verdict,share,"
          "energy_J,damping\n";
@@ -239,6 +242,10 @@ std::vector<std::string> preface(const Arguments& a, const std::vector<Row>& row
 }
 
 int measure(const Arguments& a) {
+  if (a.ticks > 0) {
+    fmt::print("{}", markdown(tick_costs(profile_of(a), PALP_LIB_DIR "/libvirtuose_sim.so", a.ticks)));
+    return 0;
+  }
   const Scenes scenes{wall_scene(), elastic_scene(), current_scene(), tank_scene()};
   if (!a.trace.empty()) {
     write_press(a, scenes.wall);
@@ -275,12 +282,16 @@ int main(int argc, char** argv) {
       ->check(
           CLI::IsMember({"z_width", "minute", "buzz", "drag", "current", "rendering", "delay", "figure4", "fault"}));
   app.add_option("--hand", a.hand_names, "off, light, firm (default: all)")->delimiter(',');
-  app.add_option("--rate", a.rates, "Rates of the server [Hz]")->delimiter(',')->check(CLI::Range(50.0, 4000.0));
+  app.add_option("--rate", a.rates, "Rates of the server [Hz]")
+      ->delimiter(',')
+      ->check(palp::number_between(50.0, 4000.0));
   app.add_option("--link", a.link_names, "Names, or NAME:delay=2,jitter=1,loss=0.02 (times in ms)");
   app.add_option("--variant", a.variants, "ours, held, spring")
       ->delimiter(',')
       ->check(CLI::IsMember({"ours", "held", "spring"}));
-  app.add_option("--damping", a.dampings, "Of the coupling, for the Z-width [N s/m]")->delimiter(',');
+  app.add_option("--damping", a.dampings, "Of the coupling, for the Z-width [N s/m]")
+      ->delimiter(',')
+      ->check(palp::number_between(0, 1e4));
   app.add_option("--seed", a.seed, "Of links and beats");
   app.add_option("--seeds", a.seeds, "How many to try; the worst counts")->check(CLI::Range(1, 1000));
   app.add_option("--jobs", a.jobs, "Threads")->check(CLI::Range(1, 1024));
@@ -289,11 +300,15 @@ int main(int argc, char** argv) {
   app.add_option("--series", a.series, "Folder for what metric figure4 felt, a CSV file a tray")
       ->check(CLI::ExistingDirectory);
   palp::add_accuracy_option(app, a.accuracy);
-  app.add_option("--stiffness", a.stiffness, "Of the coupling, instead of the profile's; not for the Z-width [N/m]");
+  app.add_option("--stiffness", a.stiffness, "Of the coupling, instead of the profile's; not for the Z-width [N/m]")
+      ->check(palp::number_between(0, 1e5));
   app.add_option("--profile", a.profile, "Device profile: limits, gains, simulated arm");
-  app.add_option("--slew", a.slew, "The loop's force slew limit [N/s]");
+  app.add_option("--slew", a.slew, "The loop's force slew limit [N/s]")->check(palp::number_between(1, 1e5));
   app.add_flag("--uncontrolled", a.uncontrolled, "Without passivity control and gains that follow the delay");
-  app.add_option("--friction", a.friction, "Coulomb friction of the arm [N]");
+  app.add_option("--friction", a.friction, "Coulomb friction of the arm [N]")->check(palp::number_between(0, 50));
+  app.add_option("--ticks", a.ticks,
+                 "CPU time of so many ticks of the bridge's loop with each device, and nothing else")
+      ->check(CLI::Range(1u, 10'000'000u));
   app.add_option("--json", a.json, "JSON file");
   CLI11_PARSE(app, argc, argv);
   if (a.quick) {

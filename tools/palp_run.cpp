@@ -7,6 +7,7 @@
 #include <csignal>
 
 #include "config/error.h"
+#include "config/number_between.h"
 #include "sim_server/scene_options.h"
 #include "tools/run_scene.h"
 
@@ -29,10 +30,10 @@ struct Arguments {
 void declare(CLI::App& app, Arguments& a) {
   palp::add_scene_options(app, a.scene);
   app.add_option("--duration", a.run.duration, "simulated seconds, instead of the scene's")
-      ->check(CLI::Range(1e-9, 1e6));
+      ->check(palp::number_between(1e-9, 1e6));
   app.add_option("--out", a.run.out, "folder for the results, made if missing")->required();
   app.add_option("--snapshots-hz", a.run.snapshots_hz, "particle files per simulated second; 0: none")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(palp::number_between(0.0, 1e6));
   app.add_option("--path", a.path, "CSV time,x,y,z,qx,qy,qz,qw that drives the handle of device 0");
 }
 

@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "config/number_between.h"
 #include "idl/bus_options.h"
 
 namespace palp {
@@ -61,10 +62,10 @@ std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* a
       ->capture_default_str();
   app.add_option("--size", size, "of the picture, WIDTHxHEIGHT in pixels")->capture_default_str();
   app.add_option("--fps", o.rate_hz, "pictures per second at most (60; off-screen 30 with --video, else 10)")
-      ->check(CLI::Range(0.1, 1000.0));
+      ->check(number_between(0.1, 1000.0));
   app.add_option("--samples", samples, "samples per pixel against jagged edges (4; off-screen 0)")
       ->check(CLI::Range(0, 16));
-  app.add_option("--seconds", o.seconds, "end after this long")->check(CLI::Range(0.0, 1e7));
+  app.add_option("--seconds", o.seconds, "end after this long")->check(number_between(0.0, 1e7));
   ScalarField color = ScalarField::none;
   auto* color_option =
       app.add_option("--color", color,
@@ -74,10 +75,10 @@ std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* a
   auto* png =
       app.add_option("--png", o.png, "write a picture, when the viewer ends unless --png-at or --png-every say when");
   auto* at = app.add_option("--png-at", png_at, "write it this many seconds after the start")
-                 ->check(CLI::Range(0.0, 1e7))
+                 ->check(number_between(0.0, 1e7))
                  ->needs(png);
   auto* every = app.add_option("--png-every", png_every, "write one every so many seconds, FILE-0001.png and so on")
-                    ->check(CLI::Range(0.01, 1e7))
+                    ->check(number_between(0.01, 1e7))
                     ->needs(png)
                     ->excludes(at);
   app.add_option("--video", o.video, "write a video (H.264, through ffmpeg)");

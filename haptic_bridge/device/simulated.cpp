@@ -58,9 +58,28 @@ Vec3 friction_force(Vec3& bristle, const Vec3& velocity, double friction, double
   return saturated(Vec3(-stiffness * bristle - std::sqrt(stiffness * mass) * rate), friction);
 }
 
+// What a constant force F and a viscous friction do to a mass m within dt, exactly: v' = decay v + reach F / m and
+// x' = x + reach v + way F / m. rate: of the friction, over the mass [1/s].
+struct Hold {
+  double decay, reach, way;
+};
+
+Hold hold(double dt, double rate) {
+  const double a = rate * dt;
+  // the closed form loses its digits where a is small
+  const double reach = a < 1e-3 ? dt * (1 - a / 2 * (1 - a / 3)) : -std::expm1(-a) / rate;
+  const double way = a < 1e-3 ? dt * dt / 2 * (1 - a / 3 * (1 - a / 4)) : (dt - reach) / rate;
+  return {1 - rate * reach, reach, way};
+}
+
+Quat turned(const Quat& q, const Vec3& by) {
+  const double angle = by.norm();
+  return angle > 0 ? (Quat(Eigen::AngleAxisd(angle, by / angle)) * q).normalized() : q;
+}
+
 double rounded(double value, double step) { return step > 0 ? std::round(value / step) * step : value; }
 
-// Semi-implicit steps: the dampers implicitly, the springs explicitly, so only these limit the step.
+// The springs act as they are in the middle of a step (leapfrog), so only these limit it.
 void check_stable(const char* what, double mass, double stiffness) {
   if (!(mass > 0)) throw ConfigError(std::string("simulated device: its ") + what + " must be above zero");
   if (stiffness * kSubStep * kSubStep / mass > 1)
@@ -126,31 +145,36 @@ void SimulatedDevice::advance(double dt) noexcept {
   applied_ = motors_.render(commanded_, arm_.motors, dt);
   at_stop_ = false;
   const int steps = std::max(1, static_cast<int>(std::ceil(dt / kSubStep - 1e-6)));
-  for (int i = 0; i < steps; ++i) sub_step(time_ + dt * (i + 1) / steps, dt / steps);
+  for (int i = 0; i < steps; ++i) sub_step(time_ + dt * (i + 0.5) / steps, dt / steps);
   time_ += dt;
 }
 
-void SimulatedDevice::sub_step(double time, double dt) noexcept {
-  const HandleState<double> wish = intent(time);
+// The wrench of the loop is held over the step, and place and speed follow it exactly: so a spring that the loop
+// renders meets the bounds that theory gives for a held force.
+void SimulatedDevice::sub_step(double middle, double dt) noexcept {
+  const HandleState<double> wish = intent(middle);
   const double lever2 = hand_.lever * hand_.lever;
 
   const double mass = arm_.mass + hand_.mass;
-  const Vec3 force = applied_.force + hand_.stiffness * (wish.x - state_.x) + hand_.damping * wish.v + tremor(dt) +
+  const Hold linear = hold(dt, (hand_.damping + arm_.damping) / mass);
+  const Vec3 force = applied_.force + hand_.stiffness * (wish.x - (state_.x + dt / 2 * state_.v)) +
+                     hand_.damping * wish.v + tremor(dt) +
                      stop_force(state_.x - home_.x, state_.v, arm_.workspace, kStopStiffness, arm_.mass) +
                      friction_force(bristle_, state_.v, arm_.friction, kBristleReach, arm_.mass, dt);
-  state_.v = (state_.v + dt / mass * force) / (1 + dt / mass * (hand_.damping + arm_.damping));
-  state_.x += dt * state_.v;
+  state_.x += linear.reach * state_.v + linear.way / mass * force;
+  state_.v = linear.decay * state_.v + linear.reach / mass * force;
 
   const double inertia = arm_.inertia + hand_.mass * lever2;
+  const Hold angular = hold(dt, (lever2 * hand_.damping + arm_.angular_damping) / inertia);
+  const Quat q_middle = turned(state_.q, dt / 2 * state_.w);
   const Vec3 torque =
-      applied_.torque + lever2 * hand_.stiffness * rotation_between(state_.q, wish.q) +
+      applied_.torque + lever2 * hand_.stiffness * rotation_between(q_middle, wish.q) +
       lever2 * hand_.damping * wish.w +
       stop_force(rotation_between(home_.q, state_.q), state_.w, Vec3::Constant(arm_.turn), kStopTurnStiffness,
                  arm_.inertia) +
       friction_force(angular_bristle_, state_.w, arm_.angular_friction, kAngularReach, arm_.inertia, dt);
-  state_.w = (state_.w + dt / inertia * torque) / (1 + dt / inertia * (lever2 * hand_.damping + arm_.angular_damping));
-  const double angle = dt * state_.w.norm();
-  if (angle > 0) state_.q = (Quat(Eigen::AngleAxisd(angle, state_.w.normalized())) * state_.q).normalized();
+  state_.q = turned(state_.q, angular.reach * state_.w + angular.way / inertia * torque);
+  state_.w = angular.decay * state_.w + angular.reach / inertia * torque;
 }
 
 // Of the stops on the arm, along each axis: a stiff spring that is damped on the way in and lets go on the way out.

@@ -71,7 +71,7 @@ class SimulatedDevice final : public HapticDevice {
 
  private:
   void advance(double dt) noexcept;
-  void sub_step(double time, double dt) noexcept;
+  void sub_step(double middle, double dt) noexcept;
   Eigen::Vector3d stop_force(const Eigen::Vector3d& from_home, const Eigen::Vector3d& velocity,
                              const Eigen::Vector3d& reach, double stiffness, double mass) noexcept;
   void measure(double dt) noexcept;

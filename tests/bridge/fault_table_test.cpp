@@ -195,6 +195,16 @@ TEST_F(FaultTable, AStrainedArmGetsHalfTheForce) {
   EXPECT_NEAR(b.felt(), 4, kRounding);
 }
 
+// Also of a force that the limit holds.
+TEST_F(FaultTable, AStrainedArmGetsHalfOfTheLargestForce) {
+  b.force = {0, 0, 100};
+  b.ticks(50);
+  EXPECT_NEAR(b.felt(), 8, kRounding);
+  b.device.reading.strained = true;
+  b.ticks(50);
+  EXPECT_NEAR(b.felt(), 4, kRounding);
+}
+
 TEST_F(FaultTable, FastToolsFeelDampingOnly) {
   b.device.reading.state.v = {0, 1.6, 0};
   b.ticks(100);

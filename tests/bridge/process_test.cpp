@@ -238,6 +238,11 @@ TEST_F(BridgeProcess, FeelsAServerLosesItAndFindsTheNextOne) {
   EXPECT_NEAR(log.number("device_x", 0), 0.1, 1e-5);  // the home pose came from the scene
   EXPECT_NE(text_of(dir_ / "bridge_log.json").find("\"stale_events\": "), std::string::npos);
   EXPECT_NE(text_of(output()).find("server was restarted"), std::string::npos);
+
+  // all of it again, from what the loop took in
+  EXPECT_EQ(run_to_end({"--rerun", (dir_ / "bridge_log.ticks").string()}), 0) << text_of(output());
+  EXPECT_NE(text_of(output()).find(": " + std::to_string(log.rows()) + " ticks, identical"), std::string::npos)
+      << text_of(output());
 }
 
 TEST_F(BridgeProcess, SpeaksFastDdsToACycloneServer) {
@@ -293,6 +298,8 @@ TEST_F(BridgeProcess, RefusesBadInputWithOneClearMessage) {
       {{"--home", "1", "2", "nan"}, "--home"},
       {{"--device-number", "8"}, "--device-number"},
       {{"--rate-hz", "0"}, "--rate-hz"},
+      {{"--seconds", "nan"}, "--seconds"},
+      {{"--rerun", (dir_ / "bad.csv").string()}, "bad.csv: at byte"},
       {{"--nonsense"}, "--nonsense"},
       {{"--device", "virtuose", "--library", (dir_ / "none.so").string()}, "there is no such file"},
       {{"--device", "virtuose", "--library", (dir_ / "bad.toml").string()}, "cannot be loaded"},
@@ -324,6 +331,7 @@ TEST_F(BridgeProcess, WritesItsLogWhenItCrashes) {
   bridge.signal(SIGSEGV);
   EXPECT_EQ(bridge.wait(10s), 128 + SIGSEGV);
   EXPECT_GT(FlightTable(dir_ / "bridge_log.csv").rows(), 100u);
+  EXPECT_EQ(run_to_end({"--rerun", (dir_ / "bridge_log.ticks").string()}), 0) << text_of(output());
 }
 
 }  // namespace

@@ -5,11 +5,13 @@
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <sstream>
 #include <thread>
 
 #include <gtest/gtest.h>
 #include <linux/filter.h>
+#include <linux/futex.h>
 #include <linux/seccomp.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>
@@ -19,6 +21,7 @@
 #include "haptic_bridge/device/simulated.h"
 #include "idl/clock.h"
 #include "tests/bridge/count_allocations.h"
+#include "tests/bridge/count_locks.h"
 #include "tests/bridge/fake_server.h"
 
 namespace palp {
@@ -45,7 +48,7 @@ class ServedArm final : public HapticDevice {
   const DeviceInfo& info() const noexcept override { return arm_.info(); }
   void show(LoopState state) noexcept override { arm_.show(state); }
   bool read(std::int64_t now, DeviceReading& out) noexcept override {
-    if (calls) (void)getppid();
+    if (misdeed != nullptr) misdeed();
     DeviceSample sample;
     if (ports_.outgoing.take(sample)) {
       IncomingProxy in{answer(sample, 5, ++sequence_), now};
@@ -56,7 +59,7 @@ class ServedArm final : public HapticDevice {
   }
   bool write(const Wrench<double>& w) noexcept override { return arm_.write(w); }
 
-  bool calls = false;  // the system, in each read
+  void (*misdeed)() = nullptr;  // in each read
 
  private:
   LoopPorts& ports_;
@@ -82,27 +85,62 @@ TEST(Run, AllocatesNothingInTheLoop) {
   EXPECT_EQ(test::stop_counting_allocations(), 1u);  // the count does count
 }
 
+void lock_and_unlock() {
+  static std::mutex mutex;
+  const std::lock_guard<std::mutex> lock(mutex);
+}
+
+TEST(Run, TakesNoLockInTheLoop) {
+  if (!test::kCountsLocks) GTEST_SKIP() << "the sanitizers count locks themselves";
+  constexpr std::uint64_t kTicks = 1200;
+  for (const bool honest : {true, false}) {
+    auto ports = std::make_unique<LoopPorts>();
+    ServedArm arm(*ports);
+    if (!honest) arm.misdeed = lock_and_unlock;
+    HapticLoop loop(config_for_tests(), arm);
+    FlightLog log(500);
+    LockStepClock clock;
+    std::atomic<bool> stop{false};
+    test::start_counting_locks();
+    run_loop(loop, clock, *ports, log, stop, kTicks);
+    EXPECT_EQ(test::stop_counting_locks(), honest ? 0 : kTicks);
+    EXPECT_EQ(loop.report().state, LoopState::engaged);
+  }
+}
+
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-// From here on any system call but sleeping, waking and ending kills the process.
+// From here on any system call but sleeping, waking others and ending kills the process.
 void allow_only_the_loops_system_calls() {
   const auto allow = [](unsigned number) {
     return std::array<sock_filter, 2>{sock_filter BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, number, 0, 1),
                                       sock_filter BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)};
   };
   std::vector<sock_filter> filter{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr))};
-  for (const unsigned call : {__NR_clock_nanosleep, __NR_clock_gettime, __NR_futex, __NR_exit_group})
+  for (const unsigned call : {__NR_clock_nanosleep, __NR_clock_gettime, __NR_exit_group})
     for (const sock_filter& f : allow(call)) filter.push_back(f);
+  // a futex wakes; it must not wait, as one does for a lock that another thread holds
+  filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, __NR_futex, 0, 4));
+  filter.push_back(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args[1])));
+  filter.push_back(BPF_STMT(BPF_ALU | BPF_AND | BPF_K, static_cast<std::uint32_t>(FUTEX_CMD_MASK)));
+  filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, FUTEX_WAKE, 0, 1));
+  filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
   filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS));
   const sock_fprog program{static_cast<unsigned short>(filter.size()), filter.data()};
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0)
     _exit(2);
 }
 
+void call_the_system() { (void)getppid(); }
+void wait_on_a_futex() {
+  static std::uint32_t word = 0;
+  syscall(SYS_futex, &word, FUTEX_WAIT_PRIVATE, 1, nullptr, nullptr, 0);  // 0 is not 1: it returns at once
+}
+
 TEST(Run, MakesNoSystemCallButTheClocks) {
-  for (const bool honest : {true, false}) {
+  for (void (*const misdeed)() : {static_cast<void (*)()>(nullptr), &call_the_system, &wait_on_a_futex}) {
     auto ports = std::make_unique<LoopPorts>();
     ServedArm arm(*ports);
-    arm.calls = !honest;
+    arm.misdeed = misdeed;
     HapticLoop loop(config_for_tests(), arm);
     FlightLog log(500);
     RealClock clock;
@@ -118,7 +156,7 @@ TEST(Run, MakesNoSystemCallButTheClocks) {
     }
     int status = 0;
     ASSERT_EQ(waitpid(child, &status, 0), child);
-    if (honest) {
+    if (misdeed == nullptr) {
       EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
     } else {
       EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGSYS) << "the filter filters nothing";
@@ -157,6 +195,31 @@ class SlipClock final : public Clock {
   int sleeps = 0;
   int deadlines_off = 0;
 };
+
+// Every look at it costs 30 us.
+class SlowClock final : public Clock {
+ public:
+  std::int64_t now_ns() noexcept override { return now_ += 30'000; }
+  void sleep_until(std::int64_t t) noexcept override { now_ = std::max(now_, t - 30'000); }
+  std::int64_t cpu_ns() noexcept override { return now_ / 100; }
+
+ private:
+  std::int64_t now_ = 1'000'000'000;
+};
+
+TEST(Run, TellsWhatATickCosts) {
+  auto ports = std::make_unique<LoopPorts>();
+  PuppetDevice device;
+  HapticLoop loop(config_for_tests(), device);
+  FlightLog log(100);
+  SlowClock clock;
+  std::atomic<bool> stop{false};
+  run_loop(loop, clock, *ports, log, stop, 50);
+  EXPECT_EQ(ports->duration.count(), 50u);
+  EXPECT_EQ(ports->duration.max_us(), 30);
+  EXPECT_EQ(log.at(7).duration_ns, 30'000);
+  EXPECT_NEAR(static_cast<double>(ports->cpu_ns), 50 * 1e4, 2e3);
+}
 
 TEST(Run, SkipsMissedPeriodsAndKeepsItsGrid) {
   auto ports = std::make_unique<LoopPorts>();
@@ -235,6 +298,18 @@ TEST(Wakeup, WakesOnceForWakesThatPiledUp) {
   EXPECT_FALSE(w.wait_for(1'000'000));
 }
 
+TEST(Realtime, CountsTheCpuTimeOfTheCallingThread) {
+  RealClock clock;
+  const std::int64_t before = clock.cpu_ns();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  const std::int64_t slept = clock.cpu_ns();
+  EXPECT_LT(slept - before, 40'000'000);
+  const std::int64_t until = now_ns() + 20'000'000;
+  while (now_ns() < until) {
+  }
+  EXPECT_GT(clock.cpu_ns(), slept);
+}
+
 TEST(Realtime, MeasuresHowLateThisMachineIs) {
   const Lateness l = measure_lateness({0, -1, false}, kMillisecond, 0.2);
   EXPECT_EQ(l.seconds, 0.2);
@@ -263,7 +338,7 @@ class LogFile : public testing::Test {
       record_.tick = i;
       record_.t_ns = static_cast<std::int64_t>(1'000'000'000'000'000 + i);
       record_.sent.force = {0.1 * static_cast<double>(i), 0, 0};
-      log_.add(record_);
+      log_.add(record_, {});
     }
   }
   void TearDown() override { std::filesystem::remove_all(dir_); }

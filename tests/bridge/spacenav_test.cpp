@@ -10,6 +10,7 @@
 #include "config/error.h"
 #include "haptic_bridge/local_model.h"
 #include "tests/bridge/count_allocations.h"
+#include "tests/bridge/count_locks.h"
 
 namespace palp::test {
 namespace {
@@ -92,11 +93,13 @@ TEST_F(Spacenav, ADaemonThatGoesIsNoticedAtOnce) {
   EXPECT_NE(device_->trouble().find("daemon has gone"), std::string::npos);
 }
 
-TEST_F(Spacenav, ATickAllocatesNothing) {
+TEST_F(Spacenav, ATickAllocatesNothingAndTakesNoLock) {
   say({1, 350, 0, 0});
   DeviceReading reading;
   start_counting_allocations();
+  start_counting_locks();
   for (int i = 0; i < 100; ++i) device_->read(now_ += 1'000'000, reading);
+  EXPECT_EQ(stop_counting_locks(), 0u);
   EXPECT_EQ(stop_counting_allocations(), 0u);
 }
 

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "tests/bridge/count_allocations.h"
+#include "tests/bridge/count_locks.h"
 #include "tests/bridge/virtuose_bench.h"
 
 namespace palp::test {
@@ -31,7 +32,7 @@ TEST_F(VirtuoseTick, ATickMakesFewCalls) {
   EXPECT_EQ(found, expected);
 }
 
-TEST_F(VirtuoseTick, ATickAllocatesNothing) {
+TEST_F(VirtuoseTick, ATickAllocatesNothingAndTakesNoLock) {
   for (const VirtuoseMode mode : {VirtuoseMode::impedance, VirtuoseMode::mechanism}) {
     VirtuoseSetup s = setup();
     s.library = PALP_LIB_DIR "/libquiet_virtuose.so";
@@ -40,11 +41,13 @@ TEST_F(VirtuoseTick, ATickAllocatesNothing) {
     DeviceReading reading;
     int good = 0;
     start_counting_allocations();
+    start_counting_locks();
     for (int i = 0; i < 100; ++i) {
       now_ += kTickNs;
       device_->show(i < 50 ? LoopState::idle : LoopState::engaged);
       good += device_->read(now_, reading) && device_->write({{1, 2, 3}, {0.1, 0.2, 0.3}});
     }
+    EXPECT_EQ(stop_counting_locks(), 0u);
     EXPECT_EQ(stop_counting_allocations(), 0u);
     EXPECT_EQ(good, 100);
     EXPECT_TRUE(reading.dead_man && reading.powered);

@@ -54,7 +54,7 @@ std::vector<Row> fault_rows(const Scenes& scenes, const Cell& cell) {
     Row r = row_in(cell, fault.name, 1e3 * gone, "ms", "30 ms to 2 s elsewhere", fmt::format("<= {:g}", fault.most));
     r.note = fmt::format("from {:.2g} N, up to {:.2g} N after; largest step {:.2g} N; in the end {}", before, after,
                          largest, palp::to_string(trace.ticks.back().state));
-    const bool within_slew = largest <= 1e-3 * s.profile.limits.force_slew + 1e-9;
+    const bool within_slew = largest <= 1e-3 * s.profile.loop.limits.force_slew + 1e-9;
     rows.push_back(judged(cell, r, gone >= 0 && 1e3 * gone <= fault.most + 1e-6 && within_slew, trace.trouble));
   }
   return rows;

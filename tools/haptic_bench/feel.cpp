@@ -76,20 +76,20 @@ std::vector<Row> rendering_rows(const Scenes& scenes, const Cell& cell) {
   s.seconds += 1.5;
   const Trace trace = run(s);
   const SpringDamper felt = fit(trace, 3.5, 7.5, kZ);
-  const double spring = 100 * std::abs(felt.stiffness / s.profile.gains.stiffness - 1);
+  const double spring = 100 * std::abs(felt.stiffness / s.profile.loop.gains.stiffness - 1);
   Row r = row_in(cell, "spring at a wall, error", spring, "%", "just noticed: 23", "<= 5");
-  r.note = fmt::format("{:.0f} of {:.0f} N/m", felt.stiffness, s.profile.gains.stiffness);
+  r.note = fmt::format("{:.0f} of {:.0f} N/m", felt.stiffness, s.profile.loop.gains.stiffness);
   rows.push_back(judged(cell, r, spring <= 5, trace.trouble));
-  const double damper = 100 * std::abs(felt.damping / s.profile.gains.damping - 1);
+  const double damper = 100 * std::abs(felt.damping / s.profile.loop.gains.damping - 1);
   r = row_in(cell, "damper at a wall, error", damper, "%", "just noticed: 34", "<= 5");
-  r.note = fmt::format("{:.1f} of {:.1f} N s/m; a delay of 1 ms takes 1", felt.damping, s.profile.gains.damping);
+  r.note = fmt::format("{:.1f} of {:.1f} N s/m; a delay of 1 ms takes 1", felt.damping, s.profile.loop.gains.damping);
   rows.push_back(judged(cell, r, damper <= 5, trace.trouble));
 
   const RunSetup e = setup_in(scenes.elastic, cell, push(cell.hand.model, 0.9, 0.8, -0.02 * kZ), 4);
   const Trace press = run(e);
   const double z = mean(taken(press, 3.5, 4, [](const Tick& t) { return t.x.z(); }));
   const double force = mean(taken(press, 3.5, 4, [](const Tick& t) { return t.force.z(); }));
-  const double exact = static_force(scenes.elastic, e.profile.gains, z * kZ, 2.5);
+  const double exact = static_force(scenes.elastic, e.profile.loop.gains, z * kZ, 2.5);
   const double off = 100 * std::abs(force / exact - 1);
   r = row_in(cell, "force of jelly, error", off, "%", "just noticed: 8", "<= 5");
   r.note = fmt::format("{:.3g} of {:.3g} N at {:.2g} mm", force, exact, -1e3 * z);

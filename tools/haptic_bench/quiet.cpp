@@ -82,7 +82,7 @@ std::vector<Row> minute_rows(const Scenes& scenes, const Cell& cell, double seco
   const Trace trace = run(setup_in(scenes.elastic, cell, round_of_use(cell.hand.model), seconds));
   double low = 0, linear = 0, angular = 0, active = 0;
   Series steps, contact;
-  const CouplingGains gains = cell.profile.gains;
+  const CouplingGains gains = cell.profile.loop.gains;
   for (std::size_t k = 0; k < trace.ticks.size(); ++k) {
     const Tick& t = trace.ticks[k];
     const double e0 = t.put_in[0] - t.port[0], e1 = t.put_in[1] - t.port[1];

@@ -93,7 +93,7 @@ class BenchServer {
 };
 
 LoopConfig config_of(const RunSetup& s) {
-  LoopConfig c = loop_config(s.profile);
+  LoopConfig c = s.profile.loop;
   c.own_session = kBridgeSession;
   if (s.variant != Variant::ours) c.blend_time = 0;
   if (s.variant != Variant::ours || !s.controller) {
@@ -205,7 +205,7 @@ class System {
     k.verdict = r.verdict;
     k.delay = 1e-9 * static_cast<double>(r.delay_ns);
     k.blend = r.blend_linear;
-    k.share = loop_.sample().gains.stiffness / setup_.profile.gains.stiffness;
+    k.share = loop_.sample().gains.stiffness / setup_.profile.loop.gains.stiffness;
     k.energy = r.energy_linear;
     k.damping = r.damping_linear;
     k.active = r.damping_linear > 0 || r.damping_angular > 0;

@@ -79,8 +79,8 @@ Press judge(const Trace& trace) {
 RunSetup wall_press(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed) {
   RunSetup s =
       setup_in(wall, cell, push(cell.hand.model, kWait, kReach, {0, 0, -kGap - kBehind}), kWait + kReach + kHold);
-  s.profile.gains.stiffness = stiffness;
-  s.profile.gains.damping = damping;
+  s.profile.loop.gains.stiffness = stiffness;
+  s.profile.loop.gains.damping = damping;
   s.seed = seed;
   return s;
 }

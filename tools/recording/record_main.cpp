@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/json_file.h"
+#include "config/number_between.h"
 #include "idl/bus_options.h"
 #include "tools/recording/info.h"
 #include "tools/recording/recorder.h"
@@ -39,11 +40,11 @@ void add_options(CLI::App& app, Options& o) {
           ->type_name("FILE");
   app.add_flag("--overwrite", o.recorder.overwrite, "replace an existing recording");
   app.add_option("--topics", o.topics, "record only these, separated by commas: proxy,particles,...")->delimiter(',');
-  app.add_option("--seconds", o.seconds, "end after this time; else with Ctrl-C")->check(CLI::PositiveNumber);
+  app.add_option("--seconds", o.seconds, "end after this time; else with Ctrl-C")->check(number_between(1e-3, 1e9));
   app.add_option("--decimate", o.decimation, "TOPIC=N keeps every N-th message, of particles every N-th frame")
       ->delimiter(',');
   app.add_option("--queue-mb", o.queue_mb, "memory between the bus and the disk [MB]")
-      ->check(CLI::Range(1.0, 65536.0))
+      ->check(number_between(1.0, 65536.0))
       ->capture_default_str();
   app.add_option("--summary", o.summary, "write the counts to this file as JSON")->type_name("FILE");
   auto* recover = app.add_option("--recover", o.recover, "give a recording that was cut short a new index, then end")

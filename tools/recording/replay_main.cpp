@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "config/number_between.h"
 #include "idl/bus_options.h"
 #include "tools/recording/replayer.h"
 #include "tools/recording/stop_flag.h"
@@ -38,7 +39,7 @@ int run(int argc, char** argv) {
   std::vector<std::string> topics;
   app.add_option("file", options.path, "a recording (.mcap)")->required();
   auto* rate = app.add_option("--rate", options.rate, "times the original pace; 0: as fast as possible")
-                   ->check(CLI::Range(0.0, 1e6))
+                   ->check(number_between(0.0, 1e6))
                    ->capture_default_str();
   const std::map<std::string, Step> steps{{"message", Step::message}, {"time", Step::time}};
   app.add_option("--step", options.step, "Enter plays the next message, or all of the next haptic time step")
@@ -51,7 +52,7 @@ int run(int argc, char** argv) {
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   app.add_option("--timeout", options.wait_seconds, "give up waiting for readers after this time [s]")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(number_between(0.0, 1e6))
       ->capture_default_str();
   add_bus_options(app, options.bus);
   CLI11_PARSE(app, argc, argv);

@@ -1,0 +1,77 @@
+#include "haptic_bridge/output_file.h"
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+
+#include <unistd.h>
+
+namespace palp {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void make_parent_of(const std::string& what, const std::string& path) {
+  std::error_code error;
+  const fs::path parent = fs::path(path).parent_path();
+  if (!parent.empty()) fs::create_directories(parent, error);
+  if (error)
+    throw std::runtime_error(fmt::format("{} {}: its directory cannot be made: {}", what, path, error.message()));
+}
+
+std::string part_of(const std::string& path) { return path + ".part"; }
+
+}  // namespace
+
+OutputFile::OutputFile(std::string what, const std::string& path)
+    : what_(std::move(what) + " " + path), file_(std::fopen(path.c_str(), "wb")) {
+  if (!file_) fail("cannot be opened for writing");
+}
+
+OutputFile::~OutputFile() {
+  if (file_) std::fclose(file_);
+}
+
+void OutputFile::write(const fmt::memory_buffer& bytes) {
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) fail("cannot be written");
+}
+
+void OutputFile::close() {
+  const bool flushed = std::fflush(file_) == 0 && fsync(fileno(file_)) == 0;
+  if (!flushed) fail("cannot be written");
+  const int closed = std::fclose(file_);
+  file_ = nullptr;
+  if (closed != 0) fail("cannot be closed");
+}
+
+void OutputFile::fail(const char* why) const {
+  throw std::runtime_error(fmt::format("{}: {}: {}", what_, why, std::strerror(errno)));
+}
+
+void write_whole_file(const std::string& what, const std::string& path,
+                      const std::function<void(OutputFile&)>& write_to) {
+  make_parent_of(what, path);
+  std::error_code error;
+  const std::string part = part_of(path);
+  try {
+    OutputFile file(what, part);
+    write_to(file);
+    file.close();
+  } catch (...) {
+    fs::remove(part, error);
+    throw;
+  }
+  fs::rename(part, path, error);
+  if (error)
+    throw std::runtime_error(fmt::format("{} {}: cannot be renamed from {}: {}", what, path, part, error.message()));
+}
+
+void check_writable(const std::string& what, const std::string& path) {
+  make_parent_of(what, path);
+  OutputFile(what, part_of(path)).close();
+  fs::remove(part_of(path));
+}
+
+}  // namespace palp
