@@ -8,6 +8,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -16,6 +17,8 @@ namespace palp {
 namespace {
 
 using Row = fmt::memory_buffer;
+
+constexpr std::size_t kMostColumn = 24;  // characters, with the comma behind: of the longest name and of any value
 
 struct Column {
   const char* name;
@@ -77,10 +80,12 @@ const Column kColumns[] = {
 #undef PALP_VECTOR
 // clang-format on
 
-// A file that closes itself; fails loudly when the disk does.
+// A file that closes itself; fails loudly when the disk does. Room that was reserved for it stays reserved.
 class OutputFile {
  public:
-  explicit OutputFile(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "wb")) {
+  explicit OutputFile(const std::string& path) : path_(path) {
+    const int descriptor = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+    if (descriptor >= 0) file_ = fdopen(descriptor, "wb");
     if (!file_) fail("cannot be opened for writing");
   }
   ~OutputFile() {
@@ -92,8 +97,14 @@ class OutputFile {
   void write(const Row& row) {
     if (std::fwrite(row.data(), 1, row.size(), file_) != row.size()) fail("cannot be written");
   }
+  void reserve(std::size_t bytes) {
+    if (fallocate(fileno(file_), FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
+    if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
+      fail(fmt::format("there is no room for its {} MB", bytes / 1'000'000).c_str());
+  }
   void close() {
-    const bool flushed = std::fflush(file_) == 0 && fsync(fileno(file_)) == 0;
+    const bool flushed =
+        std::fflush(file_) == 0 && ftruncate(fileno(file_), std::ftell(file_)) == 0 && fsync(fileno(file_)) == 0;
     if (!flushed) fail("cannot be written");
     const int closed = std::fclose(file_);
     file_ = nullptr;
@@ -105,8 +116,10 @@ class OutputFile {
     throw std::runtime_error(fmt::format("flight log {}: {}: {}", path_, what, std::strerror(errno)));
   }
   std::string path_;
-  std::FILE* file_;
+  std::FILE* file_ = nullptr;
 };
+
+std::string part_of(const std::string& path) { return path + ".part"; }
 
 void make_parent_of(const std::string& path) {
   std::error_code error;
@@ -120,44 +133,48 @@ void make_parent_of(const std::string& path) {
 
 FlightLog::FlightLog(std::size_t ticks) : ring_(std::max<std::size_t>(ticks, 1)) {}
 
-void check_log_path(const std::string& path) {
+LogRoom::LogRoom(const std::string& path, std::size_t ticks) : part_(part_of(path)) {
   make_parent_of(path);
-  const std::string temporary = path + ".part";
-  OutputFile(temporary).close();
-  std::filesystem::remove(temporary);
+  OutputFile file(part_);
+  file.close();  // empties it
+  try {
+    OutputFile(part_).reserve((ticks + 1) * std::size(kColumns) * kMostColumn);
+  } catch (...) {
+    std::filesystem::remove(part_);
+    throw;
+  }
+}
+
+LogRoom::~LogRoom() {
+  std::error_code ignored;
+  if (std::filesystem::file_size(part_, ignored) == 0) std::filesystem::remove(part_, ignored);
 }
 
 void FlightLog::write_csv(const std::string& path) const {
-  namespace fs = std::filesystem;
-  std::error_code error;
   make_parent_of(path);
-  const std::string temporary = path + ".part";
-  try {
-    OutputFile file(temporary);
-    Row row;
-    for (const Column& column : kColumns)
-      fmt::format_to(std::back_inserter(row), "{}{}", row.size() ? "," : "", column.name);
-    row.push_back('\n');
-    for (std::size_t i = 0; i < size(); ++i) {
-      const char* separator = "";
-      for (const Column& column : kColumns) {
-        fmt::format_to(std::back_inserter(row), "{}", separator);
-        column.put(row, at(i));
-        separator = ",";
-      }
-      row.push_back('\n');
-      if (row.size() > 1 << 16) {
-        file.write(row);
-        row.clear();
-      }
+  const std::string temporary = part_of(path);
+  OutputFile file(temporary);
+  Row row;
+  for (const Column& column : kColumns)
+    fmt::format_to(std::back_inserter(row), "{}{}", row.size() ? "," : "", column.name);
+  row.push_back('\n');
+  for (std::size_t i = 0; i < size(); ++i) {
+    const char* separator = "";
+    for (const Column& column : kColumns) {
+      fmt::format_to(std::back_inserter(row), "{}", separator);
+      column.put(row, at(i));
+      separator = ",";
     }
-    file.write(row);
-    file.close();
-  } catch (...) {
-    fs::remove(temporary, error);
-    throw;
+    row.push_back('\n');
+    if (row.size() > 1 << 16) {
+      file.write(row);
+      row.clear();
+    }
   }
-  fs::rename(temporary, path, error);
+  file.write(row);
+  file.close();
+  std::error_code error;
+  std::filesystem::rename(temporary, path, error);
   if (error)
     throw std::runtime_error(
         fmt::format("flight log {}: cannot be renamed from {}: {}", path, temporary, error.message()));

@@ -24,10 +24,10 @@ class FlightLog {
   // The i-th oldest record still held.
   const TickRecord& at(std::size_t i) const { return ring_[(count_ - size() + i) % ring_.size()]; }
 
-  // Writes what is held, oldest first, to a file beside the path and renames it: the path holds either the whole log or
-  // what was there before. Missing directories are made. First line: column names with units (flight_log_columns()
-  // explains them). Throws std::runtime_error with one sentence (disk full, no permission). Not while add() may be
-  // called.
+  // Writes what is held, oldest first, to PATH.part and renames that: the path holds either the whole log or what was
+  // there before. Missing directories are made. First line: column names with units (flight_log_columns() explains
+  // them). Throws std::runtime_error with one sentence (disk full, no permission); what could be written stays in
+  // PATH.part. Not while add() may be called.
   void write_csv(const std::string& path) const;
 
  private:
@@ -35,9 +35,19 @@ class FlightLog {
   std::size_t count_ = 0;
 };
 
-// Makes the directories of the path and tries to write there, so that a run does not find out at its end. Throws as
-// FlightLog::write_csv.
-void check_log_path(const std::string& path);
+// Room on the disk for a log of so many ticks, taken before a run: it does not find out at its end that it cannot write
+// there, and a disk that fills meanwhile costs nothing. Where the file system cannot reserve, only the path is tried.
+class LogRoom {
+ public:
+  // Makes the directories of the path and, empty but with its room, PATH.part, which write_csv uses. Throws as that.
+  LogRoom(const std::string& path, std::size_t ticks);
+  ~LogRoom();  // gives back what was not used
+  LogRoom(const LogRoom&) = delete;
+  LogRoom& operator=(const LogRoom&) = delete;
+
+ private:
+  std::string part_;
+};
 
 // One line per column of the CSV: "name: meaning".
 std::string flight_log_columns();

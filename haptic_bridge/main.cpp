@@ -191,18 +191,25 @@ std::string write_log(const FlightLog& log, const std::string& path, std::string
   }
 }
 
+std::size_t logged_ticks(const BridgeOptions& o) { return static_cast<std::size_t>(o.log_seconds * o.rate_hz); }
+
+std::unique_ptr<LogRoom> room_for_log(const BridgeOptions& o) {
+  try {
+    return std::make_unique<LogRoom>(o.log, logged_ticks(o));
+  } catch (const std::exception& error) {
+    throw ConfigError(error.what());
+  }
+}
+
 int run(const BridgeOptions& o) {
   // everything the user gave is read before anything is opened
   DeviceProfile profile = profile_from(o);
   if (o.device == DeviceKind::virtuose) VirtuoseApi(profile.virtuose.library);  // a wrong one is told at once
   const HandScript script = o.hand.empty() ? HandScript{} : read_hand_script(o.hand);
-  try {
-    check_log_path(o.log);
-  } catch (const std::exception& error) {
-    throw ConfigError(error.what());
-  }
+  const std::unique_ptr<LogRoom> room = room_for_log(o);
   const std::string process = fmt::format("haptic_bridge {}", o.device_number);
   StopSignal stop;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is
   // before there is any thread
   const std::unique_ptr<Supervisor> supervisor = supervise(o, profile);
   const std::unique_ptr<Bus> bus = open_bus(o.bus);
@@ -224,13 +231,15 @@ int run(const BridgeOptions& o) {
     return 0;
   }
   HapticLoop loop(config, *device);
-  FlightLog log(static_cast<std::size_t>(o.log_seconds * o.rate_hz));
+  FlightLog log(logged_ticks(o));
   RealtimeReport scheduling;
   lock_memory(o.realtime, scheduling);
 
   std::string failure = run_bridge(o, loop, ports, link, log, herald, stop, scheduling);
   Summary summary = herald.summary(loop.report(), ports, link);
-  if (loop.report().fault != LoopFault::none && !device->trouble().empty()) failure = device->trouble();
+  const LoopFault fault = loop.report().fault;
+  if (fault != LoopFault::none && fault != LoopFault::taken_for_dead && !device->trouble().empty())
+    failure = device->trouble();
   summary.device = fmt::format("{} ({})", device->info().name, profile.name);
   summary.scheduling = scheduling.line() + ", " + tested;
   summary.log = write_log(log, o.log, failure);

@@ -7,16 +7,17 @@ namespace {
 // Says that the loop is alive, and no more when it ends.
 class Pulse {
  public:
-  explicit Pulse(std::atomic<std::int64_t>* heartbeat) : heartbeat_(heartbeat) {}
-  ~Pulse() { beat(0); }
+  explicit Pulse(Heartbeat* heartbeat) : heartbeat_(heartbeat) {}
+  ~Pulse() {
+    if (heartbeat_ != nullptr) heartbeat_->rest();
+  }
   Pulse(const Pulse&) = delete;
   Pulse& operator=(const Pulse&) = delete;
-  void beat(std::int64_t now_ns) const {
-    if (heartbeat_ != nullptr) heartbeat_->store(now_ns, std::memory_order_relaxed);
-  }
+  // False: the loop was taken for dead.
+  bool beat(std::int64_t now_ns) const { return heartbeat_ == nullptr || heartbeat_->beat(now_ns); }
 
  private:
-  std::atomic<std::int64_t>* heartbeat_;
+  Heartbeat* heartbeat_;
 };
 
 }  // namespace
@@ -32,7 +33,7 @@ LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& 
     clock.sleep_until(deadline);
     const std::int64_t now = clock.now_ns();
     const std::int64_t missed = (now - deadline) / period;
-    pulse.beat(now);
+    if (!pulse.beat(now)) loop.fail(LoopFault::taken_for_dead);
 
     const bool came = ports.incoming.take(incoming);
     loop.tick(now, now - deadline, static_cast<std::uint32_t>(missed), came ? &incoming : nullptr);
