@@ -125,6 +125,8 @@ class HapticLoop {
 
   // Ends the force with the next tick, for good.
   void fail(LoopFault fault) { fault_ = fault; }
+  // After the last tick: leaves the device without force.
+  void release() noexcept { device_.release(); }
 
   // Of the last tick. The bus numbers and stamps the sample when it sends it. worth_sending: the device has been read.
   const DeviceSample& sample() const { return sample_; }

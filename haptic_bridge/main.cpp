@@ -155,10 +155,11 @@ std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& port
                        Herald& herald, StopSignal& stop, RealtimeReport& scheduling) {
   const CrashLog crash_log(log, o.log);
   std::atomic<bool> stop_loop{false}, ended{false};
-  std::atomic<bool> prepared{false};
+  std::atomic<bool> prepared{false}, begin{false};
   std::thread thread([&] {
     make_realtime(o.realtime, scheduling);
     prepared.store(true, std::memory_order_release);
+    begin.wait(false, std::memory_order_acquire);
     RealClock clock;
     run_loop(loop, clock, ports, log, stop_loop, static_cast<std::uint64_t>(o.seconds * o.rate_hz));
     ended.store(true, std::memory_order_release);
@@ -168,12 +169,17 @@ std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& port
     link.start();
     while (!prepared.load(std::memory_order_acquire)) std::this_thread::yield();
     herald.tell_started(scheduling.line());
+    // threads are started and memory is taken by now: nothing of that stops the first ticks
+    begin.store(true, std::memory_order_release);
+    begin.notify_one();
     while (!ended.load(std::memory_order_acquire) && !link.failed() && !stop.wait(kHousekeepingNs))
       herald.tell_running(ports, link);
   } catch (const std::exception& error) {
     failure = error.what();
   }
   stop_loop = true;
+  begin = true;
+  begin.notify_one();
   thread.join();
   link.stop();
   if (link.failed()) failure = "the bus failed: " + link.failure();

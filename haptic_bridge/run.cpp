@@ -4,11 +4,12 @@ namespace palp {
 
 namespace {
 
-// Says that the loop is alive, and no more when it ends.
+// Says that the loop is alive. When it ends, the device is left without force before it is silent.
 class Pulse {
  public:
-  explicit Pulse(Heartbeat* heartbeat) : heartbeat_(heartbeat) {}
+  Pulse(Heartbeat* heartbeat, HapticLoop& loop) : heartbeat_(heartbeat), loop_(loop) {}
   ~Pulse() {
+    loop_.release();
     if (heartbeat_ != nullptr) heartbeat_->rest();
   }
   Pulse(const Pulse&) = delete;
@@ -18,6 +19,7 @@ class Pulse {
 
  private:
   Heartbeat* heartbeat_;
+  HapticLoop& loop_;
 };
 
 }  // namespace
@@ -25,7 +27,7 @@ class Pulse {
 LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& log, const std::atomic<bool>& stop,
                    std::uint64_t max_ticks) {
   const std::int64_t period = loop.config().period_ns;
-  const Pulse pulse(ports.heartbeat);
+  const Pulse pulse(ports.heartbeat, loop);
   IncomingProxy incoming;
   std::int64_t deadline = clock.now_ns() + period;
 

@@ -27,8 +27,8 @@ struct LoopPorts {
 
 // Ticks until stop is set, a fault occurs, or max_ticks (0: no end) are done. A tick that is late by whole periods
 // skips them and never catches up in a burst. A loop whose heartbeat was taken for dead ends with a fault in its next
-// tick. No allocation, no lock, no throw, no print; system calls: the clock, the
-// device's, and the futex of sample_ready, which does not block.
+// tick. Whatever ends it, the device is left without force. No allocation, no lock, no throw, no print; system calls:
+// the clock, the device's, and the futex of sample_ready, which does not block.
 LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& log, const std::atomic<bool>& stop,
                    std::uint64_t max_ticks = 0);
 

@@ -55,8 +55,12 @@ class ServedArm final : public HapticDevice {
     }
     return arm_.read(now, out);
   }
-  bool write(const Wrench<double>& w) noexcept override { return arm_.write(w); }
+  bool write(const Wrench<double>& w) noexcept override {
+    written = w;
+    return arm_.write(w);
+  }
 
+  Wrench<double> written = zero_wrench();
   bool calls = false;  // the system, in each read
 
  private:
@@ -127,6 +131,18 @@ TEST(Run, MakesNoSystemCallButTheClocks) {
   }
 }
 #endif
+
+TEST(Run, LeavesTheDeviceWithoutForceHoweverItEnds) {
+  auto ports = std::make_unique<LoopPorts>();
+  ServedArm arm(*ports);
+  HapticLoop loop(config_for_tests(), arm);
+  FlightLog log(4000);
+  LockStepClock clock;
+  std::atomic<bool> stop{false};
+  EXPECT_EQ(run_loop(loop, clock, *ports, log, stop, 2000), LoopFault::none);
+  EXPECT_GT(log.at(log.size() - 1).sent.force.norm(), 0.5);
+  EXPECT_EQ(arm.written.force, Eigen::Vector3d::Zero());
+}
 
 // A clock on which something stops the whole process for a while, and the supervisor sees it.
 class HaltingClock final : public Clock {
