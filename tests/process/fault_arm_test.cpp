@@ -75,29 +75,29 @@ std::vector<ArmEvent> random_releases(unsigned seed, double from, double to) {
 TEST_F(FaultArm, SwitchesAlarmsAndReadings) {
   const unsigned seed = ::palp::testing::drawn_seed();
   SCOPED_TRACE("PALP_SEED=" + std::to_string(seed));
-  const ArmRow open_hand{"dead-man open", at(1.2, {"dead_man_up", 0, 0.1, 0, ""})};
+  const ArmRow open_hand{"dead-man open", at(1.8, {"dead_man_up", 0, 0.1, 0, ""})};
   const std::vector<ArmRow> cuts{
       open_hand,
-      {"arm shifted", at(2.0, {"shift", 0, 0.1, 0, ""})},
-      {"power off", at(2.7, {"power_off", 0, 0.1, 0, ""})},
-      {"emergency stop", at(3.5, {"emergency_stop", 0, 0.1, 0, ""})},
-      {"reading: position not a number", at(4.4, {"nan_position", 0, 0.005, 0, ""})},
-      {"reading: no orientation", at(4.8, {"bad_quaternion", 0, 0.005, 0, ""})},
-      {"reading: a jump of half a metre", at(5.2, {"jump", 0, 0.005, 0.5, ""})},
-      {"reading: link error 2", at(5.6, {"error", 0, 0.005, 2, "virtGetSpeed"})},
-      {"reading: link error 6 for good", at(7.2, {"error", 0, 0, 6, "virtGetDeadMan"})},
+      {"arm shifted", at(2.6, {"shift", 0, 0.1, 0, ""})},
+      {"power off", at(3.3, {"power_off", 0, 0.1, 0, ""})},
+      {"emergency stop", at(4.1, {"emergency_stop", 0, 0.1, 0, ""})},
+      {"reading: position not a number", at(5, {"nan_position", 0, 0.005, 0, ""})},
+      {"reading: no orientation", at(5.4, {"bad_quaternion", 0, 0.005, 0, ""})},
+      {"reading: a jump of half a metre", at(5.8, {"jump", 0, 0.005, 0.5, ""})},
+      {"reading: link error 2", at(6.2, {"error", 0, 0.005, 2, "virtGetSpeed"})},
+      {"reading: link error 6 for good", at(7.8, {"error", 0, 0, 6, "virtGetDeadMan"})},
   };
   const std::vector<ArmRow> halves{
-      {"arm at a bound", at(6.2, {"bound", 0, 0.1, 1, ""})},
-      {"arm too warm", at(6.5, {"alarm", 0, 0.1, 0x4000, ""})},
-      {"arm saturated", at(6.8, {"alarm", 0, 0.1, 0x8000, ""})},
+      {"arm at a bound", at(6.8, {"bound", 0, 0.1, 1, ""})},
+      {"arm too warm", at(7.1, {"alarm", 0, 0.1, 0x4000, ""})},
+      {"arm saturated", at(7.4, {"alarm", 0, 0.1, 0x8000, ""})},
   };
   std::vector<ArmEvent> events;
   for (const ArmRow& row : cuts) events.push_back(row.event);
   for (const ArmRow& row : halves) events.push_back(row.event);
   // after power and emergency stop the hand must let go, after the latter also to switch the power on
-  events.push_back(at(2.85, kLetGo));
-  events.push_back(at(3.65, kLetGo));
+  events.push_back(at(3.45, kLetGo));
+  events.push_back(at(4.25, kLetGo));
 
   Watcher& watcher = watch();
   start_weights();
@@ -105,7 +105,7 @@ TEST_F(FaultArm, SwitchesAlarmsAndReadings) {
   const std::vector<ArmEvent> releases = random_releases(seed, 0.2, 6);
   start_arm(1, releases);
   // the reason for having no force changes: the hand lets go, then the power goes
-  start_arm(2, {at(2, {"dead_man_up", 0, 2, 0, ""}), at(3, {"power_off", 0, 2, 0, ""})});
+  start_arm(2, {at(2.6, {"dead_man_up", 0, 2, 0, ""}), at(3.6, {"power_off", 0, 2, 0, ""})});
   EXPECT_EQ(bridge(0).wait(), 1) << said_by_all();
   EXPECT_NE(said_by(0).find("virtGetDeadMan failed: the controller answered too late (error 6)"), std::string::npos)
       << said_by(0);
@@ -202,18 +202,16 @@ TEST_F(FaultArm, DeviceErrorsEndTheRun) {
     int more_ticks;
   };
   const std::vector<Failure> failures{
-      {"device error 11 from a read", at(1.2, {"error", 0, 0, 11, "virtGetSpeed"}), "virtGetSpeed failed", 0},
-      {"device error 11 from a write", at(1.2, {"error", 0, 0, 11, "virtSetForce"}), "virtSetForce failed", 2},
-      {"device writes fail 20 times in a row", at(1.2, {"error", 0, 0, 2, "virtSetForce"}), "virtSetForce failed", 22},
-      {"failure bits of the motors", at(1.2, {"failure", 0, 0, 2, ""}), "a failure of its motors", 6},
-      {"alarm: wrong position", at(1.2, {"alarm", 0, 0, 0x40000, ""}), "an error of its position", 6},
-      {"state that is no longer updated", at(1.2, {"freeze", 0, 0, 0, ""}), "its pose stands still", 52},
+      {"device error 11 from a read", at(2, {"error", 0, 0, 11, "virtGetSpeed"}), "virtGetSpeed failed", 0},
+      {"device error 11 from a write", at(2, {"error", 0, 0, 11, "virtSetForce"}), "virtSetForce failed", 2},
+      {"device writes fail 20 times in a row", at(2, {"error", 0, 0, 2, "virtSetForce"}), "virtSetForce failed", 22},
+      {"failure bits of the motors", at(2, {"failure", 0, 0, 2, ""}), "a failure of its motors", 6},
+      {"alarm: wrong position", at(2, {"alarm", 0, 0, 0x40000, ""}), "an error of its position", 6},
+      {"state that is no longer updated", at(2, {"freeze", 0, 0, 0, ""}), "its pose stands still", 52},
   };
   start_weights();
   const std::string moving = "hand = \"hand.toml\"\n";
-  write(folder_ / "hand.toml",
-        "loop = true\n[[keyframe]]\ntime = 0\n[[keyframe]]\ntime = 0.4\nposition = [0.0, 0.0, 0.08]\n[[keyframe]]\n"
-        "time = 0.8\n");
+  write(folder_ / "hand.toml", "[[keyframe]]\ntime = 0\n[[keyframe]]\ntime = 3\nposition = [0.0, 0.0, 0.4]\n");
   for (std::size_t first = 0; first < failures.size(); first += kBridges) {
     const std::size_t end = std::min(failures.size(), first + kBridges);
     for (std::size_t i = first; i < end; ++i)
