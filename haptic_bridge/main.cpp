@@ -197,6 +197,12 @@ std::string write_log(const FlightLog& log, const std::string& path, std::string
   }
 }
 
+// What DDS receives goes through threads of its own: on a busy machine samples would be old before ours see them.
+std::unique_ptr<Bus> bus_at(int priority, const BusOptions& options) {
+  const PriorityHere its_threads(priority);
+  return open_bus(options);
+}
+
 std::size_t logged_ticks(const BridgeOptions& o) { return static_cast<std::size_t>(o.log_seconds * o.rate_hz); }
 
 std::unique_ptr<LogRoom> room_for_log(const BridgeOptions& o) {
@@ -218,11 +224,11 @@ int run(const BridgeOptions& o) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is
   // before there is any thread
   const std::unique_ptr<Supervisor> supervisor = supervise(o, profile);
-  const std::unique_ptr<Bus> bus = open_bus(o.bus);
-  LoopPorts ports;
-  if (supervisor) ports.heartbeat = &supervisor->heartbeat();
   RealtimeOptions bus_threads = o.realtime;
   bus_threads.priority = std::max(0, o.realtime.priority - kThreadsBelowLoop);
+  const std::unique_ptr<Bus> bus = bus_at(bus_threads.priority, o.bus);
+  LoopPorts ports;
+  if (supervisor) ports.heartbeat = &supervisor->heartbeat();
   BusLink link(*bus, o.device_number, bus_threads, ports);
   Herald herald(*bus, process, fmt::format("{}, domain {}", to_string(o.bus.vendor), o.bus.domain));
 
