@@ -28,10 +28,10 @@ class FlightLog {
   // What that tick took in.
   const TickInput& input_at(std::size_t i) const { return inputs_[place(i)]; }
 
-  // Writes what is held, oldest first, to a file beside the path and renames it: the path holds either the whole log or
-  // what was there before. Missing directories are made. First line: column names with units (flight_log_columns()
-  // explains them). Throws std::runtime_error with one sentence (disk full, no permission). Not while add() may be
-  // called.
+  // Writes what is held, oldest first, to PATH.part and renames that: the path holds either the whole log or what was
+  // there before. Missing directories are made. First line: column names with units (flight_log_columns() explains
+  // them). Throws std::runtime_error with one sentence (disk full, no permission); what could be written stays in
+  // PATH.part. Not while add() may be called.
   void write_csv(const std::string& path) const;
 
  private:
@@ -42,9 +42,8 @@ class FlightLog {
   std::size_t count_ = 0;
 };
 
-// Makes the directories of the path and tries to write there, so that a run does not find out at its end. Throws as
-// FlightLog::write_csv.
-void check_log_path(const std::string& path);
+// A log of so many ticks is no longer than this.
+std::size_t most_csv_bytes(std::size_t ticks);
 
 // One line per column of the CSV: "name: meaning".
 std::string flight_log_columns();

@@ -13,12 +13,16 @@ namespace palp {
 namespace {
 
 constexpr std::int64_t kRateWindowNs = 1'000'000'000;
+constexpr std::int64_t kStrainAgainNs = 5'000'000'000;  // an arm at its limits goes past them again and again
 
 // States that people are told of when they come; the others follow from them or flicker.
 bool worth_an_event(LoopState state) {
   return state == LoopState::engaged || state == LoopState::stale || state == LoopState::fault ||
          state == LoopState::idle || state == LoopState::locked;
 }
+
+// States that come for several reasons, one after the other.
+bool has_reasons(LoopState state) { return state == LoopState::idle || state == LoopState::locked; }
 
 }  // namespace
 
@@ -70,8 +74,17 @@ void Herald::tell_running(LoopPorts& ports, const BusLink& link) {
     if (told_session_ != 0) announce(Severity::info, "the server was restarted: the force begins again on a ramp");
     told_session_ = report_.server_session;
   }
-  if (report_.state != told_ && worth_an_event(report_.state)) {
+  tell_state(trouble);
+  tell_strain(trouble, now);
+  trouble_ = trouble;
+  publish(to_string(report_.state), trouble, bridge_metrics(report_, ports, link, rate_hz_));
+}
+
+void Herald::tell_state(const std::string& trouble) {
+  const bool other_reason = has_reasons(report_.state) && trouble != told_trouble_;
+  if ((report_.state != told_ || other_reason) && worth_an_event(report_.state)) {
     told_ = report_.state;
+    told_trouble_ = trouble;
     if (told_ == LoopState::engaged) {
       announce(Severity::info, "engaged: the hand feels the simulation");
     } else {
@@ -80,8 +93,13 @@ void Herald::tell_running(LoopPorts& ports, const BusLink& link) {
   } else if (!trouble.empty() && trouble != trouble_ && report_.state == LoopState::waiting) {
     spdlog::warn("{}: {}", process_, trouble);
   }
-  trouble_ = trouble;
-  publish(to_string(report_.state), trouble, bridge_metrics(report_, ports, link, rate_hz_));
+}
+
+void Herald::tell_strain(const std::string& trouble, std::int64_t now_ns) {
+  if (!report_.strained || report_.state != LoopState::engaged) return;
+  if (t_strain_told_ns_ != 0 && now_ns - t_strain_told_ns_ < kStrainAgainNs) return;
+  t_strain_told_ns_ = now_ns;
+  announce(Severity::warning, trouble);
 }
 
 void Herald::tell_stopped(const std::string& state, const std::string& text) {

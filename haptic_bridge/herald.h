@@ -33,13 +33,17 @@ class Herald {
  private:
   void publish(const std::string& state, const std::string& text, std::vector<Metric> metrics);
   void announce(Severity severity, const std::string& text);
+  void tell_state(const std::string& trouble);
+  void tell_strain(const std::string& trouble, std::int64_t now_ns);
 
   std::unique_ptr<Writer<Status>> status_;
   std::unique_ptr<Writer<Event>> event_;
   std::string process_, bus_name_;
-  std::string trouble_;  // last told
-  LoopReport report_;    // newest
-  LoopState told_ = LoopState::waiting;
+  std::string trouble_;                  // of the last status
+  LoopReport report_;                    // newest
+  LoopState told_ = LoopState::waiting;  // by an Event, with this reason
+  std::string told_trouble_;
+  std::int64_t t_strain_told_ns_ = 0;  // 0: never
   std::uint64_t told_session_ = 0;
   std::int64_t t_window_ns_ = 0;
   std::uint64_t ticks_in_window_ = 0;

@@ -18,6 +18,10 @@ const char* to_string(LoopFault fault) {
       return "the device refused the wrench for too many ticks in a row: check its power and dead-man switch";
     case LoopFault::not_finite:
       return "the wrench became non-finite and was cut: the flight log shows the inputs";
+    case LoopFault::taken_for_dead:
+      return "the loop stood still for so long that the supervisor powered the arm off: find what stops this machine "
+             "(a "
+             "debugger, a suspended process, too little priority), then start the bridge again";
   }
   return "";
 }

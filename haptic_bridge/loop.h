@@ -125,6 +125,11 @@ class HapticLoop {
   // system call but the device's. Same calls, same wrenches, bit for bit.
   void tick(std::int64_t now_ns, std::int64_t lateness_ns, std::uint32_t missed, const IncomingProxy* incoming);
 
+  // Ends the force with the next tick, for good.
+  void fail(LoopFault fault) { fault_ = fault; }
+  // After the last tick: leaves the device without force.
+  void release() noexcept { device_.release(); }
+
   // Of the last tick. The bus numbers and stamps the sample when it sends it. worth_sending: the device has been read.
   const DeviceSample& sample() const { return sample_; }
   bool worth_sending() const { return have_reading_; }

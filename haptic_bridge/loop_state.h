@@ -17,7 +17,13 @@ enum class LoopState : std::uint32_t {
 };
 const char* to_string(LoopState state);
 
-enum class LoopFault : std::uint32_t { none = 0, device_read, device_write, not_finite };
+enum class LoopFault : std::uint32_t {
+  none = 0,
+  device_read,
+  device_write,
+  not_finite,
+  taken_for_dead,  // it stood still, so the supervisor took the arm's power
+};
 // One sentence, for people.
 const char* to_string(LoopFault fault);
 

@@ -17,6 +17,7 @@
 #include "haptic_bridge/device/virtuose.h"
 #include "haptic_bridge/herald.h"
 #include "haptic_bridge/options.h"
+#include "haptic_bridge/output_file.h"
 #include "haptic_bridge/profile.h"
 #include "haptic_bridge/report.h"
 #include "haptic_bridge/rerun.h"
@@ -157,10 +158,11 @@ std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& port
                        Herald& herald, StopSignal& stop, RealtimeReport& scheduling) {
   const CrashLog crash_log(log, loop.config(), o.log);
   std::atomic<bool> stop_loop{false}, ended{false};
-  std::atomic<bool> prepared{false};
+  std::atomic<bool> prepared{false}, begin{false};
   std::thread thread([&] {
     make_realtime(o.realtime, scheduling);
     prepared.store(true, std::memory_order_release);
+    begin.wait(false, std::memory_order_acquire);
     RealClock clock;
     run_loop(loop, clock, ports, log, stop_loop, static_cast<std::uint64_t>(o.seconds * o.rate_hz));
     ended.store(true, std::memory_order_release);
@@ -170,12 +172,17 @@ std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& port
     link.start();
     while (!prepared.load(std::memory_order_acquire)) std::this_thread::yield();
     herald.tell_started(scheduling.line());
+    // threads are started and memory is taken by now: nothing of that stops the first ticks
+    begin.store(true, std::memory_order_release);
+    begin.notify_one();
     while (!ended.load(std::memory_order_acquire) && !link.failed() && !stop.wait(kHousekeepingNs))
       herald.tell_running(ports, link);
   } catch (const std::exception& error) {
     failure = error.what();
   }
   stop_loop = true;
+  begin = true;
+  begin.notify_one();
   thread.join();
   link.stop();
   if (link.failed()) failure = "the bus failed: " + link.failure();
@@ -201,25 +208,46 @@ int rerun(const std::string& path) {
   return result.differs_at == 0 ? 0 : 1;
 }
 
+// What DDS receives goes through threads of its own: on a busy machine samples would be old before ours see them.
+std::unique_ptr<Bus> bus_at(int priority, const BusOptions& options) {
+  const PriorityHere its_threads(priority);
+  return open_bus(options);
+}
+
+std::size_t logged_ticks(const BridgeOptions& o) { return static_cast<std::size_t>(o.log_seconds * o.rate_hz); }
+
+// What a run leaves: its flight log, and all that the loop took in.
+struct LogRoom {
+  explicit LogRoom(const BridgeOptions& o)
+      : csv("flight log", o.log, most_csv_bytes(logged_ticks(o))),
+        ticks("kept run", ticks_beside(o.log), kept_bytes(logged_ticks(o))) {}
+  ReservedRoom csv, ticks;
+};
+
+std::unique_ptr<LogRoom> room_for_log(const BridgeOptions& o) {
+  try {
+    return std::make_unique<LogRoom>(o);
+  } catch (const std::exception& error) {
+    throw ConfigError(error.what());
+  }
+}
+
 int run(const BridgeOptions& o) {
   // everything the user gave is read before anything is opened
   DeviceProfile profile = profile_from(o);
   if (o.device == DeviceKind::virtuose) VirtuoseApi(profile.virtuose.library);  // a wrong one is told at once
   const HandScript script = o.hand.empty() ? HandScript{} : read_hand_script(o.hand);
-  try {
-    check_log_path(o.log);
-  } catch (const std::exception& error) {
-    throw ConfigError(error.what());
-  }
+  const std::unique_ptr<LogRoom> room = room_for_log(o);
   const std::string process = fmt::format("haptic_bridge {}", o.device_number);
   StopSignal stop;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is
   // before there is any thread
   const std::unique_ptr<Supervisor> supervisor = supervise(o, profile);
-  const std::unique_ptr<Bus> bus = open_bus(o.bus);
-  LoopPorts ports;
-  if (supervisor) ports.heartbeat = &supervisor->heartbeat();
   RealtimeOptions bus_threads = o.realtime;
   bus_threads.priority = std::max(0, o.realtime.priority - kThreadsBelowLoop);
+  const std::unique_ptr<Bus> bus = bus_at(bus_threads.priority, o.bus);
+  LoopPorts ports;
+  if (supervisor) ports.heartbeat = &supervisor->heartbeat();
   BusLink link(*bus, o.device_number, bus_threads, ports);
   Herald herald(*bus, process, fmt::format("{}, domain {}", to_string(o.bus.vendor), o.bus.domain));
 
@@ -234,13 +262,15 @@ int run(const BridgeOptions& o) {
     return 0;
   }
   HapticLoop loop(config, *device);
-  FlightLog log(static_cast<std::size_t>(o.log_seconds * o.rate_hz));
+  FlightLog log(logged_ticks(o));
   RealtimeReport scheduling;
   lock_memory(o.realtime, scheduling);
 
   std::string failure = run_bridge(o, loop, ports, link, log, herald, stop, scheduling);
   Summary summary = herald.summary(loop.report(), ports, link);
-  if (loop.report().fault != LoopFault::none && !device->trouble().empty()) failure = device->trouble();
+  const LoopFault fault = loop.report().fault;
+  if (fault != LoopFault::none && fault != LoopFault::taken_for_dead && !device->trouble().empty())
+    failure = device->trouble();
   summary.device = fmt::format("{} ({})", device->info().name, profile.name);
   summary.scheduling = scheduling.line() + ", " + tested;
   summary.log = write_log(log, loop.config(), o.log, failure);

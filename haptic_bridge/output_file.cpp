@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 namespace palp {
@@ -26,7 +27,9 @@ std::string part_of(const std::string& path) { return path + ".part"; }
 }  // namespace
 
 OutputFile::OutputFile(std::string what, const std::string& path)
-    : what_(std::move(what) + " " + path), file_(std::fopen(path.c_str(), "wb")) {
+    : what_(std::move(what) + " " + path), file_(nullptr) {
+  const int descriptor = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  if (descriptor >= 0) file_ = fdopen(descriptor, "wb");
   if (!file_) fail("cannot be opened for writing");
 }
 
@@ -38,8 +41,15 @@ void OutputFile::write(const fmt::memory_buffer& bytes) {
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) fail("cannot be written");
 }
 
+void OutputFile::reserve(std::size_t bytes) {
+  if (fallocate(fileno(file_), FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
+  if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
+    fail(fmt::format("there is no room for its {} MB", bytes / 1'000'000).c_str());
+}
+
 void OutputFile::close() {
-  const bool flushed = std::fflush(file_) == 0 && fsync(fileno(file_)) == 0;
+  const bool flushed =
+      std::fflush(file_) == 0 && ftruncate(fileno(file_), std::ftell(file_)) == 0 && fsync(fileno(file_)) == 0;
   if (!flushed) fail("cannot be written");
   const int closed = std::fclose(file_);
   file_ = nullptr;
@@ -53,25 +63,30 @@ void OutputFile::fail(const char* why) const {
 void write_whole_file(const std::string& what, const std::string& path,
                       const std::function<void(OutputFile&)>& write_to) {
   make_parent_of(what, path);
-  std::error_code error;
   const std::string part = part_of(path);
-  try {
-    OutputFile file(what, part);
-    write_to(file);
-    file.close();
-  } catch (...) {
-    fs::remove(part, error);
-    throw;
-  }
+  OutputFile file(what, part);
+  write_to(file);
+  file.close();
+  std::error_code error;
   fs::rename(part, path, error);
   if (error)
     throw std::runtime_error(fmt::format("{} {}: cannot be renamed from {}: {}", what, path, part, error.message()));
 }
 
-void check_writable(const std::string& what, const std::string& path) {
+ReservedRoom::ReservedRoom(const std::string& what, const std::string& path, std::size_t bytes) : part_(part_of(path)) {
   make_parent_of(what, path);
-  OutputFile(what, part_of(path)).close();
-  fs::remove(part_of(path));
+  OutputFile(what, part_).close();  // empties it
+  try {
+    OutputFile(what, part_).reserve(bytes);
+  } catch (...) {
+    fs::remove(part_);
+    throw;
+  }
+}
+
+ReservedRoom::~ReservedRoom() {
+  std::error_code ignored;
+  if (fs::file_size(part_, ignored) == 0) fs::remove(part_, ignored);
 }
 
 }  // namespace palp

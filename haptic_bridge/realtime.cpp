@@ -90,6 +90,16 @@ void make_realtime(const RealtimeOptions& options, RealtimeReport& report) {
   touch_stack();
 }
 
+PriorityHere::PriorityHere(int priority) {
+  const sched_param parameter{priority};
+  raised_ = priority > 0 && pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter) == 0;
+}
+
+PriorityHere::~PriorityHere() {
+  const sched_param ordinary{0};
+  if (raised_) pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
+}
+
 Lateness measure_lateness(const RealtimeOptions& options, std::int64_t period_ns, double seconds) {
   Histogram lateness;
   std::thread([&] {

@@ -31,6 +31,19 @@ void lock_memory(const RealtimeOptions& options, RealtimeReport& report);
 // Makes the calling thread a real-time one, on its core, and touches its stack. Never fails, as above.
 void make_realtime(const RealtimeOptions& options, RealtimeReport& report);
 
+// While one lives, the calling thread and all threads that it starts have this priority, where that is allowed: those
+// of a library keep it. 0: nothing changes.
+class PriorityHere {
+ public:
+  explicit PriorityHere(int priority);
+  ~PriorityHere();
+  PriorityHere(const PriorityHere&) = delete;
+  PriorityHere& operator=(const PriorityHere&) = delete;
+
+ private:
+  bool raised_ = false;
+};
+
 // How late a loop of this period would be on this machine now, measured with nothing to do.
 struct Lateness {
   double seconds = 0;  // of the test; 0: none was made

@@ -25,6 +25,13 @@ double find(const std::vector<Metric>& metrics, const char* name) {
   return 0;
 }
 
+// Why the arm itself gives no force, or empty.
+const char* without_power(const LoopReport& report) {
+  if (!report.chain_closed) return "the emergency stop is open: the force is zero";
+  if (!report.powered) return "the arm's motors have no power, or have had it for too short a time: the force is zero";
+  return "";
+}
+
 }  // namespace
 
 std::vector<Metric> bridge_metrics(const LoopReport& report, const LoopPorts& ports, const BusLink& link,
@@ -82,15 +89,14 @@ std::string bridge_trouble(const LoopReport& report, const BusLink& link) {
       return link.servers() == 0 ? "no sim_server is heard: start one with the same --dds domain"
                                  : "a sim_server is there but has not answered yet";
     case LoopState::idle:
-      if (!report.chain_closed) return "the emergency stop is open: the force is zero";
-      if (!report.powered)
-        return "the arm's motors have no power, or have had it for too short a time: the force is zero";
+      if (*without_power(report)) return without_power(report);
       if (report.shifted) return "the shift button is pressed: the hand moves the arm and not the tool";
       if (!report.dead_man) return "the hand is off the dead-man switch: the force is zero";
       return "the simulation is paused, unhealthy or not coupled to this device: the force is zero";
     case LoopState::degraded:
       return "samples are late: the force fades into damping";
     case LoopState::locked:
+      if (*without_power(report)) return without_power(report);
       return "the force was cut: let go of the handle and take hold of it again";
     case LoopState::ready:
     case LoopState::engaged:

@@ -222,6 +222,19 @@ void write_ticks(const FlightLog& log, const LoopConfig& config, const std::stri
   });
 }
 
+std::size_t kept_bytes(std::size_t ticks) {
+  fmt::memory_buffer head, tick;
+  Writer write_head(head), write_tick(tick);
+  const LoopConfig config;
+  TickInput most;
+  most.came = true;
+  const TickResult result;
+  fields(write_head, config);
+  fields(write_tick, most);
+  fields(write_tick, result);
+  return 3 * sizeof(std::uint64_t) + head.size() + ticks * tick.size();
+}
+
 std::string ticks_beside(const std::string& flight_log) {
   return std::filesystem::path(flight_log).replace_extension(".ticks").string();
 }

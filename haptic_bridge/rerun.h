@@ -17,6 +17,8 @@ namespace palp {
 // while the loop runs.
 void write_ticks(const FlightLog& log, const LoopConfig& config, const std::string& path);
 
+// A kept run of so many ticks is no longer than this.
+std::size_t kept_bytes(std::size_t ticks);
 // The file of a run beside its flight log: the same name with .ticks.
 std::string ticks_beside(const std::string& flight_log);
 

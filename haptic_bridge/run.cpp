@@ -4,19 +4,22 @@ namespace palp {
 
 namespace {
 
-// Says that the loop is alive, and no more when it ends.
+// Says that the loop is alive. When it ends, the device is left without force before it is silent.
 class Pulse {
  public:
-  explicit Pulse(std::atomic<std::int64_t>* heartbeat) : heartbeat_(heartbeat) {}
-  ~Pulse() { beat(0); }
+  Pulse(Heartbeat* heartbeat, HapticLoop& loop) : heartbeat_(heartbeat), loop_(loop) {}
+  ~Pulse() {
+    loop_.release();
+    if (heartbeat_ != nullptr) heartbeat_->rest();
+  }
   Pulse(const Pulse&) = delete;
   Pulse& operator=(const Pulse&) = delete;
-  void beat(std::int64_t now_ns) const {
-    if (heartbeat_ != nullptr) heartbeat_->store(now_ns, std::memory_order_relaxed);
-  }
+  // False: the loop was taken for dead.
+  bool beat(std::int64_t now_ns) const { return heartbeat_ == nullptr || heartbeat_->beat(now_ns); }
 
  private:
-  std::atomic<std::int64_t>* heartbeat_;
+  Heartbeat* heartbeat_;
+  HapticLoop& loop_;
 };
 
 }  // namespace
@@ -24,7 +27,7 @@ class Pulse {
 LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& log, const std::atomic<bool>& stop,
                    std::uint64_t max_ticks) {
   const std::int64_t period = loop.config().period_ns;
-  const Pulse pulse(ports.heartbeat);
+  const Pulse pulse(ports.heartbeat, loop);
   IncomingProxy incoming;
   const std::int64_t cpu_before = clock.cpu_ns();
   std::int64_t deadline = clock.now_ns() + period;
@@ -33,7 +36,7 @@ LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& 
     clock.sleep_until(deadline);
     const std::int64_t now = clock.now_ns();
     const std::int64_t missed = (now - deadline) / period;
-    pulse.beat(now);
+    if (!pulse.beat(now)) loop.fail(LoopFault::taken_for_dead);
 
     const bool came = ports.incoming.take(incoming);
     loop.tick(now, now - deadline, static_cast<std::uint32_t>(missed), came ? &incoming : nullptr);

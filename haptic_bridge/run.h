@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "haptic_bridge/flight_log.h"
+#include "haptic_bridge/heartbeat.h"
 #include "haptic_bridge/loop.h"
 #include "haptic_bridge/realtime.h"
 #include "idl/histogram.h"
@@ -14,21 +15,22 @@ namespace palp {
 
 // What the loop shares with other threads. Each mailbox has one writer and one reader.
 struct LoopPorts {
-  Latest<IncomingProxy> incoming;                  // written by the bus's receiver
-  Latest<DeviceSample> outgoing;                   // read by the bus's sender
-  Latest<LoopReport> report;                       // read by whoever tells people
-  Wakeup sample_ready;                             // after each outgoing sample
-  std::atomic<std::int64_t>* heartbeat = nullptr;  // the time of each tick [ns], 0 after the last; null: nobody looks
-  Histogram lateness;                              // of each tick behind its deadline
-  Histogram age;                                   // of the sample in use, in ticks that have one and it is not stale
+  Latest<IncomingProxy> incoming;       // written by the bus's receiver
+  Latest<DeviceSample> outgoing;        // read by the bus's sender
+  Latest<LoopReport> report;            // read by whoever tells people
+  Wakeup sample_ready;                  // after each outgoing sample
+  Heartbeat* heartbeat = nullptr;       // of each tick; null: nobody looks
+  Histogram lateness;                   // of each tick behind its deadline
+  Histogram age;                        // of the sample in use, in ticks that have one and it is not stale
   Histogram delay;                      // device state read -> first tick that renders its answer, per sample used
   Histogram duration;                   // of each tick, device and mailboxes included, sleep and flight log not
   std::atomic<std::int64_t> cpu_ns{0};  // that the loop's thread used from first to last tick; 0 until it ends
 };
 
 // Ticks until stop is set, a fault occurs, or max_ticks (0: no end) are done. A tick that is late by whole periods
-// skips them and never catches up in a burst. No allocation, no lock, no throw, no print; system calls: the clock, the
-// device's, and the futex of sample_ready, which does not block.
+// skips them and never catches up in a burst. A loop whose heartbeat was taken for dead ends with a fault in its next
+// tick. Whatever ends it, the device is left without force. No allocation, no lock, no throw, no print; system calls:
+// the clock, the device's, and the futex of sample_ready, which does not block.
 LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& log, const std::atomic<bool>& stop,
                    std::uint64_t max_ticks = 0);
 

@@ -24,16 +24,13 @@ constexpr int kLookMs = 10;     // how often the heartbeat is looked at
 constexpr int kPriority = 90;   // above the loop's
 constexpr char kInOrder = 'q';  // the bridge ends as it should
 
-using Heartbeat = std::atomic<std::int64_t>;
-static_assert(Heartbeat::is_always_lock_free);
-
 [[noreturn]] void fail(const char* what) {
   throw std::runtime_error(std::string("the supervisor cannot be started: ") + what + ": " + std::strerror(errno));
 }
 
 enum class End { in_order, died, hangs };
 
-End wait_for_end(int pipe, const Heartbeat& heartbeat, std::int64_t hang_ns) {
+End wait_for_end(int pipe, Heartbeat& heartbeat, std::int64_t hang_ns) {
   for (;;) {
     pollfd look{pipe, POLLIN, 0};
     if (poll(&look, 1, kLookMs) > 0) {
@@ -42,13 +39,12 @@ End wait_for_end(int pipe, const Heartbeat& heartbeat, std::int64_t hang_ns) {
       if (n < 0 && errno == EINTR) continue;
       return n == 1 && word == kInOrder ? End::in_order : End::died;
     }
-    const std::int64_t beat = heartbeat.load(std::memory_order_relaxed);
-    if (beat != 0 && now_ns() - beat > hang_ns) return End::hangs;
+    if (heartbeat.take_if_silent(now_ns(), hang_ns)) return End::hangs;
   }
 }
 
 // The other process. Never returns.
-[[noreturn]] void supervise(int pipe, const Heartbeat& heartbeat, std::int64_t hang_ns,
+[[noreturn]] void supervise(int pipe, Heartbeat& heartbeat, std::int64_t hang_ns,
                             const std::function<void()>& power_off) {
   prctl(PR_SET_NAME, "palp_supervisor");
   setsid();  // a terminal's Ctrl-C is for the bridge
@@ -75,7 +71,7 @@ End wait_for_end(int pipe, const Heartbeat& heartbeat, std::int64_t hang_ns) {
 Supervisor::Supervisor(const std::function<void()>& power_off, std::int64_t hang_ns) {
   void* shared = mmap(nullptr, sizeof(Heartbeat), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (shared == MAP_FAILED) fail("no shared memory");
-  heartbeat_ = new (shared) Heartbeat(0);
+  heartbeat_ = new (shared) Heartbeat;
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) fail("no pipe");
   std::fflush(nullptr);

@@ -3,30 +3,32 @@
 // heartbeat.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 
 #include <sys/types.h>
+
+#include "haptic_bridge/heartbeat.h"
 
 namespace palp {
 
 class Supervisor {
  public:
   // Forks: call it before any thread is started. power_off runs in the other process, once, when the bridge has died or
-  // no heartbeat came for hang_ns after the first. Throws std::runtime_error with one sentence.
+  // no heartbeat came for hang_ns after the first; a loop that goes on after that hears of it by its heartbeat. Throws
+  // std::runtime_error with one sentence.
   explicit Supervisor(const std::function<void()>& power_off, std::int64_t hang_ns = 50'000'000);
   // The arm has been left without force: the supervisor ends without powering off what is off.
   ~Supervisor();
   Supervisor(const Supervisor&) = delete;
   Supervisor& operator=(const Supervisor&) = delete;
 
-  // Where the loop writes its clock [ns], once a tick; 0: it does not run. Shared with the other process.
-  std::atomic<std::int64_t>& heartbeat() { return *heartbeat_; }
+  // The loop's, shared with the other process.
+  Heartbeat& heartbeat() { return *heartbeat_; }
   pid_t pid() const { return pid_; }
 
  private:
-  std::atomic<std::int64_t>* heartbeat_ = nullptr;
+  Heartbeat* heartbeat_ = nullptr;
   int pipe_ = -1;
   pid_t pid_ = -1;
 };

@@ -40,6 +40,9 @@ class HapticDevice {
   virtual bool read(std::int64_t now_ns, DeviceReading& out) noexcept = 0;
   // The wrench on the hand until the next call. False: it was not taken.
   virtual bool write(const Wrench<double>& wrench) noexcept = 0;
+  // After the last tick, whatever ended the loop: no force, and no power where there are motors. The log is written
+  // afterwards, and an arm would hold its last wrench meanwhile.
+  virtual void release() noexcept { write({Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()}); }
   // What the loop makes of this tick, after write: the lamp of an arm, the eyes of a simulated hand. As read.
   virtual void show(LoopState) noexcept {}
   // One sentence about what went wrong with the device itself, or empty. Not while a loop runs.

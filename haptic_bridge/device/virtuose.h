@@ -35,6 +35,7 @@ class VirtuoseDevice final : public HapticDevice {
   bool read(std::int64_t now_ns, DeviceReading& out) noexcept override;
   // One call, or two in mode mechanism. If it fails, zero force is tried.
   bool write(const Wrench<double>& wrench) noexcept override;
+  void release() noexcept override { session_.make_safe(); }
   void show(LoopState state) noexcept override { state_ = state; }
 
   // One sentence about the last failure, or empty. Not while a loop runs.

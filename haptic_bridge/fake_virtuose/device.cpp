@@ -10,7 +10,10 @@ constexpr double kWatchdog = 2;  // without a command for so long the controller
 }
 
 Device::Device(const Script& s) : arm(s), script(s) {
-  if (!s.log.empty()) log_.open(s.log);
+  if (s.log.empty()) return;
+  std::ofstream(s.log).close();  // empties it; a bridge and its supervisor then write to its end
+  log_.open(s.log, std::ios::app);
+  if (!s.lock_step) log_ << 0 << " opened at " << began_.time_since_epoch().count() << '\n';
 }
 
 int Device::begin(const char* name, bool reads_pose) {

@@ -13,6 +13,7 @@
 #include <linux/filter.h>
 #include <linux/futex.h>
 #include <linux/seccomp.h>
+#include <sys/mount.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -57,9 +58,13 @@ class ServedArm final : public HapticDevice {
     }
     return arm_.read(now, out);
   }
-  bool write(const Wrench<double>& w) noexcept override { return arm_.write(w); }
+  bool write(const Wrench<double>& w) noexcept override {
+    written = w;
+    return arm_.write(w);
+  }
 
   void (*misdeed)() = nullptr;  // in each read
+  Wrench<double> written = zero_wrench();
 
  private:
   LoopPorts& ports_;
@@ -145,14 +150,14 @@ TEST(Run, MakesNoSystemCallButTheClocks) {
     FlightLog log(500);
     RealClock clock;
     std::atomic<bool> stop{false};
-    std::atomic<std::int64_t> heartbeat{0};
+    Heartbeat heartbeat;
     ports->heartbeat = &heartbeat;
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
       allow_only_the_loops_system_calls();
       run_loop(loop, clock, *ports, log, stop, 400);
-      _exit(loop.report().ticks == 400 && heartbeat == 0 ? 0 : 1);
+      _exit(loop.report().ticks == 400 && !heartbeat.take_if_silent(now_ns() + 1'000'000'000, 1) ? 0 : 1);
     }
     int status = 0;
     ASSERT_EQ(waitpid(child, &status, 0), child);
@@ -164,6 +169,57 @@ TEST(Run, MakesNoSystemCallButTheClocks) {
   }
 }
 #endif
+
+TEST(Run, LeavesTheDeviceWithoutForceHoweverItEnds) {
+  auto ports = std::make_unique<LoopPorts>();
+  ServedArm arm(*ports);
+  HapticLoop loop(config_for_tests(), arm);
+  FlightLog log(4000);
+  LockStepClock clock;
+  std::atomic<bool> stop{false};
+  EXPECT_EQ(run_loop(loop, clock, *ports, log, stop, 2000), LoopFault::none);
+  EXPECT_GT(log.at(log.size() - 1).sent.force.norm(), 0.5);
+  EXPECT_EQ(arm.written.force, Eigen::Vector3d::Zero());
+}
+
+// A clock on which something stops the whole process for a while, and the supervisor sees it.
+class HaltingClock final : public Clock {
+ public:
+  HaltingClock(Heartbeat& heartbeat, std::int64_t t_halt_ns) : heartbeat_(heartbeat), t_halt_ns_(t_halt_ns) {}
+  std::int64_t now_ns() noexcept override { return clock_.now_ns(); }
+  void sleep_until(std::int64_t t_ns) noexcept override {
+    clock_.sleep_until(t_ns);
+    if (taken || clock_.now_ns() < t_halt_ns_) return;
+    clock_.sleep_until(t_ns + 60 * kMillisecond);
+    taken = heartbeat_.take_if_silent(clock_.now_ns(), 50 * kMillisecond);
+  }
+  bool taken = false;
+
+ private:
+  LockStepClock clock_;
+  Heartbeat& heartbeat_;
+  std::int64_t t_halt_ns_;
+};
+
+TEST(Run, ALoopThatWasTakenForDeadEndsWithoutForceAndSaysWhy) {
+  auto ports = std::make_unique<LoopPorts>();
+  ServedArm arm(*ports);
+  HapticLoop loop(config_for_tests(), arm);
+  FlightLog log(4000);
+  Heartbeat heartbeat;
+  ports->heartbeat = &heartbeat;
+  HaltingClock clock(heartbeat, 4'000'000'000);
+  std::atomic<bool> stop{false};
+  EXPECT_EQ(run_loop(loop, clock, *ports, log, stop, 4000), LoopFault::taken_for_dead);
+  EXPECT_TRUE(clock.taken);
+  ASSERT_GT(log.size(), 2900u);
+  EXPECT_GT(log.at(log.size() - 2).sent.force.norm(), 0.5);
+  const TickRecord& last = log.at(log.size() - 1);
+  EXPECT_EQ(last.state, LoopState::fault);
+  EXPECT_EQ(last.sent.force, Eigen::Vector3d::Zero());
+  EXPECT_EQ(loop.sample().flags & (kHealthy | kEngaged), 0u);
+  EXPECT_NE(std::string(to_string(loop.report().fault)).find("powered the arm off"), std::string::npos);
+}
 
 TEST(Run, RunsTheSameTwiceOnTheLockStepClock) {
   std::vector<double> forces[2];
@@ -389,9 +445,67 @@ TEST_F(LogFile, AFullDiskLeavesWhatWasThereAndSaysSo) {
   EXPECT_EQ(lines(dir_ / "log.csv"), std::vector<std::string>{"before"});
 }
 
+// A disk of one megabyte, where this test may make one.
+struct SmallDisk {
+  explicit SmallDisk(const std::filesystem::path& at) : path(at) {
+    std::filesystem::create_directories(path);
+    there = mount("tmpfs", path.c_str(), "tmpfs", 0, "size=1m") == 0;
+  }
+  ~SmallDisk() {
+    if (there) umount(path.c_str());
+  }
+  void fill() const {
+    std::ofstream file(path / "others");
+    while (file << std::string(4096, 'x') << std::flush) {
+    }
+  }
+  std::filesystem::path path;
+  bool there = false;
+};
+
+TEST_F(LogFile, ADiskThatFillsDuringTheRunCostsNothing) {
+  const SmallDisk disk(dir_ / "disk");
+  if (!disk.there) GTEST_SKIP() << "no right to mount a small disk";
+  {
+    const LogRoom room(disk.path / "log.csv", 500);
+    disk.fill();
+    FlightLog log(500);
+    for (int i = 0; i < 500; ++i) log.add(record_);
+    log.write_csv(disk.path / "log.csv");
+  }
+  EXPECT_EQ(lines(disk.path / "log.csv").size(), 501u);
+  EXPECT_FALSE(std::filesystem::exists(disk.path / "log.csv.part"));
+}
+
+TEST_F(LogFile, ADiskWithoutRoomForTheLogIsRefusedBeforeTheRun) {
+  const SmallDisk disk(dir_ / "disk");
+  if (!disk.there) GTEST_SKIP() << "no right to mount a small disk";
+  try {
+    const LogRoom room(disk.path / "log.csv", 60000);
+    FAIL() << "nothing was said";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("there is no room for its"), std::string::npos) << error.what();
+  }
+  EXPECT_FALSE(std::filesystem::exists(disk.path / "log.csv.part"));
+}
+
+TEST_F(LogFile, WhatAFullDiskStillTookStaysBesideThePath) {
+  const SmallDisk disk(dir_ / "disk");
+  if (!disk.there) GTEST_SKIP() << "no right to mount a small disk";
+  FlightLog log(20000);
+  for (int i = 0; i < 20000; ++i) log.add(record_);
+  EXPECT_THROW(log.write_csv(disk.path / "log.csv"), std::runtime_error);
+  EXPECT_GT(lines(disk.path / "log.csv.part").size(), 1000u);
+}
+
+TEST_F(LogFile, ARunThatNeverBeganLeavesNothing) {
+  { const LogRoom room(dir_ / "log.csv", 1000); }
+  EXPECT_TRUE(std::filesystem::is_empty(dir_));
+}
+
 TEST_F(LogFile, APathThatCannotBeIsRefusedBeforeTheRun) {
-  EXPECT_THROW(check_log_path("/proc/none/log.csv"), std::runtime_error);
-  EXPECT_NO_THROW(check_log_path(dir_ / "deep" / "er" / "log.csv"));
+  EXPECT_THROW(LogRoom("/proc/none/log.csv", 10), std::runtime_error);
+  EXPECT_NO_THROW(LogRoom(dir_ / "deep" / "er" / "log.csv", 10));
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ class SupervisorTest : public ::testing::Test {
 TEST_F(SupervisorTest, ABridgeThatIsKilledLeavesAnArmWithoutPower) {
   bridge([](Supervisor& s) {
     for (int i = 0; i < 20; ++i) {
-      s.heartbeat() = now_ns();
+      s.heartbeat().beat(now_ns());
       std::this_thread::sleep_for(1ms);
     }
   });
@@ -68,19 +68,26 @@ TEST_F(SupervisorTest, ABridgeThatIsKilledLeavesAnArmWithoutPower) {
 TEST_F(SupervisorTest, ALoopThatHangsLosesItsArm) {
   bridge([&](Supervisor& s) {
     shared_.t_dead_ns = now_ns();
-    s.heartbeat() = now_ns();
+    s.heartbeat().beat(now_ns());
     while (shared_.t_off_ns == 0 && now_ns() - shared_.t_dead_ns < 3'000'000'000) std::this_thread::sleep_for(1ms);
   });
   ASSERT_NE(shared_.t_off_ns, 0);
+}
+
+TEST_F(SupervisorTest, ALoopThatGoesOnAfterAHangHearsThatItsArmIsOff) {
+  Supervisor supervisor(power_off());
+  EXPECT_TRUE(supervisor.heartbeat().beat(now_ns()));
+  ASSERT_TRUE(off_within(2000ms));
+  EXPECT_FALSE(supervisor.heartbeat().beat(now_ns()));
 }
 
 TEST_F(SupervisorTest, ALoopThatDoesNotRunYetOrNoMoreIsNoHang) {
   Supervisor supervisor(power_off());
   std::this_thread::sleep_for(150ms);
   EXPECT_EQ(shared_.t_off_ns, 0);
-  supervisor.heartbeat() = now_ns();
+  supervisor.heartbeat().beat(now_ns());
   std::this_thread::sleep_for(20ms);
-  supervisor.heartbeat() = 0;
+  supervisor.heartbeat().rest();
   std::this_thread::sleep_for(150ms);
   EXPECT_EQ(shared_.t_off_ns, 0);
 }
@@ -88,11 +95,11 @@ TEST_F(SupervisorTest, ALoopThatDoesNotRunYetOrNoMoreIsNoHang) {
 TEST_F(SupervisorTest, EndsInOrderWithTheBridge) {
   {
     Supervisor supervisor(power_off());
-    supervisor.heartbeat() = now_ns();
+    supervisor.heartbeat().beat(now_ns());
     ASSERT_EQ(kill(supervisor.pid(), 0), 0);
     kill(supervisor.pid(), SIGINT);  // Ctrl-C reaches all of a terminal's processes
     kill(supervisor.pid(), SIGTERM);
-    supervisor.heartbeat() = 0;
+    supervisor.heartbeat().rest();
     shared_.supervisor = supervisor.pid();
   }
   EXPECT_EQ(shared_.t_off_ns, 0);
