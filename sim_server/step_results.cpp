@@ -34,13 +34,16 @@ bool is_sane(const DeviceInput& in) {
   return turn > 0.5 && turn < 2 && std::isfinite(g.stiffness + g.damping + g.angular_stiffness + g.angular_damping);
 }
 
-// Of the blend (step_results.h).
-constexpr double kSlowTime = 0.02;   // of the means that changes are measured from [s]
-constexpr double kBlendTime = 0.01;  // of the mean over changes [s]
-constexpr double kLeastWay = 1e-5;   // [m]: past what encoders make of a hand at rest
-constexpr double kLeastTurn = 1e-4;  // [rad]
+// What encoders make of a hand at rest, which tells the blend nothing.
+constexpr double kLeastWay = 1e-5;    // [m]
+constexpr double kLeastSpeed = 1e-3;  // [m/s]
+constexpr double kLeastTurn = 1e-4;   // [rad]
+constexpr double kLeastSpin = 0.02;   // [rad/s]
 
-double share_of_slow_mean(double step) { return 1 - std::exp(-step / kSlowTime); }
+Eigen::Vector3d at_most(const Eigen::Vector3d& v, double most) {
+  const double n = v.norm();
+  return n > most ? Eigen::Vector3d(v * (most / n)) : v;
+}
 
 // The device after dt, moving on with its twist, as the sub-steps see it.
 RigidState moved_on(RigidState s, double dt) {
@@ -78,6 +81,7 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
   for (int a = 0; a < 3; ++a)
     if (config.periodic[a]) level[a] = 0;
   block.forcing = {gravity.cast<real>(), level.cast<real>(), config.body_force.cast<real>()};
+  gravity_ = gravity + config.body_force;
   block.heat_zones = heat_zones_on(config, time + 0.5 * step_);
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
     // a device that sends nonsense counts as let go
@@ -150,25 +154,25 @@ void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const 
   out.energy[0] += b.work[0];
   out.energy[1] += b.work[1];
   if (!m.known) m.slow = out.device;
-  const double share = share_of_slow_mean(step_);
-  m.slow.position += share * (out.device.position - m.slow.position);
-  m.slow.orientation = m.slow.orientation.slerp(share, out.device.orientation);
-  const Eigen::Vector3d turn = rotation_between(m.slow.orientation, out.device.orientation);
-  out.blend[0] =
-      m.linear.update(out.contact_force, out.device.position - m.slow.position, out.gains.stiffness, kLeastWay, step_);
-  out.blend[1] = m.angular.update(out.contact_torque, turn, out.gains.angular_stiffness, kLeastTurn, step_);
   m.known = true;
-}
-
-double StepResults::Blend::update(const Eigen::Vector3d& force, const Eigen::Vector3d& way, double stiffness,
-                                  double least, double step) {
-  slow_force += share_of_slow_mean(step) * (force - slow_force);
-  const double share = 1 - std::exp(-step / kBlendTime);
-  answered += share * (-(force - slow_force).dot(way) - answered);
-  asked += share * (stiffness * way.squaredNorm() - asked);
-  // a hand that rests tells nothing new
-  if (asked > stiffness * least * least) value = std::clamp(answered / asked, 0.0, 1.0);
-  return value;
+  const double share = Blend::share_of_slow_mean(step_);
+  m.slow.position += share * (out.device.position - m.slow.position);
+  m.slow.linear += share * (out.device.linear - m.slow.linear);
+  m.slow.orientation = m.slow.orientation.slerp(share, out.device.orientation);
+  m.slow.angular += share * (out.device.angular - m.slow.angular);
+  HandleState<double> stopped = proxy;
+  stopped.v.setZero();
+  stopped.w.setZero();
+  const Eigen::Vector3d weight = b.mass * gravity_;
+  const Wrench<double> demand = coupling_wrench(gains, to_handle(m.slow), to_handle(out.device));
+  const Wrench<double> held = coupling_wrench(gains, stopped, to_handle(out.device));
+  // of a contact's force, what stops the proxy's own mass is no answer to the device
+  const Eigen::Vector3d force = at_most(out.contact_force, (out.force - weight).norm());
+  const Eigen::Vector3d torque = at_most(out.contact_torque, (out.torque + r.cross(weight)).norm());
+  out.blend[0] = m.linear.update(force, demand.force, held.force + weight,
+                                 gains.stiffness * kLeastWay + gains.damping * kLeastSpeed, step_);
+  out.blend[1] = m.angular.update(torque, demand.torque, held.torque - r.cross(weight),
+                                  gains.angular_stiffness * kLeastTurn + gains.angular_damping * kLeastSpin, step_);
 }
 
 void StepResults::judge(const HealthSums& sums, std::uint32_t crowded, Health& health) const {

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "sim_server/blend.h"
 #include "sim_server/physics/health.h"
 #include "sim_server/plan.h"
 #include "sim_server/proxy.h"
@@ -31,21 +32,8 @@ class StepResults {
   void read_proxy(std::size_t index, const DeviceInput& input, const BodyState& b, ProxyOutput& out);
   void judge(const HealthSums& sums, std::uint32_t crowded, Health& health) const;
 
-  // Estimates how far the proxy is held back: 1 - (its motion along the device's) / (the device's motion).
-  // How much of the coupling's stiffness a contact answers with, 1 for a rigid one, ke / (K + ke) for an elastic one, 0
-  // in free space and in fluid: by how much the contact's force changes with the device's place over some
-  // hundredths of a second. What the proxy's own mass makes it lag, and what a link makes of the device's
-  // motion, is no contact.
-  struct Blend {
-    Eigen::Vector3d slow_force = Eigen::Vector3d::Zero();
-    double answered = 0, asked = 0;  // means of -dF . dx and K dx^2
-    double value = 0;
-    // way: of the device from its own slow mean; least: of it that tells anything.
-    double update(const Eigen::Vector3d& force, const Eigen::Vector3d& way, double stiffness, double least,
-                  double step);
-  };
   struct ProxyMemory {
-    RigidState slow;  // of the device
+    RigidState slow;  // mean of the device's state
     bool known = false;
     Blend linear, angular;
   };
@@ -54,6 +42,7 @@ class StepResults {
   const Plan& plan_;
   double step_ = 0;  // [s]
   StepInput input_;  // as accepted
+  Eigen::Vector3d gravity_ = Eigen::Vector3d::Zero();  // and the body force, of the step [m/s^2]
   std::vector<ProxyMemory> memory_;
 };
 
