@@ -17,7 +17,6 @@
 #include "haptic_bridge/device/virtuose.h"
 #include "haptic_bridge/herald.h"
 #include "haptic_bridge/options.h"
-#include "haptic_bridge/output_file.h"
 #include "haptic_bridge/profile.h"
 #include "haptic_bridge/report.h"
 #include "haptic_bridge/rerun.h"
@@ -216,17 +215,9 @@ std::unique_ptr<Bus> bus_at(int priority, const BusOptions& options) {
 
 std::size_t logged_ticks(const BridgeOptions& o) { return static_cast<std::size_t>(o.log_seconds * o.rate_hz); }
 
-// What a run leaves: its flight log, and all that the loop took in.
-struct LogRoom {
-  explicit LogRoom(const BridgeOptions& o)
-      : csv("flight log", o.log, most_csv_bytes(logged_ticks(o))),
-        ticks("kept run", ticks_beside(o.log), kept_bytes(logged_ticks(o))) {}
-  ReservedRoom csv, ticks;
-};
-
 std::unique_ptr<LogRoom> room_for_log(const BridgeOptions& o) {
   try {
-    return std::make_unique<LogRoom>(o);
+    return std::make_unique<LogRoom>(o.log, logged_ticks(o));
   } catch (const std::exception& error) {
     throw ConfigError(error.what());
   }

@@ -199,6 +199,20 @@ std::string text_of(const TickResult& r) {
                      vector(r.sent.torque), r.gains_share);
 }
 
+// A run of so many ticks is no longer than this.
+std::size_t kept_bytes(std::size_t ticks) {
+  fmt::memory_buffer head, tick;
+  Writer write_head(head), write_tick(tick);
+  const LoopConfig config;
+  TickInput most;
+  most.came = true;
+  const TickResult result;
+  fields(write_head, config);
+  fields(write_tick, most);
+  fields(write_tick, result);
+  return 3 * sizeof(std::uint64_t) + head.size() + ticks * tick.size();
+}
+
 }  // namespace
 
 void write_ticks(const FlightLog& log, const LoopConfig& config, const std::string& path) {
@@ -222,22 +236,13 @@ void write_ticks(const FlightLog& log, const LoopConfig& config, const std::stri
   });
 }
 
-std::size_t kept_bytes(std::size_t ticks) {
-  fmt::memory_buffer head, tick;
-  Writer write_head(head), write_tick(tick);
-  const LoopConfig config;
-  TickInput most;
-  most.came = true;
-  const TickResult result;
-  fields(write_head, config);
-  fields(write_tick, most);
-  fields(write_tick, result);
-  return 3 * sizeof(std::uint64_t) + head.size() + ticks * tick.size();
-}
-
 std::string ticks_beside(const std::string& flight_log) {
   return std::filesystem::path(flight_log).replace_extension(".ticks").string();
 }
+
+LogRoom::LogRoom(const std::string& flight_log, std::size_t ticks)
+    : csv("flight log", flight_log, most_csv_bytes(ticks)),
+      run("kept run", ticks_beside(flight_log), kept_bytes(ticks)) {}
 
 KeptRun read_ticks(const std::string& path) {
   std::ifstream in(path, std::ios::binary);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "haptic_bridge/flight_log.h"
+#include "haptic_bridge/output_file.h"
 
 namespace palp {
 
@@ -17,10 +18,14 @@ namespace palp {
 // while the loop runs.
 void write_ticks(const FlightLog& log, const LoopConfig& config, const std::string& path);
 
-// A kept run of so many ticks is no longer than this.
-std::size_t kept_bytes(std::size_t ticks);
 // The file of a run beside its flight log: the same name with .ticks.
 std::string ticks_beside(const std::string& flight_log);
+
+// Room on the disk for a flight log of so many ticks and the run beside it.
+struct LogRoom {
+  LogRoom(const std::string& flight_log, std::size_t ticks);
+  ReservedRoom csv, run;
+};
 
 // What came of a tick.
 struct TickResult {
