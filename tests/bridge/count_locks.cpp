@@ -12,13 +12,15 @@ thread_local std::uint64_t t_locks = 0;
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
-// The one-argument list and the call of it, for a function of the C library that returns int.
+// For a function of the C library that returns int: its parameters and, to call it, their names.
+// NOLINTBEGIN(bugprone-macro-parentheses): these are lists
 #define PALP_COUNTED(function, parameters, arguments)                                           \
   extern "C" int function parameters {                                                          \
     if (t_counting) ++t_locks;                                                                  \
     static const auto kNext = reinterpret_cast<int(*) parameters>(dlsym(RTLD_NEXT, #function)); \
     return kNext arguments;                                                                     \
   }
+// NOLINTEND(bugprone-macro-parentheses)
 
 PALP_COUNTED(pthread_mutex_lock, (pthread_mutex_t * m), (m))
 PALP_COUNTED(pthread_mutex_trylock, (pthread_mutex_t * m), (m))
