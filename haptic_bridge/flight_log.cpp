@@ -18,7 +18,7 @@ namespace {
 
 using Row = fmt::memory_buffer;
 
-constexpr std::size_t kMostColumn = 24;  // characters, with the comma behind: of the longest name and of any value
+constexpr std::size_t kMostColumn = 17;  // characters, with the comma behind it
 
 struct Column {
   const char* name;
@@ -138,7 +138,7 @@ LogRoom::LogRoom(const std::string& path, std::size_t ticks) : part_(part_of(pat
   OutputFile file(part_);
   file.close();  // empties it
   try {
-    OutputFile(part_).reserve((ticks + 1) * std::size(kColumns) * kMostColumn);
+    OutputFile(part_).reserve((ticks + 2) * std::size(kColumns) * kMostColumn);
   } catch (...) {
     std::filesystem::remove(part_);
     throw;
