@@ -1,5 +1,6 @@
 #include "haptic_bridge/options.h"
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -123,8 +124,28 @@ std::string to_log_file(const BridgeOptions& o) {
   return o.log;
 }
 
+// Ranges let what is no number through.
+void check_finite(const BridgeOptions& o) {
+  const std::pair<const char*, std::optional<double>> numbers[] = {
+      {"--rate-hz", o.rate_hz},
+      {"--seconds", o.seconds},
+      {"--log-seconds", o.log_seconds},
+      {"--self-test", o.self_test},
+      {"--stiffness", o.stiffness},
+      {"--damping", o.damping},
+      {"--angular-stiffness", o.angular_stiffness},
+      {"--angular-damping", o.angular_damping},
+      {"--motion-scale", o.motion_scale},
+      {"--force-scale", o.force_scale},
+  };
+  for (const auto& [name, value] : numbers) {
+    if (value && !std::isfinite(*value)) throw ConfigError(std::string(name) + ": expected a finite number");
+  }
+}
+
 void check_together(RawOptions& raw) {
   BridgeOptions& o = raw.options;
+  check_finite(o);
   const bool replay = o.device == DeviceKind::replay;
   if (replay && o.path.empty()) throw ConfigError("--device replay needs --path FILE, the path to replay");
   if (!replay && (!o.path.empty() || o.loop_path)) throw ConfigError("--path and --loop-path need --device replay");
@@ -155,7 +176,7 @@ ParsedOptions parse_options(int argc, char** argv) {
     app.parse(argc, argv);
     check_together(raw);
   } catch (const CLI::ParseError& error) {
-    return {std::nullopt, app.exit(error)};
+    return {std::nullopt, app.exit(error) == 0 ? 0 : 2};
   } catch (const ConfigError& error) {
     std::fprintf(stderr, "haptic_bridge: %s\n", error.what());
     return {std::nullopt, 2};
