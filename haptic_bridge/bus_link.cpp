@@ -78,7 +78,11 @@ void BusLink::send_all() {
 void BusLink::receive_all() {
   IncomingProxy in;
   while (!stop_) {
-    if (reader_->wait(kReceiverTimeout) && take_newest(in)) ports_.incoming.put(in);
+    const bool found = reader_->wait(kReceiverTimeout) && take_newest(in);
+    // before the sample: one that is sound ends the row of those that are not
+    const DropCounts drops = reader_->drops();
+    ports_.refused.store(drops.not_finite + drops.malformed, std::memory_order_relaxed);
+    if (found) ports_.incoming.put(in);
     note_reader();
   }
 }

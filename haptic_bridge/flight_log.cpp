@@ -12,7 +12,7 @@ namespace {
 
 using Row = fmt::memory_buffer;
 
-constexpr std::size_t kMostColumn = 24;  // characters, with the comma behind: of the longest name and of any value
+constexpr std::size_t kMostColumn = 17;  // characters, with the comma behind it
 
 struct Column {
   const char* name;
@@ -79,7 +79,7 @@ const Column kColumns[] = {
 
 FlightLog::FlightLog(std::size_t ticks) : ring_(std::max<std::size_t>(ticks, 1)), inputs_(ring_.size()) {}
 
-std::size_t most_csv_bytes(std::size_t ticks) { return (ticks + 1) * std::size(kColumns) * kMostColumn; }
+std::size_t most_csv_bytes(std::size_t ticks) { return (ticks + 2) * std::size(kColumns) * kMostColumn; }
 
 void FlightLog::write_csv(const std::string& path) const {
   write_whole_file("flight log", path, [&](OutputFile& file) {

@@ -75,6 +75,8 @@ void HapticLoop::tick(std::int64_t now_ns, std::int64_t lateness_ns, std::uint32
   input_.now_ns = record_.t_ns = now_ns;
   input_.lateness_ns = record_.lateness_ns = lateness_ns;
   input_.missed = record_.missed = missed;
+  input_.told = fault_;
+  input_.refused = refused_;
   input_.came = incoming != nullptr;
   if (incoming) input_.incoming = *incoming;
   record_.verdict = -1;
@@ -83,6 +85,11 @@ void HapticLoop::tick(std::int64_t now_ns, std::int64_t lateness_ns, std::uint32
 
   read_device(now_ns);
   follow_time(lateness_ns);
+  if (refused_ > 0) {
+    record_.verdict = static_cast<std::int32_t>(Verdict::not_finite);
+    count_unsound(refused_);
+    refused_ = 0;
+  }
   if (incoming) judge_sample(*incoming, now_ns);
   follow_hand();
   follow_link(now_ns);
@@ -137,10 +144,15 @@ void HapticLoop::trip() {
   tripped_ = true;
 }
 
+void HapticLoop::count_unsound(std::uint64_t samples) {
+  bad_samples_in_a_row_ += samples;
+  if (bad_samples_in_a_row_ > static_cast<std::uint64_t>(config_.safety.bad_samples)) trip();
+}
+
 void HapticLoop::judge_sample(const IncomingProxy& in, std::int64_t now_ns) {
   const Verdict verdict = gate_.judge(in, now_ns);
   record_.verdict = static_cast<std::int32_t>(verdict);
-  if (unsound(verdict) && ++bad_samples_in_a_row_ > config_.safety.bad_samples) trip();
+  if (unsound(verdict)) count_unsound(1);
   if (verdict != Verdict::accepted && verdict != Verdict::restarted) return;
   bad_samples_in_a_row_ = 0;
   take_sample(in, verdict == Verdict::restarted || in.sample.sim_time < record_.sim_time, now_ns);

@@ -125,6 +125,8 @@ class HapticLoop {
   // system call but the device's. Same calls, same wrenches, bit for bit.
   void tick(std::int64_t now_ns, std::int64_t lateness_ns, std::uint32_t missed, const IncomingProxy* incoming);
 
+  // So many samples of the server have come since the last tick that were too malformed to be handed on.
+  void note_refused(std::uint64_t samples) { refused_ += samples; }
   // Ends the force with the next tick, for good.
   void fail(LoopFault fault) { fault_ = fault; }
   // After the last tick: leaves the device without force.
@@ -142,6 +144,7 @@ class HapticLoop {
  private:
   void read_device(std::int64_t now_ns);
   bool plausible(const HandleState<double>& next, std::int64_t now_ns) const;
+  void count_unsound(std::uint64_t samples);
   void judge_sample(const IncomingProxy& in, std::int64_t now_ns);
   void take_sample(const IncomingProxy& in, bool begins, std::int64_t now_ns);
   void follow_time(std::int64_t lateness_ns);
@@ -174,7 +177,8 @@ class HapticLoop {
   std::int64_t t_reading_ns_ = 0;
   int bad_reads_in_a_row_ = 0;
   int bad_writes_in_a_row_ = 0;
-  int bad_samples_in_a_row_ = 0;
+  std::uint64_t bad_samples_in_a_row_ = 0;
+  std::uint64_t refused_ = 0;  // since the last tick
   int late_in_a_row_ = 0;
 
   bool have_sample_ = false;

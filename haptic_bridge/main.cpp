@@ -2,6 +2,8 @@
 #include <atomic>
 #include <csignal>
 #include <ctime>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -215,12 +217,20 @@ std::unique_ptr<Bus> bus_at(int priority, const BusOptions& options) {
 
 std::size_t logged_ticks(const BridgeOptions& o) { return static_cast<std::size_t>(o.log_seconds * o.rate_hz); }
 
-std::unique_ptr<LogRoom> room_for_log(const BridgeOptions& o) {
+// What cannot be written is told before the run, not at its end.
+std::unique_ptr<LogRoom> room_for_files(const BridgeOptions& o) {
+  std::unique_ptr<LogRoom> room;
   try {
-    return std::make_unique<LogRoom>(o.log, logged_ticks(o));
+    room = std::make_unique<LogRoom>(o.log, logged_ticks(o));
   } catch (const std::exception& error) {
     throw ConfigError(error.what());
   }
+  std::error_code ignored;
+  const bool was_there = std::filesystem::exists(o.summary, ignored);
+  if (!std::ofstream(o.summary, std::ios::app))
+    throw ConfigError(fmt::format("summary {}: it cannot be written; give another file with --summary", o.summary));
+  if (!was_there) std::filesystem::remove(o.summary, ignored);
+  return room;
 }
 
 int run(const BridgeOptions& o) {
@@ -228,7 +238,7 @@ int run(const BridgeOptions& o) {
   DeviceProfile profile = profile_from(o);
   if (o.device == DeviceKind::virtuose) VirtuoseApi(profile.virtuose.library);  // a wrong one is told at once
   const HandScript script = o.hand.empty() ? HandScript{} : read_hand_script(o.hand);
-  const std::unique_ptr<LogRoom> room = room_for_log(o);
+  const std::unique_ptr<LogRoom> room = room_for_files(o);
   const std::string process = fmt::format("haptic_bridge {}", o.device_number);
   StopSignal stop;
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is

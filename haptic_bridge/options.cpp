@@ -1,5 +1,6 @@
 #include "haptic_bridge/options.h"
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -164,7 +165,7 @@ ParsedOptions parse_options(int argc, char** argv) {
     app.parse(argc, argv);
     check_together(raw);
   } catch (const CLI::ParseError& error) {
-    return {std::nullopt, app.exit(error)};
+    return {std::nullopt, app.exit(error) == 0 ? 0 : 2};
   } catch (const ConfigError& error) {
     std::fprintf(stderr, "haptic_bridge: %s\n", error.what());
     return {std::nullopt, 2};

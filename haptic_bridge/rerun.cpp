@@ -155,7 +155,7 @@ void fields(A& a, T& r) {
 }
 template <class A, Of<TickInput> T>
 void fields(A& a, T& i) {
-  a(i.now_ns), a(i.lateness_ns), a(i.missed), a(i.came);
+  a(i.now_ns), a(i.lateness_ns), a(i.missed), a(i.told), a(i.refused), a(i.came);
   if (i.came) fields(a, i.incoming.sample), a(i.incoming.t_receive_ns);
   a(i.was_read), fields(a, i.reading), a(i.was_written);
 }
@@ -263,6 +263,7 @@ KeptRun read_ticks(const std::string& path) {
   for (std::size_t i = 0; i < ticks; ++i) {
     fields(read, run.inputs[i]);
     fields(read, run.results[i]);
+    if (run.inputs[i].told > LoopFault::taken_for_dead) read.fail("a fault that there is not");
     if (run.results[i].state > LoopState::fault) read.fail("a state that there is not");
   }
   if (!read.at_end()) read.fail("there is more than its number of ticks says");
@@ -280,6 +281,8 @@ Rerun run_again(const KeptRun& run) {
   Rerun rerun;
   for (const TickInput& input : run.inputs) {
     device.input = &input;
+    if (input.told != LoopFault::none) loop.fail(input.told);
+    loop.note_refused(input.refused);
     loop.tick(input.now_ns, input.lateness_ns, input.missed, input.came ? &input.incoming : nullptr);
     const TickResult now = result_of(loop.record());
     const TickResult& then = run.results[rerun.ticks++];

@@ -30,6 +30,7 @@ LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& 
   const Pulse pulse(ports.heartbeat, loop);
   IncomingProxy incoming;
   const std::int64_t cpu_before = clock.cpu_ns();
+  std::uint64_t refused = ports.refused.load(std::memory_order_relaxed);
   std::int64_t deadline = clock.now_ns() + period;
 
   for (std::uint64_t i = 0; !stop.load(std::memory_order_relaxed) && (max_ticks == 0 || i < max_ticks); ++i) {
@@ -38,6 +39,9 @@ LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& 
     const std::int64_t missed = (now - deadline) / period;
     if (!pulse.beat(now)) loop.fail(LoopFault::taken_for_dead);
 
+    const std::uint64_t refused_now = ports.refused.load(std::memory_order_relaxed);
+    loop.note_refused(refused_now - refused);
+    refused = refused_now;
     const bool came = ports.incoming.take(incoming);
     loop.tick(now, now - deadline, static_cast<std::uint32_t>(missed), came ? &incoming : nullptr);
 

@@ -15,16 +15,17 @@ namespace palp {
 
 // What the loop shares with other threads. Each mailbox has one writer and one reader.
 struct LoopPorts {
-  Latest<IncomingProxy> incoming;       // written by the bus's receiver
-  Latest<DeviceSample> outgoing;        // read by the bus's sender
-  Latest<LoopReport> report;            // read by whoever tells people
-  Wakeup sample_ready;                  // after each outgoing sample
-  Heartbeat* heartbeat = nullptr;       // of each tick; null: nobody looks
-  Histogram lateness;                   // of each tick behind its deadline
-  Histogram age;                        // of the sample in use, in ticks that have one and it is not stale
-  Histogram delay;                      // device state read -> first tick that renders its answer, per sample used
-  Histogram duration;                   // of each tick, device and mailboxes included, sleep and flight log not
-  std::atomic<std::int64_t> cpu_ns{0};  // that the loop's thread used from first to last tick; 0 until it ends
+  Latest<IncomingProxy> incoming;         // written by the bus's receiver
+  Latest<DeviceSample> outgoing;          // read by the bus's sender
+  Latest<LoopReport> report;              // read by whoever tells people
+  Wakeup sample_ready;                    // after each outgoing sample
+  std::atomic<std::uint64_t> refused{0};  // samples of the server that the bus found malformed, in all
+  Heartbeat* heartbeat = nullptr;         // of each tick; null: nobody looks
+  Histogram lateness;                     // of each tick behind its deadline
+  Histogram age;                          // of the sample in use, in ticks that have one and it is not stale
+  Histogram delay;                        // device state read -> first tick that renders its answer, per sample used
+  Histogram duration;                     // of each tick, device and mailboxes included, sleep and flight log not
+  std::atomic<std::int64_t> cpu_ns{0};    // that the loop's thread used from first to last tick; 0 until it ends
 };
 
 // Ticks until stop is set, a fault occurs, or max_ticks (0: no end) are done. A tick that is late by whole periods

@@ -86,6 +86,20 @@ TEST_F(FaultTable, MoreThanThreeUnsoundSamplesInARowEndTheForce) {
   }
 }
 
+// The bus drops what is malformed, and the loop is told how many there were.
+TEST_F(FaultTable, SamplesThatTheBusRefusedCountInThatRow) {
+  b.loop.note_refused(2);
+  b.tick(false);
+  b.tick();  // a sound one ends the row
+  b.loop.note_refused(3);
+  b.tick(false);
+  EXPECT_NEAR(b.felt(), 4, kRounding);
+  b.loop.note_refused(1);
+  b.tick(false);
+  EXPECT_EQ(b.felt(), 0);
+  expect_locked();
+}
+
 // A link that reorders is no fault; one that brings nothing new is a silent server.
 TEST_F(FaultTable, OldSamplesAreDroppedAndLeadToSilence) {
   b.lie = [](ProxySample& s) { s.header.sequence = 3; };

@@ -1,6 +1,7 @@
 // The real haptic_bridge binary against a scripted server on the loopback interface.
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -19,6 +20,7 @@
 
 #include "idl/bus.h"
 #include "idl/clock.h"
+#include "tests/bridge/small_disk.h"
 
 extern char** environ;
 
@@ -54,6 +56,7 @@ class Process {
     }
   }
   void signal(int number) const { kill(pid_, number); }
+  pid_t pid() const { return pid_; }
   // The exit status, 128 + signal, or -1 if it has not ended in time.
   int wait(std::chrono::milliseconds timeout) {
     for (auto left = timeout; left > 0ms; left -= 20ms) {
@@ -285,6 +288,8 @@ TEST_F(BridgeProcess, SaysThatTheSceneHasNoProxyForIt) {
 TEST_F(BridgeProcess, RefusesBadInputWithOneClearMessage) {
   std::ofstream(dir_ / "bad.toml") << "name = \"x\"\n[limits]\nforce = -3\n[arm]\nmas = 1\n";
   std::ofstream(dir_ / "bad.csv") << "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n0,0,0,0,0,0,0,1\n";
+  std::ofstream(dir_ / "malformed.toml") << "name = \"x\"\n[limits\nforce = 3\n";
+  std::ofstream(dir_ / "infinite.toml") << "name = \"x\"\n[limits]\nforce = nan\ntorque = 1\n";
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
       {{"--profile", (dir_ / "bad.toml").string()}, "bad.toml:3"},
       {{"--profile", (dir_ / "bad.toml").string()}, "bad.toml:5"},
@@ -298,9 +303,19 @@ TEST_F(BridgeProcess, RefusesBadInputWithOneClearMessage) {
       {{"--home", "1", "2", "nan"}, "--home"},
       {{"--device-number", "8"}, "--device-number"},
       {{"--rate-hz", "0"}, "--rate-hz"},
-      {{"--seconds", "nan"}, "--seconds"},
       {{"--rerun", (dir_ / "bad.csv").string()}, "bad.csv: at byte"},
+      {{"--rate-hz", "nan"}, "--rate-hz"},
+      {{"--stiffness", "nan"}, "--stiffness: expected a number from 0 to 100000, got 'nan'"},
+      {{"--seconds", "-1"}, "--seconds"},
+      {{"--seconds", "nan"}, "--seconds"},
       {{"--nonsense"}, "--nonsense"},
+      {{"--profile", (dir_ / "malformed.toml").string()}, "malformed.toml:2: not valid TOML"},
+      {{"--profile", (dir_ / "infinite.toml").string()}, "infinite.toml:3: [limits]: force is nan, expected a number"},
+      {{"--profile", dir_.string()}, "not a plain file"},
+      {{"--device", "virtuose", "--library", PALP_LIB_DIR "/libincomplete_virtuose.so"}, "it has no function virt"},
+      {{"--device", "virtuose", "--library", "libno_such_virtuose.so"}, "cannot be loaded"},
+      {{"--log", (dir_ / "bad.toml" / "log.csv").string()}, "its directory cannot be made"},
+      {{"--summary", (dir_ / "bad.toml" / "summary.json").string()}, "summary.json"},
       {{"--device", "virtuose", "--library", (dir_ / "none.so").string()}, "there is no such file"},
       {{"--device", "virtuose", "--library", (dir_ / "bad.toml").string()}, "cannot be loaded"},
       {{"--device", "virtuose", "--profile", PALP_SOURCE_DIR "/config/devices/simulated.toml"}, "[virtuose]"},
@@ -312,8 +327,7 @@ TEST_F(BridgeProcess, RefusesBadInputWithOneClearMessage) {
   for (const auto& [arguments, expected] : cases) {
     SCOPED_TRACE(arguments[0] + " " + arguments.back());
     const int status = run_to_end(arguments);
-    EXPECT_GT(status, 0);
-    EXPECT_LT(status, 128);
+    EXPECT_EQ(status, 2);
     EXPECT_NE(text_of(output()).find(expected), std::string::npos) << text_of(output());
   }
 }
@@ -321,6 +335,44 @@ TEST_F(BridgeProcess, RefusesBadInputWithOneClearMessage) {
 TEST_F(BridgeProcess, RefusesALogThatItCannotWrite) {
   EXPECT_EQ(run_to_end({"--home", "0", "0", "0", "--seconds", "0.3", "--log", "/proc/none/bridge_log.csv"}), 2);
   EXPECT_NE(text_of(output()).find("/proc/none"), std::string::npos) << text_of(output());
+}
+
+TEST_F(BridgeProcess, RefusesADiskWithoutRoomForItsLog) {
+  const test::SmallDisk disk(dir_ / "disk", 2);
+  if (!disk.there) GTEST_SKIP() << "no right to mount a small disk";
+  EXPECT_EQ(run_to_end({"--home", "0", "0", "0", "--seconds", "0.3", "--log", (disk.path / "log.csv").string()}), 2);
+  EXPECT_NE(text_of(output()).find("there is no room for its"), std::string::npos) << text_of(output());
+}
+
+TEST_F(BridgeProcess, LosesNothingOnADiskThatFillsWhileItRuns) {
+  const test::SmallDisk disk(dir_ / "disk", 8);
+  if (!disk.there) GTEST_SKIP() << "no right to mount a small disk";
+  Process bridge(command({"--home", "0", "0", "0", "--log-seconds", "5", "--log", (disk.path / "log.csv").string()}),
+                 output());
+  for (int i = 0; i < 100 && text_of(output()).find("the loop runs") == std::string::npos; ++i)
+    std::this_thread::sleep_for(50ms);
+  disk.fill();
+  std::this_thread::sleep_for(700ms);
+  bridge.signal(SIGTERM);
+  EXPECT_EQ(bridge.wait(10s), 0) << text_of(output());
+  EXPECT_GT(FlightTable(disk.path / "log.csv").rows(), 500u);
+  EXPECT_NE(text_of(output()).find("log.csv ("), std::string::npos) << text_of(output());
+}
+
+// As where a quota ends, or a disk that breaks: what was reserved cannot be written either.
+TEST_F(BridgeProcess, KeepsWhatTheDiskStillTakesAndSaysSo) {
+  Process bridge(command({"--home", "0", "0", "0"}), output());
+  for (int i = 0; i < 100 && text_of(output()).find("the loop runs") == std::string::npos; ++i)
+    std::this_thread::sleep_for(50ms);
+  std::this_thread::sleep_for(800ms);
+  const rlimit most{100'000, 100'000};
+  ASSERT_EQ(prlimit(bridge.pid(), RLIMIT_FSIZE, &most, nullptr), 0);
+  bridge.signal(SIGTERM);
+  EXPECT_EQ(bridge.wait(10s), 1);
+  EXPECT_NE(text_of(output()).find("bridge_log.csv.part: cannot be written: File too large"), std::string::npos)
+      << text_of(output());
+  EXPECT_FALSE(fs::exists(dir_ / "bridge_log.csv"));
+  EXPECT_EQ(fs::file_size(dir_ / "bridge_log.csv.part"), 100'000u);
 }
 
 TEST_F(BridgeProcess, WritesItsLogWhenItCrashes) {

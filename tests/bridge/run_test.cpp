@@ -13,7 +13,6 @@
 #include <linux/filter.h>
 #include <linux/futex.h>
 #include <linux/seccomp.h>
-#include <sys/mount.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -24,6 +23,7 @@
 #include "tests/bridge/count_allocations.h"
 #include "tests/bridge/count_locks.h"
 #include "tests/bridge/fake_server.h"
+#include "tests/bridge/small_disk.h"
 
 namespace palp {
 namespace {
@@ -445,26 +445,8 @@ TEST_F(LogFile, AFullDiskLeavesWhatWasThereAndSaysSo) {
   EXPECT_EQ(lines(dir_ / "log.csv"), std::vector<std::string>{"before"});
 }
 
-// A disk of one megabyte, where this test may make one.
-struct SmallDisk {
-  explicit SmallDisk(const std::filesystem::path& at) : path(at) {
-    std::filesystem::create_directories(path);
-    there = mount("tmpfs", path.c_str(), "tmpfs", 0, "size=1m") == 0;
-  }
-  ~SmallDisk() {
-    if (there) umount(path.c_str());
-  }
-  void fill() const {
-    std::ofstream file(path / "others");
-    while (file << std::string(4096, 'x') << std::flush) {
-    }
-  }
-  std::filesystem::path path;
-  bool there = false;
-};
-
 TEST_F(LogFile, ADiskThatFillsDuringTheRunCostsNothing) {
-  const SmallDisk disk(dir_ / "disk");
+  const test::SmallDisk disk(dir_ / "disk", 1);
   if (!disk.there) GTEST_SKIP() << "no right to mount a small disk";
   {
     const LogRoom room(disk.path / "log.csv", 500);
@@ -478,7 +460,7 @@ TEST_F(LogFile, ADiskThatFillsDuringTheRunCostsNothing) {
 }
 
 TEST_F(LogFile, ADiskWithoutRoomForTheLogIsRefusedBeforeTheRun) {
-  const SmallDisk disk(dir_ / "disk");
+  const test::SmallDisk disk(dir_ / "disk", 1);
   if (!disk.there) GTEST_SKIP() << "no right to mount a small disk";
   try {
     const LogRoom room(disk.path / "log.csv", 60000);
@@ -490,7 +472,7 @@ TEST_F(LogFile, ADiskWithoutRoomForTheLogIsRefusedBeforeTheRun) {
 }
 
 TEST_F(LogFile, WhatAFullDiskStillTookStaysBesideThePath) {
-  const SmallDisk disk(dir_ / "disk");
+  const test::SmallDisk disk(dir_ / "disk", 1);
   if (!disk.there) GTEST_SKIP() << "no right to mount a small disk";
   FlightLog log(20000);
   for (int i = 0; i < 20000; ++i) log.add(record_);

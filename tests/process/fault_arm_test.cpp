@@ -139,14 +139,6 @@ TEST_F(FaultArm, SwitchesAlarmsAndReadings) {
   EXPECT_TRUE(watcher.has_event("at a bound, too warm or saturated")) << said_by(0);
 }
 
-// What a handle that is too fast is to feel: damping of 3 N s/m within the limits, and no more.
-Vec3 damping_only(const FlightTick& t) {
-  const FlightLimits most;
-  Vec3 force = scaled(-3 * t.engagement, t.velocity);
-  for (std::size_t k = 0; k < 3; ++k) force[k] = std::clamp(force[k], -most.axis_force[k], most.axis_force[k]);
-  return length(force) > most.force ? scaled(most.force / length(force), force) : force;
-}
-
 // From the tick that is too fast on the force goes to the damping as fast as the slew limit allows, and stays there.
 void judge_fast(const Flight& flight, const std::string& row, const std::function<bool(const FlightTick&)>& too_fast) {
   RowTimes times(row, "a hand that throws the handle");

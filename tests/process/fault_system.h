@@ -10,6 +10,25 @@
 
 namespace palp::test {
 
+// Where this is allowed, the calling thread and what it starts go before other work while one lives: what is judged
+// here is not how a busy machine shares its time.
+class Urgent {
+ public:
+  Urgent() {
+    const sched_param first{40};
+    allowed_ = sched_setscheduler(0, SCHED_FIFO, &first) == 0;
+  }
+  ~Urgent() {
+    const sched_param usual{0};
+    if (allowed_) sched_setscheduler(0, SCHED_OTHER, &usual);
+  }
+  Urgent(const Urgent&) = delete;
+  Urgent& operator=(const Urgent&) = delete;
+
+ private:
+  bool allowed_ = false;
+};
+
 // Something that happens to a simulated Virtuose, [s] since it was opened. Half a millisecond lies between the steps of
 // its controller, so that whoever asks at that time or later is told.
 struct ArmEvent {
@@ -33,13 +52,9 @@ class FaultSystem : public RunningSystem {
  protected:
   static constexpr int kBridges = 4;
 
-  // Where this is allowed the server gets a priority below the bridges', for what is judged here is not how it fares
-  // beside other work.
   void start_weights() {
-    const sched_param first{40}, usual{0};
-    const bool allowed = sched_setscheduler(0, SCHED_FIFO, &first) == 0;
+    const Urgent urgent;
     server_ = start_tool("sim_server", Vendor::cyclone, {kHere + "four_tools.toml", "--backend", "cpu"});
-    if (allowed) sched_setscheduler(0, SCHED_OTHER, &usual);
   }
   std::string file(const std::string& name, int device) const { return folder_ / (name + std::to_string(device)); }
   static void write(const std::string& name, const std::string& text) {
