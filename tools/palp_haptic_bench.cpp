@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <fstream>
 #include <functional>
 #include <mutex>
@@ -33,9 +34,12 @@ struct Arguments {
   double stiffness = 0;  // of the profile, if 0
   std::optional<double> slew, friction;
   bool uncontrolled = false;
+  std::string part;  // "k/n"
+  std::vector<std::string> merge;
 };
 
 struct Job {
+  std::size_t number = 0;  // in the whole table
   std::string what;
   std::function<std::vector<Row>()> work;
 };
@@ -53,6 +57,7 @@ std::vector<Row> work_off(const std::vector<Job>& jobs, unsigned threads) {
       const auto begin = std::chrono::steady_clock::now();
       try {
         rows[k] = jobs[k].work();
+        for (Row& r : rows[k]) r.job = jobs[k].number;
       } catch (...) {
         const std::lock_guard lock(talk);
         failure = std::current_exception();
@@ -87,6 +92,7 @@ std::string name_of(const Cell& c) {
 struct Metric {
   std::string name;
   std::vector<std::string> hand_names, variants;  // by default
+  bool thorough;                                  // on further links at the slowest rate, too
   std::function<std::vector<Row>(const Scenes&, const Cell&, const Arguments&)> rows;
 };
 
@@ -95,31 +101,50 @@ const std::vector<Metric>& metrics() {
       {"z_width",
        {"off", "light", "firm"},
        {"ours", "held", "spring"},
+       true,
        [](const Scenes& s, const Cell& c, const Arguments& a) {
          return z_width_rows(s.wall, c, a.dampings, !a.quick);
        }},
+      {"torsion",
+       {"off", "light", "firm"},
+       {"ours", "held"},
+       false,
+       [](const Scenes& s, const Cell& c, const Arguments& a) { return torsion_rows(s, c, a.dampings, !a.quick); }},
       {"minute",
        {"light"},
        {"ours", "held"},
+       false,
        [](const Scenes& s, const Cell& c, const Arguments& a) { return minute_rows(s, c, a.quick ? 30 : 60); }},
       {"buzz",
        {"off", "light", "firm"},
        {"ours", "held"},
+       false,
        [](const Scenes& s, const Cell& c, const Arguments&) { return buzz_rows(s, c); }},
       {"drag",
        {"off", "light", "firm"},
        {"ours", "held", "spring"},
+       true,
        [](const Scenes& s, const Cell& c, const Arguments&) { return drag_rows(s, c); }},
       {"current",
        {"light"},
        {"ours", "held", "spring"},
+       false,
        [](const Scenes& s, const Cell& c, const Arguments&) { return current_rows(s, c); }},
       {"rendering",
-       {"light", "firm"},
+       {"off", "light", "firm"},
        {"ours", "held", "spring"},
+       true,
        [](const Scenes& s, const Cell& c, const Arguments&) { return rendering_rows(s, c); }},
-      {"delay", {"light"}, {"ours"}, [](const Scenes& s, const Cell& c, const Arguments&) { return delay_rows(s, c); }},
-      {"fault", {"firm"}, {"ours"}, [](const Scenes& s, const Cell& c, const Arguments&) { return fault_rows(s, c); }},
+      {"delay",
+       {"light"},
+       {"ours"},
+       false,
+       [](const Scenes& s, const Cell& c, const Arguments&) { return delay_rows(s, c); }},
+      {"fault",
+       {"firm"},
+       {"ours"},
+       true,
+       [](const Scenes& s, const Cell& c, const Arguments&) { return fault_rows(s, c); }},
   };
   return kMetrics;
 }
@@ -140,7 +165,12 @@ DeviceProfile profile_of(const Arguments& a) {
   return profile;
 }
 
-// Baselines are measured on the listed links only, unless links were asked for.
+// What is measured on further links that nobody asked for by name: no baselines, and only the fastest rate, or that and
+// the slowest.
+bool on_further_link(const Arguments& a, const Metric& metric, double rate, const std::string& variant) {
+  return variant == "ours" && (rate == a.rates.front() || (metric.thorough && rate == a.rates.back()));
+}
+
 std::vector<Cell> cells_of(const Arguments& a, const Metric& metric) {
   const DeviceProfile profile = profile_of(a);
   std::vector<std::string> links = listed_links();
@@ -150,7 +180,7 @@ std::vector<Cell> cells_of(const Arguments& a, const Metric& metric) {
     for (const double rate : a.rates)
       for (const std::string& link : given_or(a.link_names, links))
         for (const std::string& variant : given_or(a.variants, metric.variants))
-          if (variant == "ours" || !a.link_names.empty() || has(listed_links(), link))
+          if (!a.link_names.empty() || has(listed_links(), link) || on_further_link(a, metric, rate, variant))
             cells.push_back({hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds, profile,
                              !a.uncontrolled});
   return cells;
@@ -175,7 +205,7 @@ void write_press(const Arguments& a, const Scene& wall) {
 // Beside each stiffness of ours how many times the held wrench's that is.
 void compare(std::vector<Row>& rows) {
   for (Row& r : rows) {
-    if (r.variant != to_string(Variant::ours) || r.unit != "kN/m") continue;
+    if (r.variant != to_string(Variant::ours) || (r.unit != "kN/m" && r.unit != "N m/rad")) continue;
     for (const Row& held : rows)
       if (held.variant == to_string(Variant::held) && held.metric == r.metric && held.hand == r.hand &&
           held.link == r.link && held.rate_hz == r.rate_hz && held.result > 0)
@@ -214,19 +244,56 @@ std::vector<std::string> preface(const Arguments& a, const std::vector<Row>& row
       "Links, times in ms, each way: " + links + "."};
 }
 
-int measure(const Arguments& a) {
-  const Scenes scenes{wall_scene(), elastic_scene(), current_scene(), tank_scene()};
-  if (!a.trace.empty()) {
-    write_press(a, scenes.wall);
-    return 0;
-  }
+// Of the parts "k/n" of all jobs, every n-th from the k-th on; parts of one table take about equally long.
+std::vector<Job> part_of(std::vector<Job> jobs, const std::string& part) {
+  for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].number = k;
+  if (part.empty()) return jobs;
+  std::size_t k = 0, n = 0;
+  char end = 0;
+  if (std::sscanf(part.c_str(), "%zu/%zu%c", &k, &n, &end) != 2 || k < 1 || k > n)
+    throw std::invalid_argument("the part '" + part + "' is not of the form 2/5, from 1/5 to 5/5");
+  std::vector<Job> some;
+  for (std::size_t i = k - 1; i < jobs.size(); i += n) some.push_back(jobs[i]);
+  return some;
+}
+
+std::vector<Row> measured(const Arguments& a, const Scenes& scenes) {
   std::vector<Job> jobs;
   for (const Metric& m : metrics())
     if (a.metrics.empty() || has(a.metrics, m.name))
       for (const Cell& c : cells_of(a, m))
-        jobs.push_back({fmt::format("{}, {}", m.name, name_of(c)), [&, c] { return m.rows(scenes, c, a); }});
-  std::vector<Row> rows = work_off(jobs, a.jobs);
-  compare(rows);
+        jobs.push_back({0, fmt::format("{}, {}", m.name, name_of(c)), [&, c] { return m.rows(scenes, c, a); }});
+  return work_off(part_of(std::move(jobs), a.part), a.jobs);
+}
+
+// The rows of several parts in the order that the whole would have.
+std::vector<Row> merged(const std::vector<std::string>& files, std::string& commands) {
+  std::vector<Row> all;
+  for (const std::string& file : files) {
+    std::ifstream in(file);
+    if (!in) throw std::invalid_argument("cannot read '" + file + "': give JSON files that --json has written");
+    const Json part = Json::parse(in);
+    commands += (commands.empty() ? "" : "`, `") + part.at("command").get<std::string>();
+    for (Row& r : rows_from(part.at("rows"))) all.push_back(std::move(r));
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Row& x, const Row& y) { return x.job < y.job; });
+  return all;
+}
+
+int measure(Arguments a) {
+  std::vector<Row> rows;
+  if (!a.merge.empty()) {
+    a.command.clear();
+    rows = merged(a.merge, a.command);
+  } else {
+    const Scenes scenes{wall_scene(), elastic_scene(), current_scene(), tank_scene(), vise_scene()};
+    if (!a.trace.empty()) {
+      write_press(a, scenes.wall);
+      return 0;
+    }
+    rows = measured(a, scenes);
+  }
+  if (a.part.empty()) compare(rows);
   const std::string table = markdown(rows, preface(a, rows));
   if (a.out.empty())
     fmt::print("{}", table);
@@ -245,9 +312,11 @@ int main(int argc, char** argv) {
   CLI::App app("Measures the haptic loop in lock-step over the full system.");
   palp::bench::Arguments a;
   app.add_flag("--quick", a.quick, "One seed, one damping, coarse steps");
-  app.add_option("--metric", a.metrics, "z_width, minute, buzz, drag, current, rendering, delay, fault (default: all)")
+  app.add_option("--metric", a.metrics,
+                 "z_width, torsion, minute, buzz, drag, current, rendering, delay, fault (default: all)")
       ->delimiter(',')
-      ->check(CLI::IsMember({"z_width", "minute", "buzz", "drag", "current", "rendering", "delay", "fault"}));
+      ->check(
+          CLI::IsMember({"z_width", "torsion", "minute", "buzz", "drag", "current", "rendering", "delay", "fault"}));
   app.add_option("--hand", a.hand_names, "off, light, firm (default: all)")->delimiter(',');
   app.add_option("--rate", a.rates, "Rates of the server [Hz]")->delimiter(',')->check(CLI::Range(50.0, 4000.0));
   app.add_option("--link", a.link_names, "Names, or NAME:delay=2,jitter=1,loss=0.02 (times in ms)");
@@ -266,6 +335,9 @@ int main(int argc, char** argv) {
   app.add_flag("--uncontrolled", a.uncontrolled, "Without passivity control and gains that follow the delay");
   app.add_option("--friction", a.friction, "Coulomb friction of the arm [N]");
   app.add_option("--json", a.json, "JSON file");
+  app.add_option("--part", a.part, "k/n: every n-th job from the k-th on; with --json, to be merged");
+  app.add_option("--merge", a.merge, "JSON files of parts: their table, and nothing is measured")
+      ->check(CLI::ExistingFile);
   CLI11_PARSE(app, argc, argv);
   if (a.quick) {
     if (app.count("--seeds") == 0) a.seeds = 1;

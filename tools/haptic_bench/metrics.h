@@ -10,7 +10,7 @@ namespace palp::bench {
 
 // Sampled once, used by all runs.
 struct Scenes {
-  Scene wall, elastic, current, tank;
+  Scene wall, elastic, current, tank, vise;
 };
 
 // Force that free motion of 50 mm at 1 Hz takes.
@@ -26,6 +26,9 @@ std::vector<Row> buzz_rows(const Scenes& scenes, const Cell& cell);
 std::vector<Row> minute_rows(const Scenes& scenes, const Cell& cell, double seconds);
 // Age of what is rendered.
 std::vector<Row> delay_rows(const Scenes& scenes, const Cell& cell);
+// Z-width, spring, damper and free motion in rotation. dampings: of the ways; at the lever of 0.1 m that makes of 1
+// kN/m 10 N m/rad, as section 6 of the haptics reference has it, they are a hundredth of that.
+std::vector<Row> torsion_rows(const Scenes& scenes, const Cell& cell, const std::vector<double>& dampings, bool fine);
 // How long force lasts after a fault.
 std::vector<Row> fault_rows(const Scenes& scenes, const Cell& cell);
 
