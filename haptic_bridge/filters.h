@@ -93,11 +93,43 @@ inline Wrench<double> saturated(const Wrench<double>& w, const WrenchLimits& lim
           saturated(cut(w.torque, limits.axis_torque), limits.torque)};
 }
 
-inline Wrench<double> slewed(const Wrench<double>& previous, const Wrench<double>& wanted, const WrenchLimits& limits,
-                             double dt) {
-  return {slewed(previous.force, wanted.force, limits.force_slew * dt),
-          slewed(previous.torque, wanted.torque, limits.torque_slew * dt)};
-}
+// A slope limit that turns when what it follows turns. A plain one lags the further the more is asked of it, and that
+// delay feeds an oscillation; this one passes on how the wanted wrench changes, and what it could not follow it makes
+// up for by and by (phase-compensated rate limiters: Rundqwist & Staahl-Gunnarsson 1996).
+//   sent' = sent + cut(wanted' - wanted + leak (wanted - sent), slew dt)
+// While the slope is within the limit, it sends what is wanted.
+class SlewLimit {
+ public:
+  // leak: share of the arrears that is made up for in a step, 0..1; 1: the plain limiter.
+  explicit SlewLimit(double leak) : keep_(1 - leak) {}
+
+  // One step of dt [s] from previous, what was sent last. wanted, and previous, must be within the limits; so is what
+  // is returned.
+  Wrench<double> step(const Wrench<double>& previous, const Wrench<double>& wanted, const WrenchLimits& limits,
+                      double dt) {
+    // rounded away, so that the arrears end and never become denormal
+    const auto kept = [this](const Eigen::Vector3d& v) {
+      return v.norm() < kNothing ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(keep_ * v);
+    };
+    // two cuts: the place within the limits that is nearest is no further away, but for rounding
+    const Wrench<double> toward =
+        saturated({slewed(previous.force, wanted.force - kept(arrears_.force), limits.force_slew * dt),
+                   slewed(previous.torque, wanted.torque - kept(arrears_.torque), limits.torque_slew * dt)},
+                  limits);
+    return {slewed(previous.force, toward.force, limits.force_slew * dt),
+            slewed(previous.torque, toward.torque, limits.torque_slew * dt)};
+  }
+  // What became of the step.
+  void note(const Wrench<double>& wanted, const Wrench<double>& sent) {
+    arrears_ = {wanted.force - sent.force, wanted.torque - sent.torque};
+  }
+  void forget() { arrears_ = zero_wrench(); }
+
+ private:
+  static constexpr double kNothing = 1e-9;  // [N, N m]
+  double keep_;
+  Wrench<double> arrears_ = zero_wrench();
+};
 
 // A wrench that gives the hand at most so much power [W], linear and angular together; state: of the device.
 inline Wrench<double> power_limited(const Wrench<double>& w, const HandleState<double>& state, double most) {

@@ -60,6 +60,9 @@ HapticLoop::HapticLoop(const LoopConfig& config, HapticDevice& device)
       angular_passivity_(config.angular_passivity),
       warmth_(config.limits.continuous_force, kWarmingTime),
       angular_warmth_(config.limits.continuous_torque, kWarmingTime),
+      slope_(config.slew_recovery > 0
+                 ? 1 - std::exp(-1e-9 * static_cast<double>(config.period_ns) / config.slew_recovery)
+                 : 1),
       period_(1e-9 * static_cast<double>(config.period_ns)),
       referenced_(!config.workspace.relative) {
   config_.limits.force = std::min(config.limits.force, device.info().force_limit);
@@ -278,7 +281,10 @@ Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
     fault_ = LoopFault::not_finite;
     record_.cut = true;
   }
-  if (record_.cut) return zero_wrench();
+  if (record_.cut) {
+    slope_.forget();
+    return zero_wrench();
+  }
 
   const HandleState<double>& device = reading_.state;
   WrenchLimits limits = config_.limits;
@@ -294,8 +300,10 @@ Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
   const double g = too_fast_ ? 0 : record_.stale_scale, e = engagement_;
   const Wrench<double> mixed{e * (g * kept.force + (1 - g) * fading.force),
                              e * (g * kept.torque + (1 - g) * fading.torque)};
-  const Wrench<double> steady = slewed(last_sent_, mixed, config_.limits, period_);
+  if (e == 0) slope_.forget();  // what is to end, ends without delay
+  const Wrench<double> steady = slope_.step(last_sent_, mixed, config_.limits, period_);
   Wrench<double> sent = power_limited(steady, device, limits.power);
+  slope_.note(mixed, sent);
   record_.reduced = sent.force != steady.force || sent.torque != steady.torque;
   const double share = share_for(reading_);
   rendered_ = {share * share_of(sent.force, wanted.force, e), share * share_of(sent.torque, wanted.torque, e)};

@@ -49,11 +49,12 @@ struct LoopConfig {
   double ramp_up = 0.5;                 // [s] from no force to all of it
   double ramp_down = 0.05;              // [s]
   double ramp_after_clutch = 0.3;       // as ramp_up, after the arm was moved without the tool [s]
-  double fade_damping = 3;              // takes the place of the local model when data grows old [N s/m]
-  double fade_angular_damping = 0.03;   // [N m s/rad]
-  double max_speed = 5;                 // a reading that moved faster than this since the last good one is wrong [m/s]
-  double max_angular_speed = 50;        // [rad/s]
-  int max_bad_ticks = 20;               // that many failures of the device in a row are a fault
+  double slew_recovery = 0.03;         // in which the slope limit makes up for what it could not follow [s]; 0: at once
+  double fade_damping = 3;             // takes the place of the local model when data grows old [N s/m]
+  double fade_angular_damping = 0.03;  // [N m s/rad]
+  double max_speed = 5;                // a reading that moved faster than this since the last good one is wrong [m/s]
+  double max_angular_speed = 50;       // [rad/s]
+  int max_bad_ticks = 20;              // that many failures of the device in a row are a fault
 };
 
 // Everything about one tick, for the flight log. Plain data.
@@ -167,6 +168,7 @@ class HapticLoop {
   GainGovernor governor_;
   PassivityController passivity_, angular_passivity_;
   ThermalLimit warmth_, angular_warmth_;
+  SlewLimit slope_;
   double period_;       // [s]
   double elapsed_ = 0;  // since the last tick [s]
 

@@ -134,7 +134,7 @@ void fields(A& a, T& c) {
   a(c.workspace.motion_scale), a(c.workspace.force_scale), a(c.workspace.relative);
   a(c.stale.fade_start_ns), a(c.stale.fade_end_ns), a(c.stale.zero_at_ns);
   a(c.round_trip_allowance_ns), a(c.blend_time), a(c.fresh_ns), a(c.ramp_up), a(c.ramp_down), a(c.ramp_after_clutch);
-  a(c.fade_damping), a(c.fade_angular_damping), a(c.max_speed), a(c.max_angular_speed), a(c.max_bad_ticks);
+  a(c.slew_recovery), a(c.fade_damping), a(c.fade_angular_damping), a(c.max_speed), a(c.max_angular_speed), a(c.max_bad_ticks);
 }
 template <class A, Of<ProxySample> T>
 void fields(A& a, T& s) {

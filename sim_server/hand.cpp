@@ -12,6 +12,11 @@ Eigen::Vector3d cut(const Eigen::Vector3d& v, double most) {
   return n > most ? Eigen::Vector3d(v * (most / n)) : v;
 }
 
+Eigen::Quaterniond turned(const Eigen::Quaterniond& q, const Eigen::Vector3d& by) {
+  const double angle = by.norm();
+  return angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, by / angle)) * q : q;
+}
+
 }  // namespace
 
 void Hand::receive(const DeviceSample& sample, std::int64_t t_receive_ns) {
@@ -20,13 +25,14 @@ void Hand::receive(const DeviceSample& sample, std::int64_t t_receive_ns) {
     return;
   sample_ = sample;
   t_receive_ns_ = t_receive_ns;
+  silent_for_ = 0;
   known_ = true;
 }
 
 DeviceInput Hand::input(std::int64_t now_ns, double step, const RigidState& proxy) {
   DeviceInput in;
-  const double age = 1e-9 * static_cast<double>(now_ns - t_receive_ns_);
-  if (!known_ || !(sample_.flags & kEngaged) || age > kSilentAfter) {
+  silent_for_ += step;
+  if (!known_ || !(sample_.flags & kEngaged) || silent_for_ > kSilentAfter + step / 2) {
     held_for_ = 0;
     return in;
   }
@@ -36,6 +42,10 @@ DeviceInput Hand::input(std::int64_t now_ns, double step, const RigidState& prox
   in.state = to_rigid_state(sample_.pose, sample_.twist);
   in.state.linear = cut(in.state.linear, kFastestHand);
   in.state.angular = cut(in.state.angular, kFastestTurn);
+  // lost and late samples: the hand has moved on meanwhile
+  const double ahead = std::clamp(1e-9 * static_cast<double>(now_ns - t_receive_ns_), 0.0, kMostAhead);
+  in.state.position += ahead * in.state.linear;
+  in.state.orientation = turned(in.state.orientation, ahead * in.state.angular);
   in.gains = {ease * sample_.gains.stiffness, sample_.gains.damping, ease * sample_.gains.angular_stiffness,
               sample_.gains.angular_damping};
   if (in.gains.stiffness > 0)

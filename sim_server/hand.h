@@ -6,8 +6,12 @@
 
 namespace palp {
 
-// A hand that has been silent this long has let go: its proxy stops where it is.
+// A hand that has been silent this long has let go: its proxy stops where it is. Of simulated time, so that the same
+// samples before the same steps give the same motion, however fast the server runs.
 inline constexpr double kSilentAfter = 0.05;  // [s]
+// A hand is taken to move on with its twist for no longer than this after its newest sample came: over a burst of lost
+// samples, but not past where a hand may turn round.
+inline constexpr double kMostAhead = 0.006;  // [s]
 // The coupling of a hand that has just taken hold grows over this time.
 inline constexpr double kEaseIn = 0.3;  // [s]
 // No hand moves faster; a device that says so is cut to this.
@@ -19,7 +23,9 @@ inline constexpr double kStrongestPull = 100.0;  // [N]
 class Hand {
  public:
   void receive(const DeviceSample& sample, std::int64_t t_receive_ns);
-  // What the simulation gets for its next step, moved on to now. proxy: where the handle is.
+  // What the simulation gets for its next step: the newest sample, moved on with its twist for as long as it has waited
+  // here, by the receiver's own clock. How long it was on its way is not known: the clocks of two hosts differ. proxy:
+  // where the handle is.
   DeviceInput input(std::int64_t now_ns, double step, const RigidState& proxy);
   const DeviceSample& sample() const { return sample_; }
   bool engaged() const { return held_for_ > 0; }
@@ -28,7 +34,8 @@ class Hand {
   DeviceSample sample_;
   std::int64_t t_receive_ns_ = 0;
   bool known_ = false;
-  double held_for_ = 0;  // [s] since the hand took hold
+  double silent_for_ = 0;  // [s] of steps since the newest sample
+  double held_for_ = 0;    // [s] since the hand took hold
 };
 
 }  // namespace palp

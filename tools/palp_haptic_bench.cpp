@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <fstream>
 #include <functional>
 #include <mutex>
@@ -38,9 +39,12 @@ struct Arguments {
   std::optional<double> slew, friction;
   bool uncontrolled = false;
   std::size_t ticks = 0;  // to measure the cost of
+  std::string part;       // "k/n"
+  std::vector<std::string> merge;
 };
 
 struct Job {
+  std::size_t number = 0;  // in the whole table
   std::string what;
   std::function<std::vector<Row>()> work;
 };
@@ -58,6 +62,7 @@ std::vector<Row> work_off(const std::vector<Job>& jobs, unsigned threads) {
       const auto begin = std::chrono::steady_clock::now();
       try {
         rows[k] = jobs[k].work();
+        for (Row& r : rows[k]) r.job = jobs[k].number;
       } catch (...) {
         const std::lock_guard lock(talk);
         failure = std::current_exception();
@@ -89,10 +94,14 @@ std::string name_of(const Cell& c) {
   return fmt::format("hand {}, {:.0f} Hz, link {}, {}", c.hand.name, c.rate_hz, c.link.name, to_string(c.variant));
 }
 
+// Where a metric is measured by default: on the link of one host at the first rate; on the listed links, and on further
+// ones at the first rate; on further ones at the last rate, too.
+enum class Where { one_host, links, more_links };
+
 struct Metric {
   std::string name;
   std::vector<std::string> hand_names, variants;  // by default
-  bool everywhere;                                // else with the first rate and, by default, the link of one host
+  Where where;
   std::function<std::vector<Row>(const Scenes&, const Cell&, const Arguments&)> rows;
 };
 
@@ -101,49 +110,54 @@ const std::vector<Metric>& metrics() {
       {"z_width",
        {"off", "light", "firm"},
        {"ours", "held", "spring"},
-       true,
+       Where::more_links,
        [](const Scenes& s, const Cell& c, const Arguments& a) {
          return z_width_rows(s.wall, c, a.dampings, !a.quick);
        }},
+      {"torsion",
+       {"off", "light", "firm"},
+       {"ours", "held"},
+       Where::links,
+       [](const Scenes& s, const Cell& c, const Arguments& a) { return torsion_rows(s, c, a.dampings, !a.quick); }},
       {"minute",
        {"light"},
        {"ours", "held"},
-       true,
+       Where::links,
        [](const Scenes& s, const Cell& c, const Arguments& a) { return minute_rows(s, c, a.quick ? 30 : 60); }},
       {"buzz",
        {"off", "light", "firm"},
        {"ours", "held"},
-       true,
+       Where::links,
        [](const Scenes& s, const Cell& c, const Arguments&) { return buzz_rows(s, c); }},
       {"drag",
        {"off", "light", "firm"},
        {"ours", "held", "spring"},
-       true,
+       Where::more_links,
        [](const Scenes& s, const Cell& c, const Arguments&) { return drag_rows(s, c); }},
       {"current",
        {"light"},
        {"ours", "held", "spring"},
-       true,
+       Where::links,
        [](const Scenes& s, const Cell& c, const Arguments&) { return current_rows(s, c); }},
       {"rendering",
-       {"light", "firm"},
+       {"off", "light", "firm"},
        {"ours", "held", "spring"},
-       true,
+       Where::more_links,
        [](const Scenes& s, const Cell& c, const Arguments&) { return rendering_rows(s, c); }},
       {"delay",
        {"light"},
        {"ours"},
-       true,
+       Where::links,
        [](const Scenes& s, const Cell& c, const Arguments&) { return delay_rows(s, c); }},
       {"figure4",
        {"firm"},
        {"ours"},
-       false,
+       Where::one_host,
        [](const Scenes&, const Cell& c, const Arguments& a) { return figure4_rows(c, a.accuracy, a.series); }},
       {"fault",
        {"firm"},
        {"ours"},
-       true,
+       Where::more_links,
        [](const Scenes& s, const Cell& c, const Arguments&) { return fault_rows(s, c); }},
   };
   return kMetrics;
@@ -165,19 +179,26 @@ DeviceProfile profile_of(const Arguments& a) {
   return profile;
 }
 
-// Baselines are measured on the listed links only, unless links were asked for.
+// What is measured on further links that nobody asked for by name: no baselines, and only the fastest rate, or that and
+// the slowest.
+bool on_further_link(const Arguments& a, const Metric& metric, double rate, const std::string& variant) {
+  return variant == "ours" &&
+         (rate == a.rates.front() || (metric.where == Where::more_links && rate == a.rates.back()));
+}
+
 std::vector<Cell> cells_of(const Arguments& a, const Metric& metric) {
   const DeviceProfile profile = profile_of(a);
   std::vector<std::string> links = listed_links();
   if (!a.quick) links.insert(links.end(), further_links().begin(), further_links().end());
-  if (!metric.everywhere) links = {"local"};
-  const std::vector<double> rates = metric.everywhere ? a.rates : std::vector{a.rates.front()};
+  const bool one_host = metric.where == Where::one_host;
+  if (one_host) links = {"local"};
+  const std::vector<double> rates = one_host ? std::vector{a.rates.front()} : a.rates;
   std::vector<Cell> cells;
   for (const std::string& hand : given_or(a.hand_names, metric.hand_names))
     for (const double rate : rates)
       for (const std::string& link : given_or(a.link_names, links))
         for (const std::string& variant : given_or(a.variants, metric.variants))
-          if (variant == "ours" || !a.link_names.empty() || has(listed_links(), link))
+          if (!a.link_names.empty() || has(listed_links(), link) || on_further_link(a, metric, rate, variant))
             cells.push_back({hand_named(hand), rate, link_from(link), variant_from(variant), a.seed, a.seeds, profile,
                              !a.uncontrolled});
   return cells;
@@ -202,7 +223,7 @@ void write_press(const Arguments& a, const Scene& wall) {
 // Beside each stiffness of ours how many times the held wrench's that is.
 void compare(std::vector<Row>& rows) {
   for (Row& r : rows) {
-    if (r.variant != to_string(Variant::ours) || r.unit != "kN/m") continue;
+    if (r.variant != to_string(Variant::ours) || (r.unit != "kN/m" && r.unit != "N m/rad")) continue;
     for (const Row& held : rows)
       if (held.variant == to_string(Variant::held) && held.metric == r.metric && held.hand == r.hand &&
           held.link == r.link && held.rate_hz == r.rate_hz && held.result > 0)
@@ -241,23 +262,60 @@ std::vector<std::string> preface(const Arguments& a, const std::vector<Row>& row
       "Links, times in ms, each way: " + links + "."};
 }
 
-int measure(const Arguments& a) {
-  if (a.ticks > 0) {
-    fmt::print("{}", markdown(tick_costs(profile_of(a), PALP_LIB_DIR "/libvirtuose_sim.so", a.ticks)));
-    return 0;
-  }
-  const Scenes scenes{wall_scene(), elastic_scene(), current_scene(), tank_scene()};
-  if (!a.trace.empty()) {
-    write_press(a, scenes.wall);
-    return 0;
-  }
+// Of the parts "k/n" of all jobs, every n-th from the k-th on; parts of one table take about equally long.
+std::vector<Job> part_of(std::vector<Job> jobs, const std::string& part) {
+  for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].number = k;
+  if (part.empty()) return jobs;
+  std::size_t k = 0, n = 0;
+  char end = 0;
+  if (std::sscanf(part.c_str(), "%zu/%zu%c", &k, &n, &end) != 2 || k < 1 || k > n)
+    throw std::invalid_argument("the part '" + part + "' is not of the form 2/5, from 1/5 to 5/5");
+  std::vector<Job> some;
+  for (std::size_t i = k - 1; i < jobs.size(); i += n) some.push_back(jobs[i]);
+  return some;
+}
+
+std::vector<Row> measured(const Arguments& a, const Scenes& scenes) {
   std::vector<Job> jobs;
   for (const Metric& m : metrics())
     if (a.metrics.empty() || has(a.metrics, m.name))
       for (const Cell& c : cells_of(a, m))
-        jobs.push_back({fmt::format("{}, {}", m.name, name_of(c)), [&, c] { return m.rows(scenes, c, a); }});
-  std::vector<Row> rows = work_off(jobs, a.jobs);
-  compare(rows);
+        jobs.push_back({0, fmt::format("{}, {}", m.name, name_of(c)), [&, c] { return m.rows(scenes, c, a); }});
+  return work_off(part_of(std::move(jobs), a.part), a.jobs);
+}
+
+// The rows of several parts in the order that the whole would have.
+std::vector<Row> merged(const std::vector<std::string>& files, std::string& commands) {
+  std::vector<Row> all;
+  for (const std::string& file : files) {
+    std::ifstream in(file);
+    if (!in) throw std::invalid_argument("cannot read '" + file + "': give JSON files that --json has written");
+    const Json part = Json::parse(in);
+    commands += (commands.empty() ? "" : "`, `") + part.at("command").get<std::string>();
+    for (Row& r : rows_from(part.at("rows"))) all.push_back(std::move(r));
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Row& x, const Row& y) { return x.job < y.job; });
+  return all;
+}
+
+int measure(Arguments a) {
+  if (a.ticks > 0) {
+    fmt::print("{}", markdown(tick_costs(profile_of(a), PALP_LIB_DIR "/libvirtuose_sim.so", a.ticks)));
+    return 0;
+  }
+  std::vector<Row> rows;
+  if (!a.merge.empty()) {
+    a.command.clear();
+    rows = merged(a.merge, a.command);
+  } else {
+    const Scenes scenes{wall_scene(), elastic_scene(), current_scene(), tank_scene(), vise_scene()};
+    if (!a.trace.empty()) {
+      write_press(a, scenes.wall);
+      return 0;
+    }
+    rows = measured(a, scenes);
+  }
+  if (a.part.empty()) compare(rows);
   const std::string table = markdown(rows, preface(a, rows));
   if (a.out.empty())
     fmt::print("{}", table);
@@ -277,10 +335,10 @@ int main(int argc, char** argv) {
   palp::bench::Arguments a;
   app.add_flag("--quick", a.quick, "One seed, one damping, coarse steps, coarse trays");
   app.add_option("--metric", a.metrics,
-                 "z_width, minute, buzz, drag, current, rendering, delay, figure4, fault (default: all)")
+                 "z_width, torsion, minute, buzz, drag, current, rendering, delay, figure4, fault (default: all)")
       ->delimiter(',')
-      ->check(
-          CLI::IsMember({"z_width", "minute", "buzz", "drag", "current", "rendering", "delay", "figure4", "fault"}));
+      ->check(CLI::IsMember(
+          {"z_width", "torsion", "minute", "buzz", "drag", "current", "rendering", "delay", "figure4", "fault"}));
   app.add_option("--hand", a.hand_names, "off, light, firm (default: all)")->delimiter(',');
   app.add_option("--rate", a.rates, "Rates of the server [Hz]")
       ->delimiter(',')
@@ -289,9 +347,7 @@ int main(int argc, char** argv) {
   app.add_option("--variant", a.variants, "ours, held, spring")
       ->delimiter(',')
       ->check(CLI::IsMember({"ours", "held", "spring"}));
-  app.add_option("--damping", a.dampings, "Of the coupling, for the Z-width [N s/m]")
-      ->delimiter(',')
-      ->check(palp::number_between(0, 1e4));
+  app.add_option("--damping", a.dampings, "Of the coupling, for the Z-width [N s/m]")->delimiter(',');
   app.add_option("--seed", a.seed, "Of links and beats");
   app.add_option("--seeds", a.seeds, "How many to try; the worst counts")->check(CLI::Range(1, 1000));
   app.add_option("--jobs", a.jobs, "Threads")->check(CLI::Range(1, 1024));
@@ -310,6 +366,9 @@ int main(int argc, char** argv) {
                  "CPU time of so many ticks of the bridge's loop with each device, and nothing else")
       ->check(CLI::Range(1u, 10'000'000u));
   app.add_option("--json", a.json, "JSON file");
+  app.add_option("--part", a.part, "k/n: every n-th job from the k-th on; with --json, to be merged");
+  app.add_option("--merge", a.merge, "JSON files of parts: their table, and nothing is measured")
+      ->check(CLI::ExistingFile);
   CLI11_PARSE(app, argc, argv);
   if (a.quick) {
     if (app.count("--seeds") == 0) a.seeds = 1;

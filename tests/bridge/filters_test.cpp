@@ -74,6 +74,90 @@ TEST(Filters, SlewArrives) {
   EXPECT_LT((at - wanted).norm(), 1e-15);
 }
 
+// Sends what is wanted through the limit, a millisecond a step.
+struct Sloped {
+  explicit Sloped(double leak) : limit(leak) {}
+  Wrench<double> send(const Wrench<double>& wanted) {
+    sent = limit.step(sent, wanted, limits, 1e-3);
+    limit.note(wanted, sent);
+    return sent;
+  }
+  double send(double force) { return send({{force, 0, 0}, {0, 0, 0}}).force.x(); }
+  SlewLimit limit;
+  WrenchLimits limits;
+  Wrench<double> sent = zero_wrench();
+};
+constexpr double kLeak = 0.05;
+
+TEST(SlewLimit, NeverStepsFurtherThanAllowedNorLeavesTheLimits) {
+  const unsigned seed = testing::drawn_seed();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  RandomVectors vectors(seed);
+  Sloped s(kLeak);
+  s.limits.axis_force = {6, 3, 8};
+  for (int i = 0; i < 100000; ++i) {
+    const Wrench<double> before = s.sent, wanted = saturated({vectors.next(), vectors.next()}, s.limits);
+    const Wrench<double> now = s.send(wanted);
+    ASSERT_LE((now.force - before.force).norm(), 0.3 * (1 + kRounding));
+    ASSERT_LE((now.torque - before.torque).norm(), 0.03 * (1 + kRounding));
+    ASSERT_LE(now.force.norm(), s.limits.force * (1 + kRounding));
+    ASSERT_LE(now.torque.norm(), s.limits.torque * (1 + kRounding));
+    for (int a = 0; a < 3; ++a) ASSERT_LE(std::abs(now.force[a]), s.limits.axis_force[a] * (1 + kRounding));
+  }
+}
+
+TEST(SlewLimit, SendsWhatIsWantedWhileTheSlopeAllowsIt) {
+  Sloped s(kLeak);
+  for (int k = 0; k < 1000; ++k) {
+    const double wanted = 5 * std::sin(0.05 * k);  // up to 0.25 N a step
+    ASSERT_NEAR(s.send(wanted), wanted, 1e-14);
+  }
+}
+
+TEST(SlewLimit, TurnsInTheStepInWhichWhatItFollowsTurns) {
+  const auto turns_after = [](double leak) {
+    Sloped s(leak);
+    double wanted = 0;
+    for (int k = 0; k < 10; ++k) s.send(wanted += 0.7);
+    double before = s.sent.force.x();
+    for (int k = 1;; ++k) {
+      const double now = s.send(wanted -= 0.7);
+      if (now < before) return k;
+      before = now;
+    }
+  };
+  EXPECT_EQ(turns_after(kLeak), 1);
+  EXPECT_GT(turns_after(1), 3) << "the plain limiter goes on until what is wanted has come down to it";
+}
+
+// Of what oscillates far beyond the slope, the fundamental arrives in phase.
+TEST(SlewLimit, DelaysNoOscillation) {
+  const auto lag_deg = [](double leak) {
+    Sloped s(leak);
+    double in_phase = 0, behind = 0;
+    for (int k = 0; k < 2000; ++k) {
+      const double phase = 2 * M_PI * 0.02 * k;  // 20 Hz
+      const double sent = s.send(7.5 * std::sin(phase));
+      if (k < 1000) continue;
+      in_phase += sent * std::sin(phase);
+      behind -= sent * std::cos(phase);
+    }
+    return std::atan2(behind, in_phase) * 180 / M_PI;
+  };
+  EXPECT_LT(lag_deg(kLeak), 15);
+  EXPECT_GT(lag_deg(1), 45) << "the plain limiter";
+}
+
+TEST(SlewLimit, MakesUpForWhatItCouldNotFollow) {
+  Sloped s(kLeak);
+  for (int k = 0; k < 600; ++k) s.send(8);
+  EXPECT_EQ(s.sent.force.x(), 8);
+  s.limit.forget();
+  EXPECT_NEAR(s.send(0), 7.7, 1e-12);
+  s.limit.forget();  // nothing made up for: as steep as allowed
+  EXPECT_NEAR(s.send(0), 7.4, 1e-12);
+}
+
 TEST(Filters, StaleScaleFallsFromOneToZeroAndNeverRises) {
   const StaleTimes t;
   EXPECT_EQ(stale_scale(0, t), 1);

@@ -66,6 +66,7 @@ class TroubledDevice final : public HapticDevice {
     SpringWall{}.touch(in.sample);
     in.sample.energy = {1e-6 * static_cast<double>(sequence_ % 7), 0};
     if (within(t, 5, 5.01)) in.sample.wrench.force[1] = std::nan("");
+    if (within(t, 5.6, 5.61)) ports_.refused.fetch_add(2);
     ports_.incoming.put(in);
   }
 

@@ -93,6 +93,20 @@ Scene wall_scene() {
   return sample_scene(c, kMostParticles);
 }
 
+Scene vise_scene() {
+  constexpr double half = 0.025, length = 0.2, thick = 0.025, inner = half + kSlack;
+  SceneConfig c = empty("vise", 0.025, {-0.2, -0.2, -0.2}, {0.2, 0.2, 0.2});
+  c.materials.push_back(material("jaw", 2000));
+  for (const double side : {-1.0, 1.0}) {
+    const Vec3 middle(side * (inner + thick / 2), 0, 0), size(thick, length + 0.05, 0.1);
+    c.bodies.push_back(
+        body(side < 0 ? "left" : "right", BodyType::fixed, "jaw", box(middle - size / 2, middle + size / 2)));
+  }
+  const Vec3 bar(half, length / 2, half);
+  add_tool(c, box(-bar, bar), 4 * half * half * length, Vec3::Zero());
+  return sample_scene(c, kMostParticles);
+}
+
 Scene elastic_scene() {
   constexpr double spacing = 0.02, top = 0.06;
   SceneConfig c = empty("elastic", spacing, {-0.15, -0.15, -0.1}, {0.3, 0.15, 0.3});

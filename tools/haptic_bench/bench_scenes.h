@@ -11,7 +11,12 @@ inline constexpr double kGap = 5e-3;       // between the tool and what is below
 
 // A cube of 5 cm above a fixed plate, without gravity.
 Scene wall_scene();
-// The same above an elastic block of 10 x 10 x 6 cm that holds on to the plate, and beside it a bare plate: the tool is
+// A bar of 20 cm along y between two fixed jaws, kSlack from either: it may turn about z by kFreeTurn, until its ends
+// meet them. Long, so that the give of the contacts at its ends is small beside the coupling's.
+inline constexpr double kSlack = 0.5e-3;           // [m]
+inline constexpr double kFreeTurn = kSlack / 0.1;  // [rad]
+Scene vise_scene();
+// The cube above an elastic block of 10 x 10 x 6 cm that holds on to the plate, and beside it a bare plate: the tool is
 // at x = 0 over the block, and at x = kBareX over the plate.
 inline constexpr double kBareX = 0.16;  // [m]
 Scene elastic_scene();

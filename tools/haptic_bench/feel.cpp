@@ -1,7 +1,6 @@
 // What the hand should feel, and does: free space, spring and damper, jelly, a current.
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 
 #include "tools/haptic_bench/bench_scenes.h"
@@ -13,24 +12,6 @@ namespace palp::bench {
 namespace {
 
 const Eigen::Vector3d kX = Eigen::Vector3d::UnitX(), kZ = Eigen::Vector3d::UnitZ();
-
-// Best fit of force = c - K x - B v along an axis, in the least squares' sense.
-struct SpringDamper {
-  double stiffness, damping;
-};
-
-SpringDamper fit(const Trace& trace, double from, double to, const Eigen::Vector3d& axis) {
-  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  for (const Tick& t : trace.ticks) {
-    if (t.t < from || t.t >= to) continue;
-    const Eigen::Vector3d row(1, -axis.dot(t.x), -axis.dot(t.v));
-    A += row * row.transpose();
-    b += axis.dot(t.force) * row;
-  }
-  const Eigen::Vector3d solution = A.ldlt().solve(b);
-  return {solution[1], solution[2]};
-}
 
 // The static force of the solver on a device that stays at an offset from where the handle was at the start.
 double static_force(const Scene& scene, const CouplingGains& gains, const Eigen::Vector3d& offset, double seconds) {
@@ -68,14 +49,17 @@ std::vector<Row> drag_rows(const Scenes& scenes, const Cell& cell) {
 
 std::vector<Row> rendering_rows(const Scenes& scenes, const Cell& cell) {
   std::vector<Row> rows;
-  const double depth = kGap + 0.015;
-  RunSetup s = setup_in(scenes.wall, cell, swing(cell.hand.model, -depth * kZ, 0.004 * kZ, 2, 6), 6);
+  // weak hands reach further, so that each moves the handle by many steps of its encoder and not only friction's
+  // bristle
+  const double reach = std::max(1.0, kLightGrip.stiffness / cell.hand.model.stiffness);
+  const double depth = kGap + reach * 0.015;
   // the hand begins in the wall's reach only after the loop has engaged
-  s.hand.keyframes.insert(s.hand.keyframes.begin(), Keyframe{});
-  for (std::size_t k = 1; k < s.hand.keyframes.size(); ++k) s.hand.keyframes[k].time += 1.5;
-  s.seconds += 1.5;
+  const RunSetup s =
+      setup_in(scenes.wall, cell, delayed(swing(cell.hand.model, -depth * kZ, reach * 0.004 * kZ, 2, 6), 1.5), 7.5);
   const Trace trace = run(s);
-  const SpringDamper felt = fit(trace, 3.5, 7.5, kZ);
+  const SpringDamper felt = fit(taken(trace, 3.5, 7.5, [](const Tick& t) { return t.force.z(); }),
+                                taken(trace, 3.5, 7.5, [](const Tick& t) { return t.x.z(); }),
+                                taken(trace, 3.5, 7.5, [](const Tick& t) { return t.v.z(); }));
   const double spring = 100 * std::abs(felt.stiffness / s.profile.loop.gains.stiffness - 1);
   Row r = row_in(cell, "spring at a wall, error", spring, "%", "just noticed: 23", "<= 5");
   r.note = fmt::format("{:.0f} of {:.0f} N/m", felt.stiffness, s.profile.loop.gains.stiffness);

@@ -48,4 +48,19 @@ HandScript swing(const HandModel& hand, const Eigen::Vector3d& center, const Eig
   return script;
 }
 
+HandScript turned(HandScript script) {
+  for (Keyframe& k : script.keyframes) {
+    const double angle = k.x.norm();
+    if (angle > 0) k.q = Eigen::AngleAxisd(angle, k.x / angle);
+    k.x.setZero();
+  }
+  return script;
+}
+
+HandScript delayed(HandScript script, double wait) {
+  for (Keyframe& k : script.keyframes) k.time += wait;
+  script.keyframes.insert(script.keyframes.begin(), Keyframe{});
+  return script;
+}
+
 }  // namespace palp::bench

@@ -21,5 +21,9 @@ HandScript push(const HandModel& hand, double wait, double during, const Eigen::
 // Sine along `amplitude` around `center`, from there, for a whole number of periods. The first period eases in.
 HandScript swing(const HandModel& hand, const Eigen::Vector3d& center, const Eigen::Vector3d& amplitude, double hz,
                  double seconds);
+// The same script with rotations in place of the ways: a metre becomes a radian.
+HandScript turned(HandScript script);
+// The same script after a rest of `wait` [s] at the start.
+HandScript delayed(HandScript script, double wait);
 
 }  // namespace palp::bench

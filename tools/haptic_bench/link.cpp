@@ -26,8 +26,10 @@ const std::map<std::string, std::string>& known_links() {
       {"reorder", "delay=0.5,jitter=0.5,reorder=0.1,reorder_by=3"},
       {"double", "delay=0.5,jitter=0.5,duplicate=0.3"},
       {"clock", "delay=0.3,jitter=0.2,clock_step=70,clock_step_at=1300"},
+      {"clock_back", "delay=0.3,jitter=0.2,clock_step=-70,clock_step_at=1300"},
       {"slow_up", "up_delay=5,up_jitter=0.5,down_delay=0.1"},
       {"slow_down", "up_delay=0.1,down_delay=5,down_jitter=0.5"},
+      {"wifi", "delay=1,jitter=1.5,loss=0.03,loss_run=3,reorder=0.02,duplicate=0.02,stall_every=900,stall_for=12"},
   };
   return kLinks;
 }
@@ -118,7 +120,8 @@ const std::vector<std::string>& listed_links() {
 }
 
 const std::vector<std::string>& further_links() {
-  static const std::vector<std::string> kNames{"stall", "burst", "reorder", "double", "clock", "slow_up", "slow_down"};
+  static const std::vector<std::string> kNames{"stall",      "burst",   "reorder",   "double", "clock",
+                                               "clock_back", "slow_up", "slow_down", "wifi"};
   return kNames;
 }
 

@@ -11,7 +11,7 @@ namespace palp::bench {
 
 // Sampled once, used by all runs.
 struct Scenes {
-  Scene wall, elastic, current, tank;
+  Scene wall, elastic, current, tank, vise;
 };
 
 // Force that free motion of 50 mm at 1 Hz takes.
@@ -27,6 +27,9 @@ std::vector<Row> buzz_rows(const Scenes& scenes, const Cell& cell);
 std::vector<Row> minute_rows(const Scenes& scenes, const Cell& cell, double seconds);
 // Age of what is rendered.
 std::vector<Row> delay_rows(const Scenes& scenes, const Cell& cell);
+// Z-width, spring, damper and free motion in rotation. dampings: of the ways; at the lever of 0.1 m that makes of 1
+// kN/m 10 N m/rad, as section 6 of the haptics reference has it, they are a hundredth of that.
+std::vector<Row> torsion_rows(const Scenes& scenes, const Cell& cell, const std::vector<double>& dampings, bool fine);
 // The motion of the paper's figure 4 in three states of matter, both methods. accuracy: instead of the scenes' own.
 // series_dir: where to write what was felt, one CSV file each, unless empty.
 std::vector<Row> figure4_rows(const Cell& cell, std::optional<Accuracy> accuracy, const std::string& series_dir);

@@ -70,6 +70,9 @@ std::vector<Row> buzz_rows(const Scenes& scenes, const Cell& cell) {
   rows.push_back(judged(cell, r, r.result < 0.02, wall.trouble));
   r = row_in(cell, "resting on a wall, way of the handle", 1e3 * travel(wall, 3, 5), "mm", "", "< 0.01");
   rows.push_back(judged(cell, r, r.result < 0.01, wall.trouble));
+  r = row_in(cell, "resting on a wall, share of the stiffness rendered at once",
+             mean(taken(wall, 3, 5, [](const Tick& t) { return t.blend; })), "", "rigid: 1", ">= 0.9");
+  rows.push_back(judged(cell, r, r.result >= 0.9, wall.trouble));
   const Trace tank = run(setup_in(scenes.tank, cell, push(cell.hand.model, 1, 1, Eigen::Vector3d::Zero()), 5));
   r = row_in(cell, "resting in a tank, force above 30 Hz, rms", fast_force(tank, 3, 5), "N", "", "< 0.02");
   r.note = fmt::format("handle moves {:.2g} mm, mean lift {:.2g} N", 1e3 * travel(tank, 3, 5),
@@ -80,7 +83,7 @@ std::vector<Row> buzz_rows(const Scenes& scenes, const Cell& cell) {
 
 std::vector<Row> minute_rows(const Scenes& scenes, const Cell& cell, double seconds) {
   const Trace trace = run(setup_in(scenes.elastic, cell, round_of_use(cell.hand.model), seconds));
-  double low = 0, linear = 0, angular = 0, active = 0;
+  double low = 0, linear = 0, angular = 0, active = 0, taken_up = 0, past_arm = 0;
   Series steps, contact;
   const CouplingGains gains = cell.profile.loop.gains;
   for (std::size_t k = 0; k < trace.ticks.size(); ++k) {
@@ -89,6 +92,9 @@ std::vector<Row> minute_rows(const Scenes& scenes, const Cell& cell, double seco
     linear = std::min(linear, e0);
     angular = std::min(angular, e1);
     low = std::min(low, e0 + e1);
+    taken_up +=
+        1e-3 * (cell.profile.arm.damping * t.v.squaredNorm() + cell.profile.arm.angular_damping * t.w.squaredNorm());
+    past_arm = std::min(past_arm, e0 + e1 + taken_up);
     active += t.active;
     if (k == 0) continue;
     // what the coupling itself changes by while the hand moves is no step
@@ -100,7 +106,8 @@ std::vector<Row> minute_rows(const Scenes& scenes, const Cell& cell, double seco
   std::vector<Row> rows;
   Row r = row_in(cell, fmt::format("{:.0f} s of use, energy shortfall", seconds), 1e3 * low, "mJ",
                  "held wrench -2.5 in 4 s", ">= -1");
-  r.note = fmt::format("linear {:.2g}, angular {:.2g} mJ", 1e3 * linear, 1e3 * angular);
+  r.note = fmt::format("linear {:.2g}, angular {:.2g} mJ; past the arm's own damping {:.2g} mJ", 1e3 * linear,
+                       1e3 * angular, 1e3 * past_arm);
   rows.push_back(judged(cell, r, r.result >= -1, trace.trouble));
   r = row_in(cell, fmt::format("{:.0f} s of use, controller active", seconds),
              100 * active / static_cast<double>(trace.ticks.size()), "% of ticks", "", "< 1");

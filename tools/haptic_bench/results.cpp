@@ -23,11 +23,33 @@ Json json_of(const std::vector<Row>& rows) {
   for (const Row& r : rows) {
     Json row{{"metric", r.metric},   {"hand", r.hand},     {"rate_hz", r.rate_hz}, {"link", r.link},
              {"variant", r.variant}, {"result", r.result}, {"unit", r.unit},       {"reference", r.reference},
-             {"target", r.target},   {"note", r.note}};
+             {"target", r.target},   {"note", r.note},     {"job", r.job}};
     if (r.pass) row["pass"] = *r.pass;
     list.push_back(row);
   }
   return list;
+}
+
+std::vector<Row> rows_from(const Json& list) {
+  std::vector<Row> rows;
+  for (const Json& j : list) {
+    Row r;
+    for (const auto& [key, text] : {std::pair{"metric", &r.metric},
+                                    {"hand", &r.hand},
+                                    {"link", &r.link},
+                                    {"variant", &r.variant},
+                                    {"unit", &r.unit},
+                                    {"reference", &r.reference},
+                                    {"target", &r.target},
+                                    {"note", &r.note}})
+      *text = j.at(key).get<std::string>();
+    r.rate_hz = j.at("rate_hz").get<double>();
+    r.result = j.at("result").get<double>();
+    r.job = j.at("job").get<std::size_t>();
+    if (j.contains("pass")) r.pass = j.at("pass").get<bool>();
+    rows.push_back(r);
+  }
+  return rows;
 }
 
 }  // namespace palp::bench

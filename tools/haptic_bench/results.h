@@ -16,9 +16,12 @@ struct Row {
   std::string unit, reference, target;
   std::optional<bool> pass;  // unset: nothing to judge, as of a baseline
   std::string note;          // e.g. what failed first
+  std::size_t job = 0;       // by which rows of several parts are put in order
 };
 
 std::string markdown(const std::vector<Row>& rows, const std::vector<std::string>& preface);
 Json json_of(const std::vector<Row>& rows);
+// Of a file as json_of made it. Throws what the JSON library throws where it is another.
+std::vector<Row> rows_from(const Json& list);
 
 }  // namespace palp::bench

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <complex>
 
+#include <Eigen/Dense>
+
 namespace palp::bench {
 
 namespace {
@@ -69,6 +71,18 @@ double rms_above(const Series& series, double hz) {
   double slow = 0;
   for (double f = step; f <= hz; f += step) slow += std::norm(fourier(s, f)) / 2;
   return std::sqrt(std::max(0.0, total * total - slow));
+}
+
+SpringDamper fit(const Series& force, const Series& x, const Series& v) {
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < force.size(); ++k) {
+    const Eigen::Vector3d row(1, -x[k], -v[k]);
+    A += row * row.transpose();
+    b += force[k] * row;
+  }
+  const Eigen::Vector3d solution = A.ldlt().solve(b);
+  return {solution[1], solution[2]};
 }
 
 }  // namespace palp::bench

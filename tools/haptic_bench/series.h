@@ -23,4 +23,10 @@ double amplitude(const Series& s, double hz);
 // Rms of all that is faster than hz, a line through the series taken off before.
 double rms_above(const Series& s, double hz);
 
+// Best fit of force = c - stiffness x - damping v, in the least squares' sense.
+struct SpringDamper {
+  double stiffness, damping;
+};
+SpringDamper fit(const Series& force, const Series& x, const Series& v);
+
 }  // namespace palp::bench

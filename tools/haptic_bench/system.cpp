@@ -136,6 +136,7 @@ class System {
     trace_.report = loop_.report();
     trace_.sub_steps = server_.sub_steps();
     trace_.force_limit = loop_.config().limits.force;
+    trace_.torque_limit = loop_.config().limits.torque;
     return std::move(trace_);
   }
 
@@ -196,6 +197,7 @@ class System {
     k.x = now.x - home_.x;
     k.turn = rotation_between(home_.q, now.q);
     k.v = now.v;
+    k.w = now.w;
     k.force = r.sent.force;
     k.torque = r.sent.torque;
     k.port = port_;
@@ -206,6 +208,7 @@ class System {
     k.delay = 1e-9 * static_cast<double>(r.delay_ns);
     k.blend = r.blend_linear;
     k.share = loop_.sample().gains.stiffness / setup_.profile.loop.gains.stiffness;
+    k.turn_share = loop_.sample().gains.angular_stiffness / setup_.profile.loop.gains.angular_stiffness;
     k.energy = r.energy_linear;
     k.damping = r.damping_linear;
     k.active = r.damping_linear > 0 || r.damping_angular > 0;

@@ -30,7 +30,7 @@ struct Faults {
 // One tick of the bridge.
 struct Tick {
   double t = 0;                    // [s]
-  Eigen::Vector3d x, turn, v;      // of the handle, true: place against the start [m], rotation [rad], speed
+  Eigen::Vector3d x, turn, v, w;   // of the handle, true: place against the start [m], rotation [rad], speeds
   Eigen::Vector3d force, torque;   // sent
   std::array<double, 2> port{};    // energy that the hand has drawn from the arm: linear, angular [J]
   std::array<double, 2> put_in{};  // energy that the simulation has put into the coupling [J]
@@ -39,8 +39,8 @@ struct Tick {
   std::int32_t verdict = -1;
   double delay = 0;  // of the device's state that the sample in use was computed from [s]
   double blend = 0;
-  double share = 1;                // of the stiffness that the profile asks for, as the link allows
-  double energy = 0, damping = 0;  // of the passivity controller, linear [J], [N s/m]
+  double share = 1, turn_share = 1;  // of the stiffness that the profile asks for, as the link allows
+  double energy = 0, damping = 0;    // of the passivity controller, linear [J], [N s/m]
 };
 
 struct RunSetup {
@@ -65,7 +65,7 @@ struct Trace {
   LoopReport report;
   int sub_steps = 0;
   std::string trouble;  // of the simulation or the loop; empty: none
-  double force_limit = 0;
+  double force_limit = 0, torque_limit = 0;
 };
 
 // Throws what the scene or the device throws.

@@ -60,9 +60,10 @@ Press judge(const Trace& trace) {
   for (std::size_t k = first; k < trace.ticks.size(); ++k) {
     const Tick& t = trace.ticks[k];
     p.share = std::min(p.share, t.share);
+    p.turn_share = std::min(p.turn_share, t.turn_share);
     p.delay += 1e-3 * t.delay;
     p.peak_force = std::max(p.peak_force, t.force.norm());
-    saturated |= t.force.norm() > 0.999 * trace.force_limit;
+    saturated |= t.force.norm() > 0.999 * trace.force_limit || t.torque.norm() > 0.999 * trace.torque_limit;
     engaged &= t.state == LoopState::engaged || t.state == LoopState::degraded;
   }
   if (!engaged) {
@@ -89,30 +90,47 @@ Press press_wall(const Scene& wall, const Cell& cell, double stiffness, double d
   return judge(run(wall_press(wall, cell, stiffness, damping, seed)));
 }
 
-ZWidth z_width(const Scene& wall, const Cell& cell, double damping, bool fine) {
+ZWidth widest(const Search& search, const std::function<Press(double, int)>& press) {
   ZWidth z;
-  const auto stable = [&](double stiffness) {
-    double share = 1, delay = 0;
-    for (int k = 0; k < cell.seeds; ++k) {
-      const Press p = press_wall(wall, cell, stiffness, damping, cell.seed + static_cast<std::uint64_t>(k));
-      share = std::min(share, p.share);
-      delay = std::max(delay, p.delay);
-      if (p.stable) continue;
+  double share = 1;
+  const auto stable = [&](double stiffness, int seed) {
+    const Press p = press(stiffness, seed);
+    if (p.stable) {
+      share = p.share;
+      z.delay = std::max(z.delay, p.delay);
+    } else {
       z.first_unstable = p;
       z.unstable_at = stiffness;
-      return false;
     }
-    z.delay = std::max(z.delay, delay);
-    if (share * stiffness > z.stiffness) z.stiffness = share * stiffness, z.asked = stiffness;
-    return true;
+    return p.stable;
   };
-  double low = kLeastStiffness;
-  if (!stable(low)) return z;
-  double ratio = 2;
-  while (low < kMostStiffness && stable(low * ratio)) low *= ratio;
-  for (ratio = std::sqrt(ratio); low < kMostStiffness && ratio > (fine ? 1.04 : 1.15); ratio = std::sqrt(ratio))
-    if (stable(low * ratio)) low *= ratio;
+  double low = search.likely;
+  if (stable(low, 0)) {
+    while (low < search.most && stable(2 * low, 0)) low *= 2;
+  } else {
+    do low /= 2;
+    while (low >= search.least && !stable(low, 0));
+    if (low < search.least) return z;
+  }
+  double worst = share, ratio = std::sqrt(2);
+  for (; low < search.most; ratio = std::sqrt(ratio)) {
+    if (stable(low * ratio, 0)) low *= ratio, worst = share;
+    if (ratio < (search.fine ? 1.1 : 1.2)) break;
+  }
+  for (int seed = 1; seed < search.seeds; ++seed) {
+    while (!stable(low, seed))
+      if ((low /= ratio) < search.least) return z;
+    worst = std::min(worst, share);
+  }
+  z.stiffness = worst * low;
+  z.asked = low;
   return z;
+}
+
+ZWidth z_width(const Scene& wall, const Cell& cell, double damping, bool fine) {
+  return widest({kLeastStiffness, kLikelyStiffness, kMostStiffness, fine, cell.seeds}, [&](double stiffness, int k) {
+    return press_wall(wall, cell, stiffness, damping, cell.seed + static_cast<std::uint64_t>(k));
+  });
 }
 
 namespace {

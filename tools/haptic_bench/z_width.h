@@ -1,6 +1,8 @@
 // Z-width (Colgate & Brown 1994): up to which stiffness a virtual wall is stable, for each damping of the coupling.
 #pragma once
 
+#include <functional>
+
 #include "tools/haptic_bench/hands.h"
 #include "tools/haptic_bench/results.h"
 #include "tools/haptic_bench/system.h"
@@ -27,6 +29,7 @@ struct Press {
   double hz = 0;          // of the largest oscillation, by its zero crossings
   double peak_force = 0;  // [N]
   double share = 1;       // of the stiffness asked for, as the loop found right for the link
+  double turn_share = 1;  // of the angular one
   double shortfall = 0;   // most energy drawn beyond what the simulation put in, over the whole press [J]
   double delay = 0;       // of what was rendered, mean of the last second [s]
   std::string why;        // not stable
@@ -42,14 +45,22 @@ Press judge(const Trace& trace);
 Press press_wall(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed);
 
 struct ZWidth {
-  double stiffness = 0;    // the largest that was rendered; all tried ones up to it are stable [N/m]; 0: none
-  double asked = 0;        // [N/m], for that
+  double stiffness = 0;    // the largest that was rendered, with the worst seed; 0: none [N/m, N m/rad]
+  double asked = 0;        // for that
   double delay = 0;        // of what was rendered [s]
   Press first_unstable;    // of the next one
-  double unstable_at = 0;  // [N/m]; 0: none up to the largest
+  double unstable_at = 0;  // 0: none up to the largest
 };
-inline constexpr double kLeastStiffness = 250, kMostStiffness = 32000;  // [N/m]
-// fine: narrows down to 6 %, else to 20 %.
+// Where to look: upwards from `likely` if that is stable, else downwards, in steps of two that are then narrowed down.
+struct Search {
+  double least, likely, most;
+  bool fine;  // down to 9 %, else to 20 %
+  int seeds;  // the first narrows down, the others then have to bear what it found, or take it down
+};
+// press: with a stiffness, and the seed of that number.
+ZWidth widest(const Search& search, const std::function<Press(double stiffness, int seed)>& press);
+inline constexpr double kLeastStiffness = 250, kLikelyStiffness = 4000, kMostStiffness = 32000;  // [N/m]
+
 ZWidth z_width(const Scene& wall, const Cell& cell, double damping, bool fine);
 
 // As rows of the table, one a damping.
