@@ -112,58 +112,6 @@ TEST(SimulatedArm, AcceleratesAsItsMassAndInertiaSay) {
   EXPECT_NEAR(device.true_state().w.z(), 0.02 / 0.004 * 0.1, 1e-9);
 }
 
-// A held force against viscous friction, by the exact curve; small and large shares of the friction in a step.
-TEST(SimulatedArm, FollowsAHeldForceExactly) {
-  for (const double damping : {0.01, 1.0, 100.0}) {
-    ArmModel arm = frictionless();
-    arm.damping = damping;
-    arm.angular_damping = 1e-2 * damping;
-    SimulatedDevice device(arm, free_hand(), kOrigin, kOrigin);
-    std::int64_t now = 0;
-    device.write({{0, 1.2, 0}, {0.02, 0, 0}});
-    after(device, 101, now);
-    const auto way = [](double push, double friction, double inertia) {
-      const double time = inertia / friction, t = 0.1;
-      return push / friction * (t + time * std::expm1(-t / time));
-    };
-    EXPECT_NEAR(device.true_state().x.y() / way(1.2, damping, arm.mass), 1, 1e-9) << damping;
-    const Vec3 turned = rotation_between(Quat::Identity(), device.true_state().q);
-    EXPECT_NEAR(turned.x() / way(0.02, arm.angular_damping, arm.inertia), 1, 1e-9) << damping;
-  }
-}
-
-// The amplitude of an arm that hits a spring rendered once a tick: its last swings over its first.
-double growth(const ArmModel& arm, double stiffness, bool angular) {
-  SimulatedDevice device(arm, free_hand(), kOrigin, kOrigin);
-  DeviceReading reading;
-  const int ticks = 40000;
-  double first = 0, last = 0;
-  for (int i = 0; i < ticks; ++i) {
-    EXPECT_TRUE(device.read((i + 1) * kTick, reading));
-    const double place = angular ? rotation_between(Quat::Identity(), reading.state.q).z() : reading.state.x.z();
-    const double push = (i == 0 ? 1e-3 * stiffness : 0) - stiffness * place;
-    device.write(angular ? Wrench<double>{Vec3::Zero(), {0, 0, push}} : Wrench<double>{{0, 0, push}, Vec3::Zero()});
-    if (i < ticks / 10) first = std::max(first, std::abs(place));
-    if (i >= ticks - ticks / 10) last = std::max(last, std::abs(place));
-  }
-  return last / first;
-}
-
-// b > K T / 2 (Colgate & Schenkel 1997) for a wall without damping; exact while b T is small against the mass.
-TEST(SimulatedArm, AWallWithoutDampingIsStableUpToColgatesBound) {
-  for (const double damping : {0.5, 2.0}) {
-    ArmModel arm = frictionless();
-    arm.damping = damping;
-    arm.angular_damping = 0.01 * damping;
-    arm.resolution = arm.angular_resolution = arm.velocity_filter_hz = 0;
-    const double bound = 2 * arm.damping / 1e-3, angular_bound = 2 * arm.angular_damping / 1e-3;
-    EXPECT_LT(growth(arm, 0.97 * bound, false), 0.7) << damping;
-    EXPECT_GT(growth(arm, 1.03 * bound, false), 1.4) << damping;
-    EXPECT_LT(growth(arm, 0.97 * angular_bound, true), 0.7) << damping;
-    EXPECT_GT(growth(arm, 1.03 * angular_bound, true), 1.4) << damping;
-  }
-}
-
 TEST(SimulatedArm, FrictionHoldsItAtRestAndSlowsItInMotion) {
   ArmModel arm;
   SimulatedDevice device(arm, free_hand(), kOrigin, kOrigin);
