@@ -97,7 +97,9 @@ class OutputFile {
   void write(const Row& row) {
     if (std::fwrite(row.data(), 1, row.size(), file_) != row.size()) fail("cannot be written");
   }
+  // Empties it and takes so much room.
   void reserve(std::size_t bytes) {
+    if (ftruncate(fileno(file_), 0) != 0) fail("cannot be emptied");
     if (fallocate(fileno(file_), FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
     if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
       fail(fmt::format("there is no room for its {} MB", bytes / 1'000'000).c_str());
@@ -135,12 +137,11 @@ FlightLog::FlightLog(std::size_t ticks) : ring_(std::max<std::size_t>(ticks, 1))
 
 LogRoom::LogRoom(const std::string& path, std::size_t ticks) : part_(part_of(path)) {
   make_parent_of(path);
-  OutputFile file(part_);
-  file.close();  // empties it
   try {
     OutputFile(part_).reserve((ticks + 2) * std::size(kColumns) * kMostColumn);
   } catch (...) {
-    std::filesystem::remove(part_);
+    std::error_code ignored;
+    std::filesystem::remove(part_, ignored);
     throw;
   }
 }

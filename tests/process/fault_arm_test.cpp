@@ -220,12 +220,12 @@ class FaultArmFails : public FaultArm {
 
 TEST_F(FaultArmFails, TheRunEnds) {
   std::vector<Failure> failures{
-      {"device error 11 from a read", at(2, {"error", 0, 0, 11, "virtGetSpeed"}), "virtGetSpeed failed", 0},
-      {"device error 11 from a write", at(2, {"error", 0, 0, 11, "virtSetForce"}), "virtSetForce failed", 2},
-      {"device writes fail 20 times in a row", at(2, {"error", 0, 0, 2, "virtSetForce"}), "virtSetForce failed", 22},
-      {"failure bits of the motors", at(2, {"failure", 0, 0, 2, ""}), "a failure of its motors", 6},
-      {"alarm: wrong position", at(2, {"alarm", 0, 0, 0x40000, ""}), "an error of its position", 6},
-      {"state that is no longer updated", at(2, {"freeze", 0, 0, 0, ""}), "its pose stands still", 52},
+      {"device error 11 from a read", at(2.1, {"error", 0, 0, 11, "virtGetSpeed"}), "virtGetSpeed failed", 0},
+      {"device error 11 from a write", at(2.1, {"error", 0, 0, 11, "virtSetForce"}), "virtSetForce failed", 2},
+      {"device writes fail 20 times in a row", at(2.1, {"error", 0, 0, 2, "virtSetForce"}), "virtSetForce failed", 22},
+      {"failure bits of the motors", at(2.1, {"failure", 0, 0, 2, ""}), "a failure of its motors", 6},
+      {"alarm: wrong position", at(2.1, {"alarm", 0, 0, 0x40000, ""}), "an error of its position", 6},
+      {"state that is no longer updated", at(2.1, {"freeze", 0, 0, 0, ""}), "its pose stands still", 52},
   };
   start_weights();
   write(folder_ / "hand.toml", "[[keyframe]]\ntime = 0\n[[keyframe]]\ntime = 3\nposition = [0.0, 0.0, 0.4]\n");

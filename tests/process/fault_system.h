@@ -81,8 +81,8 @@ class FaultSystem : public RunningSystem {
   // With the driver of the Virtuose, before a simulated one of quick relays.
   void start_arm(int device, const std::vector<ArmEvent>& events, const std::string& safety = kNeverLate,
                  const std::string& script = "") {
-    // a busy machine may take half a second to begin, and must see the hand open first
-    std::string text = "grip_at = 0.8\nrelay_delay = 0.1\nlog = \"calls" + std::to_string(device) + "\"\n" + script;
+    // a busy machine may take a second to begin, and must see the hand open first
+    std::string text = "grip_at = 1.1\nrelay_delay = 0.1\nlog = \"calls" + std::to_string(device) + "\"\n" + script;
     for (const ArmEvent& e : events) text += text_of(e);
     const std::string arm = file("arm", device) + ".toml";
     write(arm, text);
