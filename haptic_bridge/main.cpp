@@ -257,16 +257,15 @@ int run(const BridgeOptions& o) {
   const std::string tested = test_machine(o, config);
   profile.virtuose.limits = config.limits;
   spdlog::info("{}: {}", process, tested);
+  FlightLog log(logged_ticks(o));
+  RealtimeReport scheduling;
+  lock_memory(o.realtime, scheduling);
   const std::unique_ptr<HapticDevice> device = open_device(o, profile, script, *bus, link, herald, stop);
   if (!device) {
     herald.tell_stopped("stopped", "stopped before a server was heard");
     return 0;
   }
   HapticLoop loop(config, *device);
-  FlightLog log(logged_ticks(o));
-  RealtimeReport scheduling;
-  lock_memory(o.realtime, scheduling);
-
   std::string failure = run_bridge(o, loop, ports, link, log, herald, stop, scheduling);
   Summary summary = herald.summary(loop.report(), ports, link);
   const LoopFault fault = loop.report().fault;

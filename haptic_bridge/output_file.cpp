@@ -42,6 +42,7 @@ void OutputFile::write(const fmt::memory_buffer& bytes) {
 }
 
 void OutputFile::reserve(std::size_t bytes) {
+  if (ftruncate(fileno(file_), 0) != 0) fail("cannot be emptied");
   if (fallocate(fileno(file_), FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
   if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
     fail(fmt::format("there is no room for its {} MB", bytes / 1'000'000).c_str());
@@ -75,11 +76,11 @@ void write_whole_file(const std::string& what, const std::string& path,
 
 ReservedRoom::ReservedRoom(const std::string& what, const std::string& path, std::size_t bytes) : part_(part_of(path)) {
   make_parent_of(what, path);
-  OutputFile(what, part_).close();  // empties it
   try {
     OutputFile(what, part_).reserve(bytes);
   } catch (...) {
-    fs::remove(part_);
+    std::error_code ignored;
+    fs::remove(part_, ignored);
     throw;
   }
 }

@@ -19,7 +19,7 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
 
   void write(const fmt::memory_buffer& bytes);
-  void reserve(std::size_t bytes);  // where the file system can
+  void reserve(std::size_t bytes);  // empties it; takes the room where the file system can
   void close();                     // it is on the disk then, and no longer than what was written
 
  private:

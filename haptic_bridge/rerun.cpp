@@ -86,7 +86,7 @@ concept Of = std::same_as<std::remove_const_t<T>, U>;
 // ---- the fields of what is kept; T is const where they are written
 
 // A field that is not in these lists is not kept, and the run that it changes is not the same.
-static_assert(sizeof(LoopConfig) == 456 && sizeof(ProxySample) == 392 && sizeof(DeviceReading) == 128,
+static_assert(sizeof(LoopConfig) == 464 && sizeof(ProxySample) == 392 && sizeof(DeviceReading) == 128,
               "a field is new: add it to its list below, and count on");
 
 template <class A, Of<Eigen::Vector3d> T>
@@ -134,7 +134,8 @@ void fields(A& a, T& c) {
   a(c.workspace.motion_scale), a(c.workspace.force_scale), a(c.workspace.relative);
   a(c.stale.fade_start_ns), a(c.stale.fade_end_ns), a(c.stale.zero_at_ns);
   a(c.round_trip_allowance_ns), a(c.blend_time), a(c.fresh_ns), a(c.ramp_up), a(c.ramp_down), a(c.ramp_after_clutch);
-  a(c.slew_recovery), a(c.fade_damping), a(c.fade_angular_damping), a(c.max_speed), a(c.max_angular_speed), a(c.max_bad_ticks);
+  a(c.slew_recovery), a(c.fade_damping), a(c.fade_angular_damping), a(c.max_speed), a(c.max_angular_speed),
+      a(c.max_bad_ticks);
 }
 template <class A, Of<ProxySample> T>
 void fields(A& a, T& s) {

@@ -95,9 +95,9 @@ TEST_F(FaultArm, SwitchesAlarmsAndReadings) {
   std::vector<ArmEvent> events;
   for (const ArmRow& row : cuts) events.push_back(row.event);
   for (const ArmRow& row : halves) events.push_back(row.event);
-  // after power and emergency stop the hand must let go, after the latter also to switch the power on
-  events.push_back(at(3.45, kLetGo));
-  events.push_back(at(4.25, kLetGo));
+  // after power and emergency stop the hand must let go, after the latter also to switch the power on; elsewhere it
+  // does so where a busy machine may have cost the force
+  for (const double time : {2.72, 3.45, 4.25, 6.25}) events.push_back(at(time, kLetGo));
 
   Watcher& watcher = watch();
   start_weights();
@@ -186,50 +186,63 @@ TEST_F(FaultArm, FastHandles) {
 }
 
 // Errors that are no passing trouble of the link: the arm is without force and power at once, and the run ends.
-TEST_F(FaultArm, DeviceErrorsEndTheRun) {
-  struct Failure {
-    const char* row;
-    ArmEvent event;
-    const char* told;
-    int more_ticks;
-  };
-  const std::vector<Failure> failures{
-      {"device error 11 from a read", at(2, {"error", 0, 0, 11, "virtGetSpeed"}), "virtGetSpeed failed", 0},
-      {"device error 11 from a write", at(2, {"error", 0, 0, 11, "virtSetForce"}), "virtSetForce failed", 2},
-      {"device writes fail 20 times in a row", at(2, {"error", 0, 0, 2, "virtSetForce"}), "virtSetForce failed", 22},
-      {"failure bits of the motors", at(2, {"failure", 0, 0, 2, ""}), "a failure of its motors", 6},
-      {"alarm: wrong position", at(2, {"alarm", 0, 0, 0x40000, ""}), "an error of its position", 6},
-      {"state that is no longer updated", at(2, {"freeze", 0, 0, 0, ""}), "its pose stands still", 52},
+struct Failure {
+  const char* row;
+  ArmEvent event;
+  const char* told;
+  int more_ticks;
+};
+
+class FaultArmFails : public FaultArm {
+ protected:
+  // Of a bridge that has met its failure. False: no force was felt when it came.
+  bool judge_end(int device, const Failure& f) {
+    EXPECT_EQ(bridge(device).wait(), 1) << said_by_all();
+    EXPECT_NE(said_by(device).find(f.told), std::string::npos) << said_by(device);
+    const Flight log = flight(device);
+    const std::int64_t t = time_of(device, f.event);
+    const std::size_t met = tick_at(log, t);
+    if (met < 2 || log[met - 2].felt() < 3) return false;
+    expect_limits_held(log);
+    EXPECT_EQ(log.back().state, "fault");
+    const double powered_for = 1e3 * (time_of_call(device, "virtSetPowerOn 0 = 0") - f.event.time);
+    RowTimes times(f.row, f.event.name + (f.event.call.empty() ? "" : " of " + f.event.call));
+    if (f.event.call == "virtSetForce") {  // whatever the log says, the arm takes no wrench: power alone helps
+      times.add(powered_for, late_after(log, t) + f.more_ticks);
+    } else {
+      add_same_tick(times, log, t, f.more_ticks);
+    }
+    times.tell();
+    EXPECT_LT(powered_for, 500) << "the power went with the end of the process, not of the loop";
+    return true;
+  }
+};
+
+TEST_F(FaultArmFails, TheRunEnds) {
+  std::vector<Failure> failures{
+      {"device error 11 from a read", at(2.1, {"error", 0, 0, 11, "virtGetSpeed"}), "virtGetSpeed failed", 0},
+      {"device error 11 from a write", at(2.1, {"error", 0, 0, 11, "virtSetForce"}), "virtSetForce failed", 2},
+      {"device writes fail 20 times in a row", at(2.1, {"error", 0, 0, 2, "virtSetForce"}), "virtSetForce failed", 22},
+      {"failure bits of the motors", at(2.1, {"failure", 0, 0, 2, ""}), "a failure of its motors", 6},
+      {"alarm: wrong position", at(2.1, {"alarm", 0, 0, 0x40000, ""}), "an error of its position", 6},
+      {"state that is no longer updated", at(2.1, {"freeze", 0, 0, 0, ""}), "its pose stands still", 52},
   };
   start_weights();
-  const std::string moving = "hand = \"hand.toml\"\n";
   write(folder_ / "hand.toml", "[[keyframe]]\ntime = 0\n[[keyframe]]\ntime = 3\nposition = [0.0, 0.0, 0.4]\n");
-  for (std::size_t first = 0; first < failures.size(); first += kBridges) {
-    const std::size_t end = std::min(failures.size(), first + kBridges);
-    for (std::size_t i = first; i < end; ++i)
-      start_arm(static_cast<int>(i - first), {failures[i].event}, kNeverLate,
-                failures[i].event.name == "freeze" ? moving : "");
-    for (std::size_t i = first; i < end; ++i) {
-      const int device = static_cast<int>(i - first);
-      const Failure& f = failures[i];
-      SCOPED_TRACE(f.row);
-      EXPECT_EQ(bridge(device).wait(), 1) << said_by_all();
-      EXPECT_NE(said_by(device).find(f.told), std::string::npos) << said_by(device);
-      const Flight log = flight(device);
-      ASSERT_FALSE(log.empty());
-      expect_limits_held(log);
-      EXPECT_EQ(log.back().state, "fault");
-      const double powered_for = 1e3 * (time_of_call(device, "virtSetPowerOn 0 = 0") - f.event.time);
-      RowTimes times(f.row, f.event.name + (f.event.call.empty() ? "" : " of " + f.event.call));
-      if (f.event.call == "virtSetForce") {  // whatever the log says, the arm takes no wrench: power alone helps
-        times.add(powered_for, late_after(log, time_of(device, f.event)) + f.more_ticks);
-      } else {
-        add_same_tick(times, log, time_of(device, f.event), f.more_ticks);
-      }
-      times.tell();
-      EXPECT_LT(powered_for, 500) << "the power went with the end of the process, not of the loop";
+  // on a busy machine a bridge may not feel its weight in time; it is tried again
+  for (int round = 0; round < 5 && !failures.empty(); ++round) {
+    const std::size_t n = std::min<std::size_t>(failures.size(), kBridges);
+    for (std::size_t i = 0; i < n; ++i)
+      start_arm(static_cast<int>(i), {failures[i].event}, kNeverLate,
+                failures[i].event.name == "freeze" ? "hand = \"hand.toml\"\n" : "");
+    std::vector<Failure> left(failures.begin() + static_cast<std::ptrdiff_t>(n), failures.end());
+    for (std::size_t i = 0; i < n; ++i) {
+      SCOPED_TRACE(failures[i].row);
+      if (!judge_end(static_cast<int>(i), failures[i])) left.push_back(failures[i]);
     }
+    failures = left;
   }
+  EXPECT_EQ(failures.size(), 0u) << failures[0].row << " never met a force";
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ TEST_F(FaultBridge, LateTicks) {
   start_weights();
   start_bridge_of(0, {"--profile", profile(0, kAsShipped)});
   std::vector<ArmEvent> slow;
-  for (const double time : {2.0, 3.5}) {
+  for (const double time : {2.0, 3.2}) {
     slow.push_back({"slow", time, 0.06, 0.0017, "virtGetSpeed"});
     slow.push_back({"dead_man_up", time + 0.4, 0.1, 0, ""});
   }
@@ -59,7 +59,7 @@ TEST_F(FaultBridge, LateTicks) {
     bridge(0).send_signal(SIGCONT);
     std::this_thread::sleep_for(50ms);
   }
-  ASSERT_TRUE(watcher.sees([&] { return watcher.metric(name_of(1), "ticks") > 4000; })) << said_by_all();
+  ASSERT_TRUE(watcher.sees([&] { return watcher.metric(name_of(1), "ticks") > 3400; })) << said_by_all();
   for (const int device : {0, 1}) EXPECT_EQ(bridge(device).stop(), 0) << said_by(device);
   const Flight stopped = flight(0), slowed = flight(1);
   for (const Flight* log : {&stopped, &slowed}) expect_limits_held(*log);
@@ -95,7 +95,8 @@ TEST_F(FaultBridge, BridgesThatStandStillOrDie) {
   const std::int64_t t_goes_on = now_ns();
   bridge(0).send_signal(SIGCONT);
   EXPECT_EQ(bridge(0).wait(5s), 1) << said_by(0);
-  EXPECT_TRUE(holds_within(kPatience, [&] { return said_by(1).find("has died: the arm was powered off") < 4000; }));
+  EXPECT_TRUE(holds_within(kPatience, [&] { return said_by(1).find("the arm was powered off") != std::string::npos; }))
+      << said_by(1);
 
   RowTimes hang("bridge stands still: arm without power", "bridge stopped for 200 ms");
   hang.add(ms_to_power_off(0, t_stop), kHang + kLook + kConnect);

@@ -62,7 +62,7 @@ class FaultSystem : public RunningSystem {
   }
   // The device profile of this bridge.
   std::string profile(int device, const std::string& safety, const std::string& more = "") const {
-    const std::string name = file("profile", device) + ".toml";
+    std::string name = file("profile", device) + ".toml";
     write(name, "name = \"test\"\n" + std::string(kFlightLimits) + "[safety]\n" + safety + "\n" + more);
     return name;
   }
@@ -81,14 +81,15 @@ class FaultSystem : public RunningSystem {
   // With the driver of the Virtuose, before a simulated one of quick relays.
   void start_arm(int device, const std::vector<ArmEvent>& events, const std::string& safety = kNeverLate,
                  const std::string& script = "") {
-    // a busy machine may take half a second to begin, and must see the hand open first
-    std::string text = "grip_at = 0.8\nrelay_delay = 0.1\nlog = \"calls" + std::to_string(device) + "\"\n" + script;
+    // a busy machine may take a second to begin, and must see the hand open first
+    std::string text = "grip_at = 1.1\nrelay_delay = 0.1\nlog = \"calls" + std::to_string(device) + "\"\n" + script;
     for (const ArmEvent& e : events) text += text_of(e);
     const std::string arm = file("arm", device) + ".toml";
     write(arm, text);
-    start_bridge_of(
-        device, {"--device", "virtuose", "--library", PALP_LIB_DIR "/libvirtuose_sim.so", "--address", arm, "--profile",
-                 profile(device, safety, "[workspace]\nreference = \"relative\"\n[virtuose]\nrelay_time = 0.15\n")});
+    const std::string mine =
+        profile(device, safety, "[workspace]\nreference = \"relative\"\n[virtuose]\nrelay_time = 0.15\n");
+    const std::string library = PALP_LIB_DIR "/libvirtuose_sim.so";
+    start_bridge_of(device, {"--device", "virtuose", "--library", library, "--address", arm, "--profile", mine});
   }
   void start_simulated(int device) { start_bridge_of(device, {"--profile", profile(device, kNeverLate)}); }
 

@@ -126,8 +126,11 @@ inline void tell_row(const std::string& row, const std::string& provoked_by, dou
   std::snprintf(line.data(), line.size(), "| %s | %s | %.2f | %.2f |", row.c_str(), provoked_by.c_str(), measured_ms,
                 allowed_ms);
   std::cout << line.data() << std::endl;
-  if (const char* folder = std::getenv("PALP_RESULTS"))
-    std::ofstream(std::string(folder) + "/fault_times.md", std::ios::app) << line.data() << '\n';
+  const char* folder = std::getenv("PALP_RESULTS");
+  if (folder == nullptr) return;
+  std::ofstream table(std::string(folder) + "/fault_times.md", std::ios::app);
+  if (table.tellp() == 0) table << "| row | provoked by | ms | allowed ms |\n|---|---|---|---|\n";
+  table << line.data() << '\n';
 }
 
 // The worst of several provocations of one row.
