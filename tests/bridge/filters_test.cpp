@@ -148,14 +148,13 @@ TEST(SlewLimit, DelaysNoOscillation) {
   EXPECT_GT(lag_deg(1), 45) << "the plain limiter";
 }
 
-TEST(SlewLimit, MakesUpForWhatItCouldNotFollow) {
+// What is wanted and stays so is reached as soon as the slope allows, but for the time that it takes to see that.
+TEST(SlewLimit, FollowsWhatIsCalmAsFastAsItMay) {
   Sloped s(kLeak);
-  for (int k = 0; k < 600; ++k) s.send(8);
-  EXPECT_EQ(s.sent.force.x(), 8);
-  s.limit.forget();
-  EXPECT_NEAR(s.send(0), 7.7, 1e-12);
-  s.limit.forget();  // nothing made up for: as steep as allowed
-  EXPECT_NEAR(s.send(0), 7.4, 1e-12);
+  int steps = 0;
+  while (s.send(8) < 8) ASSERT_LT(++steps, 27 + 10);
+  while (s.send(0) > 0) ASSERT_LT(++steps, 2 * (27 + 11));
+  EXPECT_EQ(s.sent.force.x(), 0);
 }
 
 TEST(Filters, StaleScaleFallsFromOneToZeroAndNeverRises) {
