@@ -106,6 +106,19 @@ TEST(SlewLimit, NeverStepsFurtherThanAllowedNorLeavesTheLimits) {
   }
 }
 
+// What it still has to go back by, it does not carry past the limits when what is wanted rises again.
+TEST(SlewLimit, KeepsTheLimitsWhileItGoesOnWithArrears) {
+  Sloped s(kLeak);
+  for (int k = 0; k < 100; ++k) s.send({{8, 0, 0}, {0, 0.5, 0}});
+  double wanted = 2, turn = 0.1, most = 0;
+  s.send({{wanted, 0, 0}, {0, turn, 0}});
+  for (int k = 0; k < 20; ++k) {
+    s.send({{wanted += 0.3, 0, 0}, {0, turn += 0.02, 0}});
+    most = std::max({most, s.sent.force.norm() / 8, s.sent.torque.norm() / 0.5});
+  }
+  EXPECT_LE(most, 1 + kRounding);
+}
+
 TEST(SlewLimit, SendsWhatIsWantedWhileTheSlopeAllowsIt) {
   Sloped s(kLeak);
   for (int k = 0; k < 1000; ++k) {
