@@ -97,7 +97,8 @@ inline Wrench<double> saturated(const Wrench<double>& w, const WrenchLimits& lim
 // delay feeds an oscillation; this one passes on how the wanted wrench changes, and what it could not follow it makes
 // up for by and by (phase-compensated rate limiters: Rundqwist & Staahl-Gunnarsson 1996).
 //   sent' = sent + cut(wanted' - wanted + leak (wanted - sent), slew dt)
-// While the slope is within the limit, it sends what is wanted.
+// While the slope is within the limit, it sends what is wanted. What is wanted and hardly changes any more is no
+// oscillation: then it follows as fast as it may.
 class SlewLimit {
  public:
   // leak: share of the arrears that is made up for in a step, 0..1; 1: the plain limiter.
@@ -107,6 +108,11 @@ class SlewLimit {
   // is returned.
   Wrench<double> step(const Wrench<double>& previous, const Wrench<double>& wanted, const WrenchLimits& limits,
                       double dt) {
+    const bool calm = (wanted.force - last_.force).norm() <= kCalm * limits.force_slew * dt &&
+                      (wanted.torque - last_.torque).norm() <= kCalm * limits.torque_slew * dt;
+    calm_for_ = calm ? calm_for_ + dt : 0;
+    last_ = wanted;
+    if (calm_for_ > kCalmTime) forget();
     // rounded away, so that the arrears end and never become denormal
     const auto kept = [this](const Eigen::Vector3d& v) {
       return v.norm() < kNothing ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(keep_ * v);
@@ -123,11 +129,16 @@ class SlewLimit {
   void note(const Wrench<double>& wanted, const Wrench<double>& sent) {
     arrears_ = {wanted.force - sent.force, wanted.torque - sent.torque};
   }
+  // Makes up for all arrears as fast as it may.
   void forget() { arrears_ = zero_wrench(); }
 
  private:
-  static constexpr double kNothing = 1e-9;  // [N, N m]
+  static constexpr double kNothing = 1e-9;   // [N, N m]
+  static constexpr double kCalm = 0.2;       // of the slope
+  static constexpr double kCalmTime = 0.01;  // [s]
   double keep_;
+  double calm_for_ = 0;                  // [s]
+  Wrench<double> last_ = zero_wrench();  // that was wanted
   Wrench<double> arrears_ = zero_wrench();
 };
 

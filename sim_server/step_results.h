@@ -40,8 +40,8 @@ class StepResults {
 
   const Scene& scene_;
   const Plan& plan_;
-  double step_ = 0;  // [s]
-  StepInput input_;  // as accepted
+  double step_ = 0;                                    // [s]
+  StepInput input_;                                    // as accepted
   Eigen::Vector3d gravity_ = Eigen::Vector3d::Zero();  // and the body force, of the step [m/s^2]
   std::vector<ProxyMemory> memory_;
 };

@@ -44,7 +44,7 @@ struct Arguments {
 };
 
 struct Job {
-  std::size_t number = 0;  // in the whole table
+  std::size_t number = 0;  // in the whole table, from 1 on; 0: it is not done in parts
   std::string what;
   std::function<std::vector<Row>()> work;
 };
@@ -264,8 +264,8 @@ std::vector<std::string> preface(const Arguments& a, const std::vector<Row>& row
 
 // Of the parts "k/n" of all jobs, every n-th from the k-th on; parts of one table take about equally long.
 std::vector<Job> part_of(std::vector<Job> jobs, const std::string& part) {
-  for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].number = k;
   if (part.empty()) return jobs;
+  for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].number = k + 1;
   std::size_t k = 0, n = 0;
   char end = 0;
   if (std::sscanf(part.c_str(), "%zu/%zu%c", &k, &n, &end) != 2 || k < 1 || k > n)
@@ -284,7 +284,7 @@ std::vector<Row> measured(const Arguments& a, const Scenes& scenes) {
   return work_off(part_of(std::move(jobs), a.part), a.jobs);
 }
 
-// The rows of several parts in the order that the whole would have.
+// The rows of several parts in the order that the whole would have; those of other files in the order of the files.
 std::vector<Row> merged(const std::vector<std::string>& files, std::string& commands) {
   std::vector<Row> all;
   for (const std::string& file : files) {

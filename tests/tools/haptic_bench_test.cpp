@@ -4,10 +4,12 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 #include "tools/haptic_bench/bench_scenes.h"
+#include "tools/haptic_bench/metrics.h"
 #include "tools/haptic_bench/series.h"
 #include "tools/haptic_bench/tick_cost.h"
 #include "tools/haptic_bench/z_width.h"
@@ -199,6 +201,67 @@ TEST(HapticBench, TellsWhatATickCostsWithEachDevice) {
     EXPECT_LE(c.p99_us, c.max_us) << c.device;
     EXPECT_GT(c.share_felt, 0.5) << c.device << ": a loop without force does not do all of its work";
   }
+}
+
+// A hand that has come to rest tells nothing new, and the way it came nothing of the wall.
+TEST(HapticBench, AtAWallARestingHandFeelsTheWholeStiffnessAtOnce) {
+  const Scene wall = wall_scene();
+  for (const char* link : {"local", "far"}) {
+    Cell cell = cell_on(link, 300);
+    cell.hand = hand_named("off");
+    const CouplingGains& gains = cell.profile.loop.gains;
+    RunSetup s = wall_press(wall, cell, gains.stiffness, gains.damping, 1);
+    s.seconds = 3;
+    const Trace trace = run(s);
+    EXPECT_GT(mean(taken(trace, 2, 3, [](const Tick& t) { return t.blend; })), 0.9) << link;
+  }
+}
+
+// Where the jaws hold the bar, the hand feels the coupling's own torsion spring and damper.
+TEST(HapticBench, ATurnedHandMeetsTheTorsionSpring) {
+  Scenes scenes;
+  scenes.wall = wall_scene();
+  scenes.vise = vise_scene();
+  const std::vector<Row> rows = torsion_rows(scenes, cell_on("local", 1000), {}, false);
+  ASSERT_EQ(rows.size(), 3u);
+  for (const Row& r : rows) EXPECT_TRUE(r.pass && *r.pass) << r.metric << ": " << r.result << " " << r.unit;
+}
+
+// A wall that is stable up to a limit that falls from seed to seed, and a link that never renders more than a bound.
+TEST(HapticBench, TheWidestIsWhatTheWorstSeedBears) {
+  const auto search = [](double bound, double fall) {
+    return widest({250, 4000, 32000, true, 3}, [=](double stiffness, int seed) {
+      Press p;
+      p.stable = stiffness <= 9000 * std::pow(fall, seed);
+      p.share = std::min(1.0, bound / stiffness);
+      return p;
+    });
+  };
+  const ZWidth alike = search(1e9, 1), worse = search(1e9, 0.5), bounded = search(3000, 0.9);
+  EXPECT_LE(alike.stiffness, 9000);
+  EXPECT_GT(alike.stiffness, 9000 / 1.1);
+  EXPECT_GT(alike.unstable_at, 9000);
+  EXPECT_LE(worse.stiffness, 2250);
+  EXPECT_GT(worse.stiffness, 2250 / std::sqrt(2) / 1.1);
+  EXPECT_NEAR(bounded.stiffness, 3000, 1e-9);
+  EXPECT_EQ(search(1e9, 0).stiffness, 0) << "a seed that bears nothing";
+}
+
+TEST(HapticBench, RowsComeBackFromTheirFile) {
+  Row r;
+  r.metric = "m", r.hand = "off", r.link = "far", r.variant = "ours", r.rate_hz = 300, r.result = 1.5, r.unit = "N";
+  r.reference = "r", r.target = "t", r.pass = false, r.note = "n", r.job = 7;
+  const std::vector<Row> back = rows_from(json_of({r, Row{}}));
+  ASSERT_EQ(back.size(), 2u);
+  EXPECT_EQ(json_of(back), json_of({r, Row{}}));
+  EXPECT_EQ(back[0].job, 7u);
+  EXPECT_EQ(back[0].pass, false);
+  EXPECT_FALSE(back[1].pass);
+}
+
+TEST(HapticBenchLink, EveryNameStandsForALink) {
+  for (const auto* names : {&listed_links(), &further_links()})
+    for (const std::string& name : *names) EXPECT_EQ(link_from(name).name, name);
 }
 
 // Gains below those that the server begins with: the loop has to engage all the same.

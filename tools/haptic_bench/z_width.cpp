@@ -112,17 +112,17 @@ ZWidth widest(const Search& search, const std::function<Press(double, int)>& pre
     while (low >= search.least && !stable(low, 0));
     if (low < search.least) return z;
   }
-  double worst = share, ratio = std::sqrt(2);
+  double rendered = share * low, ratio = std::sqrt(2);
   for (; low < search.most; ratio = std::sqrt(ratio)) {
-    if (stable(low * ratio, 0)) low *= ratio, worst = share;
+    if (stable(low * ratio, 0)) low *= ratio, rendered = share * low;
     if (ratio < (search.fine ? 1.1 : 1.2)) break;
   }
   for (int seed = 1; seed < search.seeds; ++seed) {
     while (!stable(low, seed))
-      if ((low /= ratio) < search.least) return z;
-    worst = std::min(worst, share);
+      if ((low /= std::sqrt(2)) < search.least) return z;
+    rendered = std::min(rendered, share * low);
   }
-  z.stiffness = worst * low;
+  z.stiffness = rendered;
   z.asked = low;
   return z;
 }
