@@ -151,24 +151,29 @@ inline Wrench<double> power_limited(const Wrench<double>& w, const HandleState<d
 }
 
 // What an arm's motors stand: the mean square of a force over some seconds stays below the square of what they can hold
-// for ever. The largest force allowed sinks from the peak to that while the mean comes near.
+// for ever. The largest force allowed sinks from the peak to that while the mean comes near, early enough for a force
+// that may only fall at a slope.
 class ThermalLimit {
  public:
-  // continuous: for ever [N, N m]. time: of the mean [s].
-  ThermalLimit(double continuous, double time) : continuous_(continuous), time_(time) {}
+  // continuous: for ever [N, N m]. time: of the mean [s]. slope: at which the force can fall [N/s, N m/s].
+  ThermalLimit(double continuous, double time, double slope) : continuous_(continuous), time_(time), slope_(slope) {}
 
   // Of peak [N, N m], what is allowed now.
   double allowed(double peak) const {
     if (peak <= continuous_) return peak;
-    const double warmth = mean_square_ / (continuous_ * continuous_);
-    return continuous_ + (peak - continuous_) * std::clamp((1 - warmth) / (1 - kWarm), 0.0, 1.0);
+    const double square = continuous_ * continuous_, left = std::max(0.0, square - mean_square_);
+    const double fading = continuous_ + (peak - continuous_) * std::min(1.0, left / ((1 - kWarm) * square));
+    // on its way down from F to the continuous force c it adds (F^3 - c^3) / (3 slope time) to the mean square
+    const double last_moment = std::cbrt(square * continuous_ + 3 * kSure * slope_ * time_ * left);
+    return std::min(fading, last_moment);
   }
   // So much was sent for dt [s].
   void note(double sent, double dt) { mean_square_ += dt / time_ * (sent * sent - mean_square_); }
 
  private:
   static constexpr double kWarm = 0.7;  // of the mean square allowed; from here on the largest force sinks
-  double continuous_, time_;
+  static constexpr double kSure = 0.3;  // of the slope: late ticks, and forces that turn, fall more slowly
+  double continuous_, time_, slope_;
   double mean_square_ = 0;
 };
 

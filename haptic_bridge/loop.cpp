@@ -58,8 +58,8 @@ HapticLoop::HapticLoop(const LoopConfig& config, HapticDevice& device)
       governor_(config.governor, scene_gains(config), 1e-9 * static_cast<double>(config.period_ns)),
       passivity_(config.passivity),
       angular_passivity_(config.angular_passivity),
-      warmth_(config.limits.continuous_force, kWarmingTime),
-      angular_warmth_(config.limits.continuous_torque, kWarmingTime),
+      warmth_(config.limits.continuous_force, kWarmingTime, config.limits.force_slew),
+      angular_warmth_(config.limits.continuous_torque, kWarmingTime, config.limits.torque_slew),
       slope_(config.slew_recovery > 0
                  ? 1 - std::exp(-1e-9 * static_cast<double>(config.period_ns) / config.slew_recovery)
                  : 1),
@@ -300,7 +300,9 @@ Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
   const double g = too_fast_ ? 0 : record_.stale_scale, e = engagement_;
   const Wrench<double> mixed{e * (g * kept.force + (1 - g) * fading.force),
                              e * (g * kept.torque + (1 - g) * fading.torque)};
-  if (e == 0) slope_.forget();  // what is to end, ends without delay
+  // what is to end, to become less or to come back by and by does so without delay
+  const bool less = e < 1 || g < 1 || limits.force < config_.limits.force || limits.torque < config_.limits.torque;
+  if (less) slope_.forget();
   const Wrench<double> steady = slope_.step(last_sent_, mixed, config_.limits, period_);
   Wrench<double> sent = power_limited(steady, device, limits.power);
   slope_.note(mixed, sent);

@@ -127,20 +127,18 @@ class Invariants {
     return judge_sample(loop);
   }
 
-  // The mean square over ten seconds stays within what the motors hold for ever, but for the time that the slope takes
-  // to bring the force down. What a wrench does for as long as the loop is late nobody could have foreseen.
+  // The mean square over ten seconds stays within what the motors hold for ever. What a wrench does for as long as the
+  // loop is late nobody could have foreseen.
   bool judge_motors(const Wrench<double>& sent, double dt) {
     constexpr double kTime = 10, kRounding = 1.02;  // [s]
-    dt = std::min(dt, 2 * seconds(c_.period_ns));
-    warm_ += dt / kTime * (sent.force.squaredNorm() - warm_);
-    warm_torque_ += dt / kTime * (sent.torque.squaredNorm() - warm_torque_);
-    const auto most = [](double peak, double forever, double slew) {
-      const double fall = std::max(0.0, peak - forever) / slew;  // [s]
-      return kRounding * forever * forever + peak * peak * fall / (2 * kTime) + kSlack;
+    const auto mean = [&](double& square, double now) {
+      square += (now > square ? std::min(dt, 2 * seconds(c_.period_ns)) : dt) / kTime * (now - square);
     };
+    mean(warm_, sent.force.squaredNorm());
+    mean(warm_torque_, sent.torque.squaredNorm());
     const WrenchLimits& l = c_.limits;
-    return warm_ <= most(l.force, l.continuous_force, l.force_slew) &&
-           warm_torque_ <= most(l.torque, l.continuous_torque, l.torque_slew);
+    return warm_ <= kRounding * l.continuous_force * l.continuous_force + kSlack &&
+           warm_torque_ <= kRounding * l.continuous_torque * l.continuous_torque + kSlack;
   }
 
   // Of data older than 60 ms, or while the arm is too fast, nothing is left but damping, once the slope has had its
