@@ -218,13 +218,14 @@ std::size_t kept_bytes(std::size_t ticks) {
 
 void write_ticks(const FlightLog& log, const LoopConfig& config, const std::string& path) {
   write_whole_file("kept run", path, [&](OutputFile& file) {
+    const std::size_t ticks = log.size();  // after a crash the loop may go on meanwhile
     fmt::memory_buffer out;
     Writer write(out);
     write(kMagic);
-    write(static_cast<std::uint64_t>(log.size()));
-    write(log.size() > 0 ? log.at(0).tick : 1);
+    write(static_cast<std::uint64_t>(ticks));
+    write(ticks > 0 ? log.at(0).tick : 1);
     fields(write, config);
-    for (std::size_t i = 0; i < log.size(); ++i) {
+    for (std::size_t i = 0; i < ticks; ++i) {
       fields(write, log.input_at(i));
       const TickResult result = result_of(log.at(i));
       fields(write, result);

@@ -203,7 +203,9 @@ TEST(HapticBench, TellsWhatATickCostsWithEachDevice) {
   }
 }
 
-// A hand that has come to rest tells nothing new, and the way it came nothing of the wall.
+// A hand that has come to rest tells nothing new, and the way it came nothing of the wall. An error of the blend leaves
+// a delayed spring of that share of K, which an arm's damping of 1 N s/m carries at 1 kN/m and 3 ms up to a share of
+// 0.29 (b / (T/2 + t) = 286 N/m).
 TEST(HapticBench, AtAWallARestingHandFeelsTheWholeStiffnessAtOnce) {
   const Scene wall = wall_scene();
   for (const char* link : {"local", "far"}) {
@@ -213,7 +215,7 @@ TEST(HapticBench, AtAWallARestingHandFeelsTheWholeStiffnessAtOnce) {
     RunSetup s = wall_press(wall, cell, gains.stiffness, gains.damping, 1);
     s.seconds = 3;
     const Trace trace = run(s);
-    EXPECT_GT(mean(taken(trace, 2, 3, [](const Tick& t) { return t.blend; })), 0.9) << link;
+    EXPECT_GT(mean(taken(trace, 2, 3, [](const Tick& t) { return t.blend; })), 1 - 0.286) << link;
   }
 }
 
