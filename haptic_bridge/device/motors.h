@@ -23,8 +23,8 @@ class Motors {
     overloaded_ =
         wanted.force.norm() > kRounding * rating.force_limit || wanted.torque.norm() > kRounding * rating.torque_limit;
     const double share = hot_ ? kHotShare : 1;
-    const Wrench<double> w{share * saturated(wanted.force, rating.force_limit),
-                           share * saturated(wanted.torque, rating.torque_limit)};
+    Wrench<double> w{share * saturated(wanted.force, rating.force_limit),
+                     share * saturated(wanted.torque, rating.torque_limit)};
     force_heat_ += dt / kThermalTime * (w.force.squaredNorm() - force_heat_);
     torque_heat_ += dt / kThermalTime * (w.torque.squaredNorm() - torque_heat_);
     const double load =

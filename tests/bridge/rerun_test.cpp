@@ -121,7 +121,7 @@ class RunAgain : public ::testing::Test {
     }
     felt_ = std::max(felt_, loop.report().peak_force);
     trips_ += loop.report().trips;
-    const std::string path = (folder_ / "run.ticks").string();
+    std::string path = (folder_ / "run.ticks").string();
     write_ticks(log, loop.config(), path);
     return path;
   }
