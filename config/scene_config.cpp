@@ -17,6 +17,7 @@ const std::vector<std::string> kMethods{"paper", "accurate"};
 const std::vector<std::string> kAccuracies{"fast", "balanced", "accurate"};
 const std::vector<std::string> kScalars{"none", "speed", "density", "pressure", "temperature"};
 const std::vector<std::string> kViscosity{"explicit", "staged"};
+const std::vector<std::string> kElasticSolvers{"explicit", "implicit", "auto"};
 constexpr Range kSpacing{"m", 0, 1000, true};
 // The widest grid that a solver can lay over a periodic axis needs three cells of one support radius.
 constexpr double kCellsPerPeriod = 3;
@@ -80,6 +81,8 @@ void read_numerics(TomlTable& root, SceneConfig& scene, const SceneOverrides& ov
   n.artificial_viscosity = table.number("artificial_viscosity", {"", 0, 1});
   n.density_diffusion = table.number("density_diffusion", {"", 0, 0.5});
   if (const auto scheme = table.choice("viscosity", kViscosity)) n.viscosity = static_cast<ViscosityScheme>(*scheme);
+  if (const auto solver = table.choice("elastic_solver", kElasticSolvers); solver && *solver < 2)
+    n.elastic_solver = static_cast<ElasticSolver>(*solver);
   n.tension = table.boolean("tension");
   if (const auto steps = table.integer("sub_steps", 1, 100000)) n.sub_steps = static_cast<int>(*steps);
   n.safety = table.number("safety", {"", 0.05, 1}).value_or(n.safety);

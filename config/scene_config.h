@@ -15,6 +15,7 @@ namespace palp {
 enum class Method { paper, accurate };
 enum class Accuracy { fast, balanced, accurate };
 enum class ViscosityScheme { explicit_, staged };
+enum class ElasticSolver { explicit_, implicit };
 
 struct MaterialConfig {
   std::string name;
@@ -129,16 +130,17 @@ struct ProbeConfig {
 
 // Overrides of what the accuracy level expands to. Unset: derived (sim_server/plan.h says how).
 struct NumericsConfig {
-  std::optional<double> spacing;               // particle spacing dx [m], after the accuracy level is applied
-  std::optional<double> support_over_spacing;  // H / dx, 1.8..4
-  std::optional<double> sound_speed;           // [m/s]
-  std::optional<double> max_speed;             // expected largest speed [m/s], from which the sound speed follows
-  std::optional<double> artificial_viscosity;  // alpha, 0..1
-  std::optional<double> density_diffusion;     // delta, 0..0.5
-  std::optional<ViscosityScheme> viscosity;    // unset: what costs less
-  std::optional<bool> tension;                 // let fluid pressure be negative
-  std::optional<int> sub_steps;                // per haptic step; refused when unstable
-  double safety = 0.5;                         // fraction of the linear stability limit that a sub-step uses, 0.05..1
+  std::optional<double> spacing;                // particle spacing dx [m], after the accuracy level is applied
+  std::optional<double> support_over_spacing;   // H / dx, 1.8..4
+  std::optional<double> sound_speed;            // [m/s]
+  std::optional<double> max_speed;              // expected largest speed [m/s], from which the sound speed follows
+  std::optional<double> artificial_viscosity;   // alpha, 0..1
+  std::optional<double> density_diffusion;      // delta, 0..0.5
+  std::optional<ViscosityScheme> viscosity;     // unset: what costs less
+  std::optional<ElasticSolver> elastic_solver;  // unset: what costs less
+  std::optional<bool> tension;                  // let fluid pressure be negative
+  std::optional<int> sub_steps;                 // per haptic step; refused when unstable
+  double safety = 0.5;                          // fraction of the linear stability limit that a sub-step uses, 0.05..1
 };
 
 struct StreamConfig {

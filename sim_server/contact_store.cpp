@@ -9,18 +9,21 @@ namespace palp {
 namespace {
 
 constexpr double kStiffest = 0.4;  // kappa
+// Not limited by stability: more makes a bounce depend on the moment of arrival, by 4 % of the speed at this.
+constexpr double kStiffestImplicit = 1;
 // Of kappa + 2 gamma, whose limit is 4: between two movable bodies, and with one on either side, it counts twice.
 constexpr double kMostOfLimit = 1.6;
 
 // kappa and gamma for a share of critical damping.
-BounceNumbers damped(double zeta) {
+BounceNumbers damped(double zeta, bool implicit) {
+  if (implicit) return {kStiffestImplicit, 2 * zeta * std::sqrt(kStiffestImplicit)};
   const double root = std::sqrt(4 * zeta * zeta + kMostOfLimit) - 2 * zeta;
   const double kappa = std::min(kStiffest, root * root);
   return {kappa, 2 * zeta * std::sqrt(kappa)};
 }
 
 // Speed after over speed before, of a ball that first is `start` of its step away, in units of mass, step and speed.
-double bounce(const BounceNumbers& n, double start) {
+double bounce(const BounceNumbers& n, bool implicit, double start) {
   double depth = -start, v = 1;
   for (int step = 0; step < 1000 && !(v < 0 && depth < -1); ++step) {
     const double half = 0.5 * std::abs(v);
@@ -29,17 +32,27 @@ double bounce(const BounceNumbers& n, double start) {
                                         : 0;
     const double share = depth >= half ? 1 : depth > -half ? (depth + half) / (2 * half) : 0;
     if (v <= 0 && depth < -half) break;
-    v -= std::max(0.0, n.stiffness * mean + n.damping * share * v);
+    const double moved = implicit ? 1 + share * (n.stiffness + n.damping) : 1;
+    v -= std::max(0.0, n.stiffness * mean + n.damping * share * v) / moved;
     depth += v;
   }
   return -v;
 }
 
-double mean_bounce(const BounceNumbers& n) {
+// Over the moments within a step at which it may arrive.
+struct Bounces {
+  double mean = 0, most = 0;
+};
+
+Bounces bounces(const BounceNumbers& n, bool implicit) {
   constexpr int kStarts = 32;
-  double sum = 0;
-  for (int s = 0; s < kStarts; ++s) sum += bounce(n, 1 + (s + 0.5) / kStarts) / kStarts;
-  return sum;
+  Bounces all;
+  for (int s = 0; s < kStarts; ++s) {
+    const double one = bounce(n, implicit, 1 + (s + 0.5) / kStarts);
+    all.mean += one / kStarts;
+    all.most = std::max(all.most, one);
+  }
+  return all;
 }
 
 Piece to_piece(const ContactPiece& from, std::size_t first_grid) {
@@ -98,25 +111,38 @@ ContactBody add_shape(const Body& body, ContactStore& store) {
   return to;
 }
 
-}  // namespace
-
-BounceNumbers bounce_numbers(double restitution) {
-  double low = 0, high = 1.2;
-  if (mean_bounce(damped(high)) > restitution) return damped(high);
-  for (int halving = 0; halving < 50; ++halving) {
-    const double middle = (low + high) / 2;
-    (mean_bounce(damped(middle)) > restitution ? low : high) = middle;
-  }
-  return damped((low + high) / 2);
+// Whether a body is a tool in a hand and the other one stays where it is.
+bool is_held(const Scene& scene, std::uint32_t tool, const Body& other) {
+  return other.type == BodyType::fixed &&
+         std::any_of(scene.proxies.begin(), scene.proxies.end(), [&](const Proxy& p) { return p.body == tool; });
 }
 
-ContactLaw meet(const MaterialConfig& a, const MaterialConfig& b) {
-  const BounceNumbers bounce = bounce_numbers(std::min(a.restitution, b.restitution));
+}  // namespace
+
+BounceNumbers bounce_numbers(double restitution, bool implicit) {
+  const auto is_more = [&](double zeta) {
+    const Bounces found = bounces(damped(zeta, implicit), implicit);
+    return found.mean > restitution || found.most > 0.999;  // between the starts it may be more
+  };
+  double low = 0, high = implicit ? 4 : 1.2;
+  if (is_more(high)) return damped(high, implicit);
+  for (int halving = 0; halving < 50; ++halving) {
+    const double middle = (low + high) / 2;
+    (is_more(middle) ? low : high) = middle;
+  }
+  return damped(high, implicit);
+}
+
+ContactLaw meet(const MaterialConfig& a, const MaterialConfig& b, bool implicit) {
+  const double restitution = std::min(a.restitution, b.restitution);
+  const BounceNumbers bounce = bounce_numbers(restitution, implicit);
   ContactLaw law{};
   law.friction = static_cast<real>(std::sqrt(a.friction * b.friction));
   law.kinetic = static_cast<real>(std::sqrt(a.kinetic_friction * b.kinetic_friction));
   law.stiffness = static_cast<real>(bounce.stiffness);
   law.damping = static_cast<real>(bounce.damping);
+  law.tangential = static_cast<real>(std::min(kStiffest, bounce.stiffness));
+  law.implicit = implicit;
   return law;
 }
 
@@ -134,6 +160,7 @@ ContactStore::ContactStore(const Scene& scene, const Plan& plan) : shape_of_(sce
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
     if (plan.changes[b]) add_soft_parts(scene, plan, b, plan.slot_first[b], frozen_part, parts);
   of_body.push_back(0);
+  if (held_pairs > 0) held.resize(pair.size(), kNone);
   for (const std::vector<std::uint32_t>& list : parts) {
     part.insert(part.end(), list.begin(), list.end());
     of_body.push_back(static_cast<std::uint32_t>(part.size()));
@@ -147,8 +174,13 @@ void ContactStore::add_rigid_pairs(const Scene& scene, const Plan& plan, Parts& 
       if (shape_of_[a] == kNone || shape_of_[b] == kNone || plan.group[a] == plan.group[b]) continue;
       if (first.type == BodyType::fixed && second.type == BodyType::fixed) continue;
       const auto index = static_cast<std::uint32_t>(pair.size());
+      const bool implicit = is_held(scene, a, second) || is_held(scene, b, first);
+      if (implicit) {
+        held.resize(index + 1, kNone);
+        held[index] = held_pairs++;
+      }
       pair.push_back({a, b, shape_of_[a], shape_of_[b], static_cast<std::uint32_t>(states),
-                      meet(scene.config.materials[first.material], scene.config.materials[second.material])});
+                      meet(scene.config.materials[first.material], scene.config.materials[second.material], implicit)});
       states += shape[shape_of_[a]].points + shape[shape_of_[b]].points;
       parts[a].push_back(2 * index);
       parts[b].push_back(2 * index + 1);
@@ -166,11 +198,12 @@ void ContactStore::add_soft_parts(const Scene& scene, const Plan& plan, std::uin
                  0};
     for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
       if (shape_of_[b] == kNone || plan.group[a] == plan.group[b]) continue;
-      ContactLaw law =
-          meet(scene.config.materials[scene.bodies[a].material], scene.config.materials[scene.bodies[b].material]);
+      ContactLaw law = meet(scene.config.materials[scene.bodies[a].material],
+                            scene.config.materials[scene.bodies[b].material], false);
       // its own elasticity makes it bounce; the layer that touches is only damped as springs are (rigid.h)
       law.stiffness = real(0.4);
       law.damping = real(0.15);
+      law.tangential = law.stiffness;
       parts[b].push_back(2 * static_cast<std::uint32_t>(pair.size()) + 1);
       pair.push_back({a, b, kNone, shape_of_[b], static_cast<std::uint32_t>(states), law});
       states += one.count;

@@ -20,6 +20,8 @@ struct ContactStore {
   std::vector<Packed> node;    // of all grids, one after another
   std::vector<Packed> point;
   std::vector<std::uint32_t> of_body, part;
+  std::vector<std::uint32_t> held;  // PairWrenches::held; empty without such pairs
+  std::uint32_t held_pairs = 0;
   std::size_t states = 0;
   std::uint32_t first_frozen = 0;  // of the states
 
@@ -41,10 +43,11 @@ struct BounceNumbers {
   double stiffness = 0, damping = 0;
 };
 // So that a ball bounces with this restitution, 0 to 1, on the mean over the moments within a sub-step at which it may
-// arrive. Below about 0.1 it is as small as stable damping makes it.
-BounceNumbers bounce_numbers(double restitution);
+// arrive, and never with more than 1. Below about 0.1 it is as small as stable damping makes it. implicit: as a tool in
+// a hand meets fixed bodies.
+BounceNumbers bounce_numbers(double restitution, bool implicit);
 
 // Of two bodies: static and kinetic friction as the geometric mean of the materials', restitution as the smaller one.
-ContactLaw meet(const MaterialConfig& a, const MaterialConfig& b);
+ContactLaw meet(const MaterialConfig& a, const MaterialConfig& b, bool implicit);
 
 }  // namespace palp

@@ -9,9 +9,11 @@ namespace palp {
 // A hand that has been silent this long has let go: its proxy stops where it is. Of simulated time, so that the same
 // samples before the same steps give the same motion, however fast the server runs.
 inline constexpr double kSilentAfter = 0.05;  // [s]
-// A hand is taken to move on with its twist for no longer than this after its newest sample came: over a burst of lost
-// samples, but not past where a hand may turn round.
+// A hand is taken to move on with its twist for this long after its newest sample came. From then on it slows down,
+// with the time constant below: a hand that stopped at once, only because nothing was heard of it, would have its tool
+// stopped and thrown after it again, and one that went on might have turned round.
 inline constexpr double kMostAhead = 0.006;  // [s]
+inline constexpr double kSlowsDown = 0.04;   // [s]
 // The coupling of a hand that has just taken hold grows over this time.
 inline constexpr double kEaseIn = 0.3;  // [s]
 // No hand moves faster; a device that says so is cut to this.

@@ -2,6 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cerrno>
+#include <ctime>
+
 #include "config/error.h"
 #include "idl/clock.h"
 #include "idl/topics.h"
@@ -13,12 +16,26 @@ namespace {
 
 std::uint64_t refused(const DropCounts& d) { return d.wrong_version + d.not_finite + d.malformed; }
 
-// Waits for a post, then swallows those that came meanwhile: only the newest matters.
+// Of posts that came meanwhile only the newest matters.
+void swallow_posts(sem_t& semaphore) {
+  while (sem_trywait(&semaphore) == 0) {
+  }
+}
+
+// Waits for a post.
 void wait_for(sem_t& semaphore) {
   while (sem_wait(&semaphore) != 0) {
   }
-  while (sem_trywait(&semaphore) == 0) {
-  }
+  swallow_posts(semaphore);
+}
+
+// The same, but not past a time on the monotonic clock. False: there was no post.
+bool wait_until(sem_t& semaphore, std::int64_t t_ns) {
+  const timespec until{t_ns / 1'000'000'000, t_ns % 1'000'000'000};
+  while (sem_clockwait(&semaphore, CLOCK_MONOTONIC, &until) != 0)
+    if (errno != EINTR) return false;
+  swallow_posts(semaphore);
+  return true;
 }
 
 }  // namespace
@@ -68,11 +85,22 @@ void HapticLink::receive() {
 }
 
 void HapticLink::send() {
-  ProxySample sample;
+  std::array<ProxySample, kMaxProxies> newest{};
+  int repeats = kMostRepeats;
   while (!stop_) {
-    wait_for(ready_);
+    if (repeats == kMostRepeats) {
+      wait_for(ready_);
+      repeats = 0;
+    } else if (wait_until(ready_, now_ns() + kRepeatAfterNs)) {
+      repeats = 0;
+    } else {
+      for (ProxySample& s : newest)
+        if (repeat(s, repeats)) writer_->publish(s);
+      ++repeats;
+      continue;
+    }
     for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
-      if (proxies_[p].take(sample)) writer_->publish(sample);
+      if (proxies_[p].take(newest[p])) writer_->publish(newest[p]);
   }
 }
 

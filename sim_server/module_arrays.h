@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim_server/contact_store.h"
+#include "sim_server/elastic_plan.h"
 #include "sim_server/elastic_store.h"
 #include "sim_server/heat_plan.h"
 #include "sim_server/simulation.h"
@@ -52,6 +53,36 @@ void allocate_elastic(B& back_end, const Scene& scene, const Plan& plan, StepVie
   v.elastic_bodies = allocate_copy(back_end, "elastic bodies", plan.elastic_bodies);
 }
 
+// For elastic bodies that are solved implicitly, beside the above.
+template <class B>
+void allocate_implicit(B& back_end, const Scene& scene, const Plan& plan, StepViews& v) {
+  ImplicitViews& s = v.implicit;
+  const std::size_t neighbors = ElasticStore(scene, plan).neighbor.size();
+  const std::size_t n = plan.elastic_count;
+  s.rounds = static_cast<std::uint32_t>(plan.elastic_rounds);
+  s.parts = static_cast<std::uint32_t>(std::clamp<std::size_t>(n / 256, 1, 128));
+  s.pair = back_end.template allocate<Packed>("implicit pairs", neighbors);
+  s.ahead = back_end.template allocate<Packed>("implicit place ahead", n);
+  s.rotation = back_end.template allocate<Quat>("implicit rotation", n);
+  s.residual = back_end.template allocate<Packed>("implicit residual", n);
+  s.image = back_end.template allocate<Packed>("implicit image", n);
+  s.direction = back_end.template allocate<Packed>("implicit direction", n);
+  s.advance = back_end.template allocate<Packed>("implicit advance", n);
+  s.change = back_end.template allocate<Packed>("implicit change", n);
+  s.sums = back_end.template allocate<Packed>("implicit sums", s.parts);
+  s.round = back_end.template allocate<SolveRound>("implicit rounds", s.rounds);
+  s.left = back_end.template allocate<real>("implicit left", 1);
+  const std::vector<std::uint32_t> free = free_elastic_bodies(scene, plan);
+  s.free_bodies = static_cast<std::uint32_t>(free.size());
+  s.free_body = allocate_copy(back_end, "implicit free bodies", free);
+  double mass = 0;
+  for (const std::uint32_t b : plan.elastic_bodies)
+    mass += static_cast<double>(v.medium.material[scene.bodies[b].material].density) * scene.bodies[b].volume;
+  s.least = static_cast<real>(mass * kLeastSpeed2);
+  const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.elastic_support));
+  back_end.for_each("implicit pairs", v.elastic.count, ListPairs{v.elastic, s, v.grid, kernel});
+}
+
 template <class B>
 void reset_elastic(B& back_end, const Scene& scene, const Plan& plan, const ElasticViews& e) {
   const ElasticStore store(scene, plan);
@@ -71,6 +102,12 @@ void reset_elastic(B& back_end, const Scene& scene, const Plan& plan, const Elas
     back_end.upload(e.pull, std::vector<Packed>(n, Packed{0, 0, 0, 0}));
     back_end.upload(e.bearing, std::vector<real>(n, real(1)));
   }
+}
+
+template <class B>
+void reset_implicit(B& back_end, const Plan& plan, const ImplicitViews& s) {
+  back_end.upload(s.rotation, std::vector<Quat>(plan.elastic_count, Quat::Identity()));
+  back_end.upload(s.left, std::vector<real>(1, real(0)));
 }
 
 template <class B>
@@ -113,6 +150,9 @@ ContactCounts allocate_contact(B& back_end, const Scene& scene, const Plan& plan
   c.by.part = allocate_copy(back_end, "contact parts", store.part);
   c.state = back_end.template allocate<ContactState>("contact states", store.states);
   c.by.wrench = back_end.template allocate<PairWrench>("contact wrenches", store.pair.size());
+  c.by.held = allocate_copy(back_end, "contact held", store.held);
+  if (store.held_pairs > 0)
+    c.by.resistance = back_end.template allocate<Resistance>("contact resistance", store.held_pairs);
   return {store.states, store.states - store.first_frozen, store.pair.size()};
 }
 

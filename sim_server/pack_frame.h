@@ -7,8 +7,8 @@
 namespace palp {
 
 PALP_HD inline real density_of(const Medium& medium, Tag tag, real p) {
-  const real rho0 = medium.material[tag.material()].density;
-  return tag.is_fluid() ? rho0 + p / (medium.sound_speed * medium.sound_speed) : rho0;
+  const Material& m = medium.material[tag.material()];
+  return tag.is_fluid() ? m.density + p / (m.sound_speed * m.sound_speed) : m.density;
 }
 
 struct PackFrame {

@@ -19,6 +19,8 @@ constexpr double kDepth = 3;             // of the layer around them that is pac
 constexpr double kMargin = 0.3;          // that a particle moves at most before neighbours are listed anew
 constexpr double kFilled = 0.75;         // a site nearer than this to a particle is not open
 constexpr int kLists = 3, kRounds = 20;  // that often neighbours are listed, and particles moved for each list
+constexpr int kMostLists = 12;           // while two particles are still too near
+constexpr double kTooNear = 0.88;
 constexpr double kGain = 0.2;            // of the displacement, over spacing^2 sum V gradW
 constexpr double kStep = 0.1;            // a displacement at most
 constexpr double kStill = 2e-3;          // a largest displacement at which packing ends
@@ -187,6 +189,14 @@ bool relax(const Packing& p, const std::vector<std::uint32_t>& active, const std
   return false;
 }
 
+bool some_too_near(const Packing& p, const std::vector<std::uint32_t>& active, const std::vector<Vector3d>& x) {
+  const Neighbors lists = list_neighbors(p, active, x);
+  for (std::size_t k = 0; k < active.size(); ++k)
+    for (std::size_t e = lists.first[k]; e < lists.first[k + 1]; ++e)
+      if (p.box.between(x[active[k]], x[lists.index[e]]).norm() < kTooNear * p.dx) return true;
+  return false;
+}
+
 // Volumes that share the space out: V = V0 / sum V W, relative to what a lattice has for the sum.
 void share_space(const Packing& p, const std::vector<std::uint32_t>& active, const std::vector<Vector3d>& x,
                  std::vector<double>& share) {
@@ -217,8 +227,8 @@ void pack_fluids(Scene& scene, const std::vector<std::optional<Solid>>& solids) 
   const std::vector<Vector3d> open = open_sites(p, active);
   x.insert(x.end(), open.begin(), open.end());
   share.resize(x.size(), 1.0);
-  for (int list = 0; list < kLists && !relax(p, active, share, x); ++list) {
-  }
+  for (int list = 0; list < kMostLists && (list < kLists || some_too_near(p, active, x)); ++list)
+    if (relax(p, active, share, x)) break;
   share_space(p, active, x, share);
   for (const std::uint32_t i : active) {
     scene.position[i] = x[i];

@@ -14,6 +14,17 @@ struct Extent {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
 };
 
+// Whether body b has a particle next to the one of body a that is farthest against gravity along the axis.
+bool covers(const Scene& scene, const Body& b, const Body& a, int axis, double gravity) {
+  Eigen::Vector3d top = scene.position[a.first];
+  for (std::uint32_t i = a.first; i < a.first + a.count; ++i)
+    if (gravity * scene.position[i][axis] < gravity * top[axis]) top = scene.position[i];
+  for (std::uint32_t i = b.first; i < b.first + b.count; ++i)
+    if ((scene.position[i] - top).norm() < 1.5 * scene.spacing && gravity * (scene.position[i] - top)[axis] < 0)
+      return true;
+  return false;
+}
+
 Extent extent_of(const Scene& scene, const Body& body, const Eigen::Quaterniond& axes) {
   Extent e;
   for (std::uint32_t i = body.first; i < body.first + body.count; ++i) {
@@ -24,27 +35,39 @@ Extent extent_of(const Scene& scene, const Body& body, const Eigen::Quaterniond&
   return e;
 }
 
-// Pressure along one axis at the face of a fluid body that gravity points away from: the weight of the fluid bodies
-// that lie on the whole of it.
-double pressure_on_top(const Scene& scene, const std::vector<Extent>& extent, std::size_t body, int axis) {
+// What other fluid bodies do to one along one axis.
+struct Load {
+  double pressure = 0;     // at the face that gravity points away from [Pa]
+  double carrying = 1e30;  // density of the fluid that it is immersed in and that is below it, too [kg/m^3]
+};
+
+// The weight of the fluid bodies that lie on the whole of it, or that it is immersed in.
+Load load_on(const Scene& scene, const std::vector<Extent>& extent, std::size_t body, int axis) {
   const double dx = scene.spacing, g = scene.config.gravity[axis];
   const Extent& e = extent[body];
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     if (b == body || scene.bodies[b].type != BodyType::fluid || scene.bodies[b].count == 0) continue;
+    const double below = e.low[axis] - extent[b].low[axis], above = extent[b].high[axis] - e.high[axis];
     const double distance = g < 0 ? extent[b].low[axis] - e.high[axis] : e.low[axis] - extent[b].high[axis];
-    bool on_top = distance > 0.5 * dx && distance < 1.5 * dx;
+    bool around = true;
     for (int a = 0; a < 3; ++a)
-      on_top = on_top && (a == axis || (extent[b].low[a] < e.low[a] + dx && extent[b].high[a] > e.high[a] - dx));
-    if (!on_top) continue;
+      around = around && (a == axis || (extent[b].low[a] < e.low[a] + dx && extent[b].high[a] > e.high[a] - dx));
+    const bool on_top = around && distance > 0.5 * dx && distance < 1.5 * dx;
+    const double rises = g < 0 ? above : below;
+    const bool immersed =
+        around && distance < 0 && rises > 0.5 * dx && covers(scene, scene.bodies[b], scene.bodies[body], axis, g);
+    if (!on_top && !immersed) continue;
     const double density = scene.config.materials[scene.bodies[b].material].density;
-    return density * std::abs(g) * (extent[b].high[axis] - extent[b].low[axis] + dx) +
-           pressure_on_top(scene, extent, b, axis);
+    const double height = immersed ? rises : extent[b].high[axis] - extent[b].low[axis] + dx;
+    const bool carries = immersed && (g < 0 ? below : above) > 0.5 * dx;
+    return {density * std::abs(g) * height + load_on(scene, extent, b, axis).pressure, carries ? density : 1e30};
   }
-  return 0;
+  return {};
 }
 
 // Pressures of a fluid body as if it had always been there, under its own weight and that of the fluids on it. Starting
-// without would drop the fluid by its compression and ring for seconds.
+// without would drop the fluid by its compression and ring for seconds. A drop in a lighter fluid falls: its weight is
+// on nothing.
 std::vector<double> resting_pressure(const Scene& scene, const std::vector<Extent>& extent, std::size_t index) {
   const Body& body = scene.bodies[index];
   const double density = scene.config.materials[body.material].density;
@@ -53,9 +76,10 @@ std::vector<double> resting_pressure(const Scene& scene, const std::vector<Exten
     const double g = scene.config.gravity[a];
     if (scene.config.periodic[a] || g == 0) continue;
     const double top = g < 0 ? extent[index].high[a] + 0.5 * scene.spacing : extent[index].low[a] - 0.5 * scene.spacing;
-    const double on_top = pressure_on_top(scene, extent, index, a);
+    const Load load = load_on(scene, extent, index, a);
+    const double carried = std::min(density, load.carrying);
     for (std::uint32_t k = 0; k < body.count; ++k)
-      p[k] += on_top + density * g * (scene.position[body.first + k][a] - top);
+      p[k] += load.pressure + carried * g * (scene.position[body.first + k][a] - top);
   }
   return p;
 }
@@ -121,7 +145,7 @@ ParticleStore::ParticleStore(const Scene& scene, const Plan& plan) {
     const bool pressed = body.type == BodyType::fluid && body.count > 0 && scene.config.gravity_ramp == 0 &&
                          plan.method == Method::accurate;
     const std::vector<double> resting = pressed ? resting_pressure(scene, extent, b) : std::vector<double>();
-    const double c2 = plan.sound_speed * plan.sound_speed;
+    const double c2 = std::pow(sound_speed_in(scene, plan, scene.config.materials[body.material]), 2);
     for (std::uint32_t i = body.first; i < body.first + body.count; ++i) {
       const double p = pressed ? resting[i - body.first] : 0;
       // the mass follows from the pressure, so that the body fills its volume in equilibrium
@@ -155,6 +179,7 @@ void ParticleStore::scatter(const Medium& medium, Snapshot& out) const {
   out.density.resize(n);
   out.pressure.resize(n);
   out.temperature.resize(temperature.size());
+  out.gone.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t to = id[i];
     for (int a = 0; a < 3; ++a) {
@@ -164,6 +189,7 @@ void ParticleStore::scatter(const Medium& medium, Snapshot& out) const {
     out.density[to] = static_cast<float>(density_of(medium, tag[i], vp[i].w));
     out.pressure[to] = static_cast<float>(acting_pressure(medium, vp[i].w));
     if (!temperature.empty()) out.temperature[to] = static_cast<float>(temperature[i]);
+    out.gone[to] = tag[i].gone() ? 1 : 0;
   }
 }
 
@@ -187,11 +213,13 @@ CellGrid make_grid(const Scene& scene, const Plan& plan) {
     g.inv_cell[a] = static_cast<real>(plan.cells[a] / length);
     g.period[a] = scene.config.periodic[a] ? static_cast<real>(length) : real(0);
   }
+  g.margin = static_cast<real>(plan.support);
   return g;
 }
 
-Material to_material(const MaterialConfig& from) {
+Material to_material(const MaterialConfig& from, double sound_speed) {
   Material m{};
+  m.sound_speed = static_cast<real>(sound_speed);
   m.density = static_cast<real>(from.density);
   m.viscosity = static_cast<real>(from.viscosity);
   if (!from.young_modulus) return m;
@@ -217,7 +245,7 @@ CohesionMedium make_cohesion(const Scene& scene, const Plan& plan) {
 Medium make_medium(const Scene& scene, const Plan& plan) {
   Medium m{};
   for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i)
-    m.material[i] = to_material(scene.config.materials[i]);
+    m.material[i] = to_material(scene.config.materials[i], sound_speed_in(scene, plan, scene.config.materials[i]));
   m.support = static_cast<real>(plan.support);
   m.spacing = static_cast<real>(scene.spacing);
   m.sound_speed = static_cast<real>(plan.sound_speed);

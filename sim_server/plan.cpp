@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "config/error.h"
+#include "sim_server/elastic_plan.h"
 #include "sim_server/heat_plan.h"
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/rigid.h"
@@ -32,10 +33,6 @@ Level level_of(Accuracy accuracy) {
       return {3.0, 10.0, 0.02};
   }
   return {3.0, 10.0, 0.05};
-}
-
-double pressure_wave_speed(const MaterialConfig& m) {
-  return std::sqrt((lame_lambda(m) + 2 * shear_modulus(m)) / m.density);
 }
 
 // Between and past the tabulated H / dx the limit is taken linear.
@@ -228,27 +225,10 @@ void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
   }
 }
 
-void limit_by_elasticity(const Scene& scene, Plan& plan) {
-  const double dx = scene.spacing, ratio = plan.elastic_support / dx;
-  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
-    if (!plan.changes[b] && (scene.bodies[b].type != BodyType::elastic)) continue;
-    const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
-    // what has flowed to less than half its thickness needs less than half the step, and neighbourhoods that are torn
-    // are stiffer than whole ones: a sheet that was pierced at 0.42 of this limit diverged, at 0.21 it did not
-    double left = m.yield_stress ? 0.4 : m.tear_strain ? 0.5 : 1;
-    // In a mush the bonds' stiffness adds to the fluid's, and what froze in disorder is stiffer than a lattice: in a
-    // splash that freezes at once 0.27 of the limit diverged, 0.18 held (tests/sim/change_motion_test.cpp).
-    if (plan.changes[b]) left = 0.3;
-    const double sound = plan.changes[b] ? plan.sound_speed : 0;
-    const double waves = elastic_limit(ratio) * left * dx / std::hypot(pressure_wave_speed(m), sound);
-    // the damping is central, as Monaghan's viscosity, whose limit is less than half that of Morris's
-    const double damped = m.damping > 0 ? 0.4 * viscous_limit(ratio) * dx * dx * m.density / m.damping : 1e30;
-    for (const auto& [limit, name] : {std::pair(waves, "elasticity"), std::pair(damped, "damping")}) {
-      if (limit >= plan.dt_limit) continue;
-      plan.dt_limit = limit;
-      plan.limited_by = name;
-    }
-  }
+void limit_by(const StepLimit& limit, Plan& plan) {
+  if (limit.dt >= plan.dt_limit) return;
+  plan.dt_limit = limit.dt;
+  plan.limited_by = limit.by;
 }
 
 // Not stability, which contact has at any step, but how far solids enter one another. Like the others it is halved by
@@ -262,9 +242,7 @@ void limit_by_contact(const Scene& scene, Plan& plan) {
     const double stiffness = std::clamp(proxy.limit.stiffness, 1.0, 3000.0);
     limit = std::min(limit, 2 * std::sqrt(0.1 * scene.bodies[proxy.body].mass / (10 * stiffness)));
   }
-  if (limit >= plan.dt_limit) return;
-  plan.dt_limit = limit;
-  plan.limited_by = "contact";
+  limit_by({limit, "contact"}, plan);
 }
 
 void choose_sub_steps(const SceneConfig& config, Plan& plan) {
@@ -306,36 +284,32 @@ void limit_by_tension(const Scene& scene, Plan& plan) {
     const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
     if (body.type != BodyType::fluid || strength == 0) continue;
     const double limit = std::sqrt(m.density * std::pow(scene.spacing, 3) / (2 * EIGEN_PI * strength));
-    if (limit >= plan.dt_limit) continue;
-    plan.dt_limit = limit;
-    plan.limited_by = "surface tension";
+    limit_by({limit, "surface tension"}, plan);
   }
 }
 
 void plan_time(const Scene& scene, Plan& plan) {
   const SceneConfig& config = scene.config;
   const double dx = scene.spacing, ratio = plan.support / dx;
-  double nu = plan.artificial * plan.sound_speed * 0.5 * plan.support / 10;  // what the artificial viscosity amounts to
-  double physical = 0, lightest = 1e30, heaviest = 0;
+  double physical = 0, fastest = plan.sound_speed;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
     if (body.type != BodyType::fluid && !plan.changes[b]) continue;
     const MaterialConfig& m = config.materials[body.material];
     physical = std::max(physical, m.viscosity / m.density);
-    lightest = std::min(lightest, m.density);
-    heaviest = std::max(heaviest, m.density);
+    fastest = std::max(fastest, sound_speed_in(scene, plan, m));
   }
-  // Where a light fluid meets a heavy one its particles feel the heavy one's pressure: from a contrast of about a
-  // hundred on that limits the step (tests/sim/stability_test.cpp: 100 holds at half the limit, 1000 needs a fifth of
-  // that).
-  const double contrast = std::min(1.0, std::sqrt(30 * lightest / std::max(heaviest, 1e-30)));
-  const double sound = acoustic_limit(ratio) * dx / (plan.sound_speed + plan.max_speed) * contrast;
+  const double nu = plan.artificial * fastest * 0.5 * plan.support / 10;  // what the artificial viscosity amounts to
+  const double sound = acoustic_limit(ratio) * dx / (fastest + plan.max_speed);
   const auto viscous = [&](double n) { return n > 0 ? viscous_limit(ratio) * dx * dx / n : 1e30; };
   plan.dt_limit = plan.fluid ? std::min(sound, viscous(nu)) : 1e30;
   plan.limited_by = sound < viscous(nu) ? "sound" : "viscosity";
-  limit_by_elasticity(scene, plan);
+  limit_by(limit_by_elasticity(scene, plan, true), plan);
   limit_by_tension(scene, plan);
   limit_by_contact(scene, plan);
+  const StepLimit elastic = limit_by_elasticity(scene, plan, false);
+  plan_elastic_solver(scene, elastic.dt, plan);
+  if (plan.elastic_rounds == 0) limit_by(elastic, plan);
   const double all = plan.fluid ? std::min(plan.dt_limit, viscous(nu + physical)) : plan.dt_limit;
   plan_viscosity(scene, plan.dt_limit, all, plan);
   if (plan.viscous_stages == 0 && all < plan.dt_limit) {
@@ -346,6 +320,15 @@ void plan_time(const Scene& scene, Plan& plan) {
 }
 
 }  // namespace
+
+double sound_speed_in(const Scene& scene, const Plan& plan, const MaterialConfig& material) {
+  if (plan.method == Method::paper) return plan.sound_speed;
+  double heaviest = 0;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    if (scene.bodies[b].type == BodyType::fluid || plan.changes[b])
+      heaviest = std::max(heaviest, scene.config.materials[scene.bodies[b].material].density);
+  return plan.sound_speed * std::max(1.0, std::sqrt(0.1 * heaviest / material.density));
+}
 
 double acoustic_limit(double support_over_spacing) {
   return interpolate({{{2.0, 1.76}, {2.6, 2.23}, {3.0, 2.59}, {4.0, 3.67}}}, support_over_spacing);
@@ -359,6 +342,10 @@ double shear_modulus(const MaterialConfig& m) { return *m.young_modulus / (2 * (
 
 double lame_lambda(const MaterialConfig& m) {
   return *m.young_modulus * m.poisson_ratio / ((1 + m.poisson_ratio) * (1 - 2 * m.poisson_ratio));
+}
+
+double pressure_wave_speed(const MaterialConfig& m) {
+  return std::sqrt((lame_lambda(m) + 2 * shear_modulus(m)) / m.density);
 }
 
 double elastic_limit(double support_over_spacing) {
@@ -411,7 +398,7 @@ std::string describe(const Plan& plan, const Scene& scene) {
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
   if (plan.fluid || plan.elastic || plan.fields)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
-  return text + describe_viscosity(plan) + describe_heat(plan, scene);
+  return text + describe_elastic_solver(plan) + describe_viscosity(plan) + describe_heat(plan, scene);
 }
 
 }  // namespace palp

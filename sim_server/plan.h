@@ -34,7 +34,7 @@ struct Plan {
   // numerics
   double support = 0;          // H [m]
   double elastic_support = 0;  // of elastic bodies [m]
-  double sound_speed = 0;      // c [m/s]
+  double sound_speed = 0;      // c, of the heaviest fluids [m/s]
   double max_speed = 0;        // expected [m/s]
   double artificial = 0;       // alpha
   double diffusion = 0;        // delta
@@ -42,6 +42,9 @@ struct Plan {
   bool cohesion = false;          // surface tension or adhesion
   int viscous_stages = 0;         // of a sub-step; 0: viscosity is explicit
   double explicit_sub_steps = 0;  // that explicit viscosity would need
+  int elastic_rounds = 0;         // of a sub-step's implicit elastic solve; 0: elasticity is explicit
+  double elastic_sub_steps = 0;   // that explicit elasticity would need
+  std::string elastic_choice;     // why, in a few words
   int sub_steps = 1;              // per haptic step
   double dt = 0;                  // sub-step [s]
   double dt_limit = 0;            // the largest stable sub-step by linear theory [s]
@@ -79,9 +82,15 @@ Plan make_plan(const Scene& scene, double skin_over_spacing = 0, int cells_per_r
 // Lame's constants of an elastic material [Pa].
 double shear_modulus(const MaterialConfig& material);
 double lame_lambda(const MaterialConfig& material);
+double pressure_wave_speed(const MaterialConfig& material);  // [m/s]
 
 // "method accurate, dx 20 mm, H 2.5 dx, c 17.7 m/s, ..." one line.
 std::string describe(const Plan& plan, const Scene& scene);
+
+// Of a fluid's material [m/s]. rho0 c^2, which makes a fluid stiff, falls with its density, so that a light one would
+// be crushed by the weight of a heavy one: c is raised until it has a tenth of the heaviest one's, which compresses it
+// by about 5 % where the heavy one is compressed by 0.5 %.
+double sound_speed_in(const Scene& scene, const Plan& plan, const MaterialConfig& material);
 
 // Linear stability limit of c dt / dx for weakly compressible SPH with a Wendland C2 kernel, and of nu dt / dx^2 for
 // the Morris viscosity, on a cubic lattice, as functions of H / dx (from the operators' largest eigenvalues).

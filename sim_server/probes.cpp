@@ -140,7 +140,7 @@ void ProbeSampler::build(Fields& fields, bool solids) const {
   fields.position.clear();
   fields.index.clear();
   for (std::uint32_t i = 0; i < scene_.position.size(); ++i) {
-    if (!solids && scene_.bodies[scene_.body[i]].type != BodyType::fluid) continue;
+    if (gone(i) || (!solids && scene_.bodies[scene_.body[i]].type != BodyType::fluid)) continue;
     const Eigen::Vector3d p = vector_at(snapshot_->position, i);
     // far strays have no place in the grid and no weight anywhere inside the domain
     if (!p.allFinite() || p.cwiseAbs().maxCoeff() > 1e9 * reach) continue;
@@ -192,6 +192,10 @@ ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d&
   return row;
 }
 
+bool ProbeSampler::gone(std::size_t particle) const {
+  return !snapshot_->gone.empty() && snapshot_->gone[particle] != 0;
+}
+
 bool ProbeSampler::counts(const ProbeConfig& probe, std::size_t body) const {
   return probe.body.empty() || scene_.bodies[body].name == probe.body;
 }
@@ -203,6 +207,7 @@ ProbeRow ProbeSampler::front(const ProbeConfig& probe) const {
     const Body& body = scene_.bodies[b];
     if (!is_deformable(body) || !counts(probe, b)) continue;
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {
+      if (gone(i)) continue;
       const double value = sign * vector_at(snapshot_->position, i)[probe.axis];
       if (value > best) best = value;
     }
@@ -218,6 +223,7 @@ ProbeRow ProbeSampler::energy(const ProbeConfig& probe) const {
     if (is_deformable(body)) {
       const double density = scene_.config.materials[body.material].density;
       for (std::size_t i = body.first; i < body.first + body.count; ++i) {
+        if (gone(i)) continue;
         const double mass = density * scene_.volume[i];
         kinetic += mass / 2 * vector_at(snapshot_->velocity, i).squaredNorm();
         potential -= mass * scene_.config.gravity.dot(vector_at(snapshot_->position, i));
@@ -242,6 +248,7 @@ ProbeRow ProbeSampler::extremes(const ProbeConfig& probe) const {
     const Body& body = scene_.bodies[b];
     if (!is_deformable(body) || !counts(probe, b)) continue;
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {
+      if (gone(i)) continue;
       speed = std::max(speed, vector_at(snapshot_->velocity, i).norm());
       if (body.type != BodyType::fluid) continue;
       pressure[0] = std::min<double>(pressure[0], snapshot_->pressure[i]);

@@ -44,6 +44,7 @@ class ProbeSampler {
   ProbeRow pieces(const ProbeConfig& probe) const;
   BodyOutput body_state(std::size_t index) const;
   bool counts(const ProbeConfig& probe, std::size_t body) const;
+  bool gone(std::size_t particle) const;  // has left the domain
 
   const Scene& scene_;
   const Snapshot* snapshot_ = nullptr;

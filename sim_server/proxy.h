@@ -1,6 +1,9 @@
 // The proxy: a rigid body whose handle is coupled to a device by the law of idl/coupling.h (paper section 4.1). Its
-// step is linearly implicit in the coupling, so the coupling adds no stability limit of its own:
-//   (M + dt B^ + dt^2 K^) u' = M u + dt (W_ext + K^ e + B^ u_d)
+// step is linearly implicit in the coupling and in its contact with fixed bodies, so that neither adds a stability
+// limit of its own, however light the tool and however stiff both are:
+//   (M + dt B^ + dt^2 K^) u' + dt A (u' - u) = M u + dt (W_ext + K^ e + B^ u_d)
+// A: of contact, what a change of u takes from its force (Resistance), the sum of dt k + c over the points that touch.
+// Taken of the change, it leaves a bounce its restitution.
 #pragma once
 
 #include "idl/coupling.h"
@@ -25,48 +28,69 @@ PALP_HD inline void hold_body(BodyState& b) {
   b.v.setZero();
   b.w.setZero();
   b.L.setZero();
-  b.coupling_force.setZero();
-  b.coupling_torque.setZero();
 }
 
 // A proxy's linearly implicit sub-step: the momenta that everything but viscous stages adds up to, and what they move.
 struct ProxyStep {
   CoupledMass mass;
   Vec3 p, l;    // [N s, N m s], l about the centre of mass
+  Vec3 r;       // of the handle from the centre of mass, world axes [m]
   Vec3 F0, T0;  // of the coupling on the handle, were the proxy at rest at the end [N, N m]
   real k, kr;   // what its motion takes from them [N s/m, N m s]
 };
 
 // device: the state of the device at the end of this sub-step.
 PALP_HD inline ProxyStep begin_proxy(const BodyState& b, const HandleState<real>& device, const Gains<real>& gains,
-                                     const Vec3& gravity, real dt) {
+                                     const Vec3& gravity, const Resistance& contact, real dt) {
   const Mat3 R = b.q.toRotationMatrix();
   const Mat3 inertia = R * b.inertia * R.transpose();
   const Vec3 r = R * b.handle;
   ProxyStep s;
+  s.r = r;
   // the coupling's force on the handle at the end of the sub-step is F0 - k v_h', with v_h' = v' - [r] w'
   s.k = dt * gains.stiffness + gains.damping;
   s.kr = dt * gains.angular_stiffness + gains.angular_damping;
   s.F0 = gains.stiffness * (device.x - (b.x + r)) + gains.damping * device.v;
   s.T0 = gains.angular_stiffness * rotation_between(b.q, device.q) + gains.angular_damping * device.w;
-  s.p = b.mass * b.v + dt * (b.force + b.mass * gravity + s.F0);
-  s.l = inertia * b.w + dt * (b.torque - b.w.cross(inertia * b.w) + r.cross(s.F0) + s.T0);
-  s.mass = coupled_mass(b.mass, inertia, r, dt * s.k, dt * s.kr);
+  s.p = b.mass * b.v + dt * (b.force + b.mass * gravity + s.F0 + contact.vv * b.v + contact.vw * b.w);
+  s.l = inertia * b.w + dt * (b.torque - b.w.cross(inertia * b.w) + r.cross(s.F0) + s.T0 +
+                              contact.vw.transpose() * b.v + contact.ww * b.w);
+  s.mass = coupled_mass(b.mass, inertia, r, dt * s.k, dt * s.kr, contact, dt);
   return s;
 }
 
+PALP_HD inline void add_wrench(BodyState& b, const Vec3& force, const Vec3& torque) {
+  b.force += force;
+  b.torque += torque;
+  b.force_sum += force;
+  b.torque_sum += torque;
+}
+
 PALP_HD inline void advance_proxy(BodyState& b, const HandleState<real>& device, const Gains<real>& gains,
-                                  const Vec3& gravity, real dt) {
-  const ProxyStep s = begin_proxy(b, device, gains, gravity, dt);
-  s.mass.solve(s.p, s.l, b.v, b.w);
+                                  const Vec3& gravity, const Resistance& contact, real dt) {
+  ProxyStep s = begin_proxy(b, device, gains, gravity, contact, dt);
+  Vec3 v, w;
+  s.mass.solve(s.p, s.l, v, w);
+  const Vec3 force = contact.vv * (v - b.v) + contact.vw * (w - b.w);
+  const Vec3 torque = contact.vw.transpose() * (v - b.v) + contact.ww * (w - b.w);
+  if ((contact.push - force).dot(contact.push) < real(0)) {
+    // it would pull: the hand takes the tool away
+    add_wrench(b, -contact.push, -contact.turn);
+    s = begin_proxy(b, device, gains, gravity, no_resistance(), dt);
+    s.mass.solve(s.p, s.l, v, w);
+  } else {
+    add_wrench(b, -force, -torque);
+  }
+  b.v = v;
+  b.w = w;
   const Mat3 R = b.q.toRotationMatrix();
   b.L = R * b.inertia * R.transpose() * b.w;
-  const Vec3 v_handle = b.v + b.w.cross(s.mass.r);
-  b.coupling_force = s.F0 - s.k * v_handle;
-  b.coupling_torque = s.T0 - s.kr * b.w;
+  const Vec3 v_handle = b.v + b.w.cross(s.r);
+  const Vec3 coupling_force = s.F0 - s.k * v_handle, coupling_torque = s.T0 - s.kr * b.w;
+  b.coupling_sum += coupling_force;
   // work of the proxy on the coupling: the coupling's force on the device is the opposite of that on the proxy
-  b.work[0] -= dt * b.coupling_force.dot(v_handle);
-  b.work[1] -= dt * b.coupling_torque.dot(b.w);
+  b.work[0] -= dt * coupling_force.dot(v_handle);
+  b.work[1] -= dt * coupling_torque.dot(b.w);
   b.x += dt * b.v;
   b.q = rotated(b.q, dt * b.w);
 }
@@ -78,21 +102,40 @@ PALP_HD inline HandleState<real> device_after(const ProxyInput& p, real elapsed)
   return device;
 }
 
+// Of all its contact with fixed bodies.
+PALP_HD inline Resistance resistance_of(const PairWrenches& contact, std::uint32_t body) {
+  Resistance sum = no_resistance();
+  if (contact.resistance == nullptr) return sum;
+  for (std::uint32_t p = contact.of_body[body]; p < contact.of_body[body + 1]; ++p) {
+    const std::uint32_t pair = contact.part[p] / 2;
+    if (contact.held[pair] == kNone || !contact.wrench[pair].near) continue;
+    const Resistance& of_pair = contact.resistance[contact.held[pair]];
+    sum.vv += of_pair.vv;
+    sum.vw += of_pair.vw;
+    sum.ww += of_pair.ww;
+    sum.push += of_pair.push;
+    sum.turn += of_pair.turn;
+  }
+  return sum;
+}
+
 // One thread a body. elapsed: sub-step end since the start of the haptic step [s].
 struct AdvanceBodies {
   BodyState* body;
+  PairWrenches contact;
   const std::uint32_t* moving;  // indices of the rigid bodies
   const ProxyInput* proxy;
   const Forcing* forcing;
+  CellGrid grid;
   real dt, elapsed;
 
   PALP_HD void operator()(std::uint32_t k) const {
     BodyState& b = body[moving[k]];
+    if (b.proxy < 0) return advance_free_body(b, surroundings(grid, *forcing, b.x, dt), dt);
     const Vec3 gravity = forcing->gravity + forcing->body_force;
-    if (b.proxy < 0) return advance_free_body(b, gravity, dt);
     const ProxyInput& p = proxy[b.proxy];
     if (!p.engaged) return hold_body(b);
-    advance_proxy(b, device_after(p, elapsed), p.gains, gravity, dt);
+    advance_proxy(b, device_after(p, elapsed), p.gains, gravity, resistance_of(contact, moving[k]), dt);
   }
 };
 
@@ -102,6 +145,7 @@ struct BeginStep {
   PALP_HD void operator()(std::uint32_t k) const {
     body[k].force_sum.setZero();
     body[k].torque_sum.setZero();
+    body[k].coupling_sum.setZero();
     body[k].work[0] = body[k].work[1] = 0;
   }
 };

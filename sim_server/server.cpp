@@ -31,7 +31,8 @@ const char* to_string(State state) {
 struct Gauges {
   Histogram step_time, handover;
   std::atomic<State> state{State::running};
-  std::atomic<double> sim_time{0}, real_time_factor{0}, max_speed{0}, max_compression{0}, kinetic_energy{0};
+  std::atomic<double> sim_time{0}, real_time_factor{0}, max_speed{0}, max_compression{0}, kinetic_energy{0},
+      gone_mass{0};
   std::atomic<std::uint64_t> steps{0}, slow_steps{0}, outside{0};
 };
 
@@ -137,10 +138,20 @@ class Server {
     gauges_.max_compression = h.max_compression;
     gauges_.kinetic_energy = h.kinetic_energy;
     gauges_.outside = h.outside;
+    gauges_.gone_mass = h.gone_mass;
+  }
+
+  // Once a run, when the first fluid is let go.
+  void tell_of_loss() {
+    if (output_->health.gone == 0 || told_of_loss_) return;
+    told_of_loss_ = true;
+    control_.event(Severity::warning, output_->time,
+                   "fluid has left the domain and is let go: it takes no part any more; a reset brings it back");
   }
 
   void judge() {
     show();
+    tell_of_loss();
     const Health& h = output_->health;
     if (h.ok) return;
     gauges_.state = State::fault;
@@ -185,6 +196,7 @@ class Server {
         return "one step";
       case CommandKind::reset:
         simulation_.reset();
+        told_of_loss_ = false;
         hands_ = {};
         show();
         if (gauges_.state == State::fault) gauges_.state = State::running;
@@ -224,6 +236,8 @@ class Server {
       if (text.empty() && factor < 0.98 && slow > last_slow && gauges_.state == State::running &&
           !options_.as_fast_as_possible)
         text = fmt::format("slow motion: the simulation takes longer than real time (factor {:.2f})", factor);
+      if (text.empty() && gauges_.gone_mass > 0)
+        text = fmt::format("outside: {:.3g} kg of fluid have left the domain", gauges_.gone_mass.load());
       last_slow = slow;
       control_.status(to_string(gauges_.state), text,
                       {{"sim_time_s", gauges_.sim_time},
@@ -239,6 +253,7 @@ class Server {
                        {"max_compression", gauges_.max_compression},
                        {"kinetic_energy_J", gauges_.kinetic_energy},
                        {"outside_particles", static_cast<double>(gauges_.outside)},
+                       {"gone_kg", gauges_.gone_mass},
                        {"frames", static_cast<double>(frames_.sent())},
                        {"dropped_samples", static_cast<double>(haptic_.dropped() + control_.dropped())}});
     }
@@ -275,6 +290,7 @@ class Server {
   StepInput input_{};
   int single_steps_ = 0;
   bool quit_ = false;
+  bool told_of_loss_ = false;
   std::atomic<bool> done_{false};
   std::int64_t wall_ns_ = 0;
   std::string cause_;  // of the first fault

@@ -38,10 +38,12 @@ struct DeviceInput {
 using StepInput = std::array<DeviceInput, kMaxProxies>;
 
 struct ProxyOutput {
-  RigidState state;                                  // of the handle after the step
-  RigidState device;                                 // of the device at the end of the step, moved on with its twist
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();   // on the device by the coupling, from the two states above [N]
-  Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // about the handle [N m]
+  RigidState state;   // of the handle after the step
+  RigidState device;  // of the device at the end of the step, moved on with its twist
+  // On the device by the coupling [N]: where a contact answers (blend), from the two states above; elsewhere the mean
+  // over the step.
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // about the handle, from the two states above [N m]
   Eigen::Vector3d contact_force =
       Eigen::Vector3d::Zero();  // on the proxy by everything but coupling and gravity, mean [N]
   Eigen::Vector3d contact_torque = Eigen::Vector3d::Zero();  // about the handle [N m]
@@ -63,7 +65,10 @@ struct Health {
   double max_speed = 0;          // [m/s]
   double max_compression = 0;    // max of rho/rho0 - 1 over fluid particles
   double kinetic_energy = 0;     // [J], fluid and rigid
+  double unsolved = 0;           // of an implicit elastic solve: share of its result that the last round still changed
   std::uint32_t outside = 0;     // particles outside the domain
+  std::uint32_t gone = 0;        // of these, liquid that has left it and takes no part any more
+  double gone_mass = 0;          // [kg]
 };
 
 struct StepOutput {
@@ -91,6 +96,7 @@ struct Snapshot {
   // first particle. Empty when nothing changes state.
   std::vector<std::uint32_t> body_id;
   std::vector<std::uint8_t> rigid;  // 1: its piece moves as a rigid body; empty when nothing becomes one
+  std::vector<std::uint8_t> gone;   // 1: has left the domain and takes no part any more (physics/outside.h)
 };
 
 // What a plan costs: for tests of lightness and for the printed report.

@@ -43,6 +43,8 @@ class SimulationOn final : public Simulation {
     config.numerics.sound_speed = plan_.sound_speed;
     config.numerics.max_speed = plan_.max_speed;
     config.numerics.tension = plan_.tension;
+    if (plan_.elastic)  // its arrays were allocated for one of the two
+      config.numerics.elastic_solver = plan_.elastic_rounds > 0 ? ElasticSolver::implicit : ElasticSolver::explicit_;
     std::swap(scene_.config, config);
     try {
       plan_ = make_plan(scene_, B::kSkinOverSpacing, B::kCellsPerReach);
@@ -88,6 +90,7 @@ class SimulationOn final : public Simulation {
     if (plan_.heat) back_end_.upload(s.enthalpy, store.enthalpy);
     if (plan_.wrench) back_end_.upload(views_.body.local, store.local);
     if (plan_.elastic) reset_elastic(back_end_, scene_, plan_, views_.elastic);
+    if (plan_.elastic_rounds > 0) reset_implicit(back_end_, plan_, views_.implicit);
     if (plan_.fields) reset_contact(back_end_, contact_counts_, views_.contact);
     if (plan_.change) reset_change(back_end_, scene_, plan_, views_);
     if (plan_.solids) back_end_.upload(views_.body.body, store.bodies);
@@ -197,6 +200,7 @@ class SimulationOn final : public Simulation {
       views_.rigid_count = static_cast<std::uint32_t>(plan_.rigid.size());
     }
     if (plan_.elastic) allocate_elastic(back_end_, scene_, plan_, views_);
+    if (plan_.elastic_rounds > 0) allocate_implicit(back_end_, scene_, plan_, views_);
     if (plan_.fields) contact_counts_ = allocate_contact(back_end_, scene_, plan_, views_.contact);
     if (plan_.change) allocate_change(back_end_, scene_, plan_, views_);
     views_.health_part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);

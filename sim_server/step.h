@@ -7,6 +7,7 @@
 #include "sim_server/physics/frozen_contact.h"
 #include "sim_server/physics/health.h"
 #include "sim_server/physics/heat.h"
+#include "sim_server/physics/implicit_elastic.h"
 #include "sim_server/physics/integrate.h"
 #include "sim_server/physics/paper.h"
 #include "sim_server/physics/pieces.h"
@@ -26,6 +27,7 @@ struct StepViews {
   Medium medium;
   BodyViews body;
   ElasticViews elastic;
+  ImplicitViews implicit;
   ContactViews contact;
   const std::uint32_t* reactive = nullptr;
   const std::uint32_t* rigid = nullptr;
@@ -196,6 +198,24 @@ void elastic_stages(B& back_end, const Plan& plan, const StepViews& v) {
                           ElasticForce{v.elastic, v.body, v.grid, kernel, v.medium, accurate, plan.meets});
 }
 
+// In place of elastic_stages: after all other forces, and sets velocities.
+template <class B>
+void implicit_elastic_stages(B& back_end, const StepViews& v) {
+  const std::uint32_t n = v.elastic.count, parts = v.implicit.parts;
+  back_end.for_each("implicit begin", n, BeginImplicit{v.elastic, v.implicit, v.body, v.medium, v.grid, v.forcing});
+  back_end.for_each_group("implicit strain", n, StrainAhead{v.elastic, v.implicit, v.medium});
+  back_end.for_each_group("implicit force", n, ForceAhead{v.elastic, v.implicit, v.medium});
+  for (std::uint32_t round = 0; round < v.implicit.rounds; ++round) {
+    back_end.for_each_group("implicit strain", n, StrainChange{v.elastic, v.implicit, v.medium, round});
+    back_end.for_each_group("implicit force", n, ForceChange{v.elastic, v.implicit, v.medium, round});
+    back_end.for_each_block("implicit sums", parts, SumRound{v.elastic, v.implicit, round});
+    back_end.for_each_block("implicit round", parts, AdvanceRound{v.elastic, v.implicit, round});
+  }
+  if (v.implicit.free_bodies > 0)
+    back_end.for_each_block("implicit momenta", v.implicit.free_bodies, KeepMomenta{v.elastic, v.implicit, v.body});
+  back_end.for_each("implicit end", n, EndImplicit{v.elastic, v.implicit, v.body, v.medium});
+}
+
 // Forces between bodies and within fluids.
 template <class B>
 void meeting_stages(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
@@ -244,19 +264,27 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
   if (heat) heat_stages(back_end, plan, v);
   if (heat && plan.change) change_stages(back_end, plan, v);
   if (plan.change) bond_stages(back_end, v);
-  if (plan.elastic) elastic_stages(back_end, plan, v);
+  const bool implicit = plan.elastic_rounds > 0;
+  if (implicit && !plan.meets) back_end.for_each("implicit clear", v.elastic.count, ClearForce{v.body});
+  if (plan.elastic && !implicit) elastic_stages(back_end, plan, v);
   if (plan.fields) contact_stages(back_end, v);
+  if (implicit) implicit_elastic_stages(back_end, v);
   if (plan.wrench) back_end.for_each_block("wrench", v.reactive_count, ReduceWrench{v.body, v.contact.by, v.reactive});
   if (plan.moving)
-    back_end.for_each("bodies", v.rigid_count,
-                      AdvanceBodies{v.body.body, v.rigid, v.proxy, v.forcing, v.medium.dt, elapsed});
-  if (plan.elastic)
-    back_end.for_each("move elastic", v.elastic.count, MoveElastic{v.elastic, v.body, v.medium, v.forcing});
+    back_end.for_each(
+        "bodies", v.rigid_count,
+        AdvanceBodies{v.body.body, v.contact.by, v.rigid, v.proxy, v.forcing, v.grid, v.medium.dt, elapsed});
+  if (implicit)
+    back_end.for_each("move elastic", v.elastic.count, MoveImplicit{v.elastic, v.body, v.medium});
+  else if (plan.elastic)
+    back_end.for_each("move elastic", v.elastic.count, MoveElastic{v.elastic, v.body, v.medium, v.grid, v.forcing});
   if (plan.rigidifies) {
     back_end.for_each("rigid push", v.particles, PushRigid{v.state, v.acceleration, v.change, v.rigid_pieces});
-    back_end.for_each_block("rigid move", kMaxRigidPieces, AdvanceRigid{v.rigid_pieces, v.medium.dt});
+    back_end.for_each_block("rigid move", kMaxRigidPieces,
+                            AdvanceRigid{v.rigid_pieces, v.grid, v.forcing, v.medium.dt});
   }
-  const MoveParticles move{v.state, v.acceleration, v.body, v.elastic, v.change, v.rigid_pieces, v.grid, v.medium};
+  const MoveParticles move{v.state,        v.acceleration, v.body,   v.elastic, v.change,
+                           v.rigid_pieces, v.grid,         v.medium, v.forcing};
   if (plan.meets)
     back_end.move("move", v.particles, move);
   else
@@ -274,7 +302,7 @@ void step(B& back_end, const Plan& plan, const StepViews& v, bool heat) {
                             MeasureElastic{v.elastic, v.body, v.elastic_bodies});
   back_end.for_each_block("health", kHealthBlocks,
                           MeasureHealth{v.state, v.medium, v.grid, v.particles, v.health_part});
-  back_end.for_each_block("health", 1, CollectHealth{v.health_part, v.health});
+  back_end.for_each_block("health", 1, CollectHealth{v.health_part, v.health, v.implicit.left});
 }
 
 }  // namespace palp

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim_server/heat_plan.h"
+#include "sim_server/rigid_motion.h"
 
 namespace palp {
 namespace {
@@ -39,19 +40,6 @@ constexpr double kLeastWay = 1e-5;    // [m]
 constexpr double kLeastSpeed = 1e-3;  // [m/s]
 constexpr double kLeastTurn = 1e-4;   // [rad]
 constexpr double kLeastSpin = 0.02;   // [rad/s]
-
-Eigen::Vector3d at_most(const Eigen::Vector3d& v, double most) {
-  const double n = v.norm();
-  return n > most ? Eigen::Vector3d(v * (most / n)) : v;
-}
-
-// The device after dt, moving on with its twist, as the sub-steps see it.
-RigidState moved_on(RigidState s, double dt) {
-  s.position += dt * s.linear;
-  const double angle = s.angular.norm() * dt;
-  if (angle > 0) s.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, s.angular.normalized())) * s.orientation;
-  return s;
-}
 
 }  // namespace
 
@@ -173,6 +161,10 @@ void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const 
                                  gains.stiffness * kLeastWay + gains.damping * kLeastSpeed, step_);
   out.blend[1] = m.angular.update(torque, demand.torque, held.torque - r.cross(weight),
                                   gains.angular_stiffness * kLeastTurn + gains.angular_damping * kLeastSpin, step_);
+  // what a bridge holds until the next step is what moved the proxy in this one, on the mean; at its end the coupling
+  // has mostly caught up with the device and pulls less
+  const Eigen::Vector3d mean = -b.coupling_sum.cast<double>() / plan_.sub_steps;
+  out.force += (1 - out.blend[0]) * (mean - wrench.force);
 }
 
 void StepResults::judge(const HealthSums& sums, std::uint32_t crowded, Health& health) const {
@@ -180,21 +172,24 @@ void StepResults::judge(const HealthSums& sums, std::uint32_t crowded, Health& h
   health.cause.clear();
   health.non_finite = sums.non_finite;
   health.outside = sums.outside;
+  health.gone = sums.gone;
+  health.gone_mass = sums.gone_mass;
   health.max_speed = sums.max_speed;
   health.max_compression = sums.max_compression;
   health.kinetic_energy = sums.kinetic_energy;
+  health.unsolved = sums.unsolved;
   if (sums.non_finite > 0) {
     health.ok = false;
     health.cause = fmt::format("{} particles have a non-finite state: the simulation has diverged", sums.non_finite);
   } else if (crowded > 0) {
     health.ok = false;
     health.cause = "particles have crowded to more than twice their density: the simulation has diverged";
-  } else if (plan_.fluid && plan_.method == Method::accurate && sums.max_speed > plan_.sound_speed) {
+  } else if (plan_.fluid && plan_.method == Method::accurate && sums.max_mach > 1) {
     health.ok = false;
     health.cause = fmt::format(
         "a particle moves at {:.3g} m/s, faster than the sound speed {:.3g} m/s: the simulation has diverged, or "
         "numerics.max_speed is too low for this scene",
-        sums.max_speed, plan_.sound_speed);
+        sums.max_speed, sums.max_speed / sums.max_mach);
   } else if (plan_.fluid && plan_.method == Method::accurate && sums.max_compression > 0.5) {
     health.ok = false;
     health.cause = fmt::format(

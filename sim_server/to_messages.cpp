@@ -107,4 +107,10 @@ ProxySample answer(const ProxyOutput& proxy, std::uint32_t device_number, const 
   return s;
 }
 
+bool repeat(ProxySample& sample, int times) {
+  if (!(sample.flags & kEngaged) || times >= kMostRepeats) return false;
+  sample.flags |= kRepeated;
+  return true;
+}
+
 }  // namespace palp

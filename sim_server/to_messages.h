@@ -16,6 +16,13 @@ enum class ServerState : int { running, paused, fault };
 ProxySample answer(const ProxyOutput& proxy, std::uint32_t device_number, const DeviceSample& device, bool engaged,
                    ServerState state, double sim_time);
 
+// An answer to a hand is sent again while there is no newer one, for links that lose some: a slow server's next one may
+// be long in coming. The first time after this, then as often again; too few times to hide a server that stands still.
+inline constexpr std::int64_t kRepeatAfterNs = 1'250'000;
+inline constexpr int kMostRepeats = 3;
+// Whether it is, so far sent again `times` times; if so it is marked.
+bool repeat(ProxySample& sample, int times);
+
 PoseD to_pose(const RigidState& state);
 TwistD to_twist(const RigidState& state);
 RigidState to_rigid_state(const PoseD& pose, const TwistD& twist);

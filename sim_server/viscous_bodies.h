@@ -66,21 +66,21 @@ struct BeginViscousBodies {
     const Vec3 gravity = forcing->gravity + forcing->body_force;
     if (body.proxy < 0) {
       const Mat3 R = body.q.toRotationMatrix();
-      b.mass = {body.mass, real(0), Vec3(0, 0, 0), world_inverse_inertia(body, body.q)};
+      b.mass = {Mat3::Identity() / body.mass, Mat3::Zero(), world_inverse_inertia(body, body.q)};
       const Vec3 turn = body.torque - body.w.cross(R * body.inertia * R.transpose() * body.w);
       b.mass.solve(dt * (body.force + body.mass * gravity), dt * turn, v, w);
       b.dv = v;
       b.dw = w;
     } else if (proxy[body.proxy].engaged) {
       const ProxyInput& p = proxy[body.proxy];
-      const ProxyStep s = begin_proxy(body, device_after(p, elapsed), p.gains, gravity, dt);
+      const ProxyStep s = begin_proxy(body, device_after(p, elapsed), p.gains, gravity, no_resistance(), dt);
       b.mass = s.mass;
       s.mass.solve(s.p, s.l, v, w);
       b.dv = v - body.v;
       b.dw = w - body.w;
     } else {
       // held: nothing moves it
-      b.mass = {real(1), real(1e30), Vec3(0, 0, 0), Mat3::Zero()};
+      b.mass = {Mat3::Zero(), Mat3::Zero(), Mat3::Zero()};
       b.v[0] = b.w[0] = b.dv = b.dw = Vec3(0, 0, 0);
     }
     b.v[1] = b.v[0];

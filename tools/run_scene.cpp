@@ -153,7 +153,10 @@ Json json_of(const Simulation& simulation, const RunResult& result, const Health
           {"max_speed_m_s", health.max_speed},
           {"max_compression", health.max_compression},
           {"kinetic_energy_J", health.kinetic_energy},
+          {"elastic_unsolved", health.unsolved},
           {"particles_outside", health.outside},
+          {"particles_gone", health.gone},
+          {"mass_gone_kg", health.gone_mass},
           {"particles_non_finite", health.non_finite}};
 }
 

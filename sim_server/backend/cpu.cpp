@@ -45,6 +45,9 @@ class NeighborLists {
       std::size_t size = 0;
       for (std::uint32_t i = r * run_; i < std::min(n, (r + 1) * run_); ++i) {
         const Tag tag_i = sorted.tag[i];
+        end_[i] = static_cast<std::uint32_t>(size);
+        listed_at_[i] = sorted.xV[i].xyz();
+        if (tag_i.gone()) continue;
         for_each_run(grid, sorted.xV[i].xyz(), reach, SerialTeam{},
                      [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
                        // without branches: which candidates are in reach cannot be predicted
@@ -58,7 +61,6 @@ class NeighborLists {
                        }
                      });
         end_[i] = static_cast<std::uint32_t>(size);
-        listed_at_[i] = sorted.xV[i].xyz();
       }
     }
     valid_ = true;
@@ -82,7 +84,7 @@ class NeighborLists {
 class Cpu {
  public:
   // Wide enough to keep lists for tens of sub-steps of a stirred fluid, narrow enough that few of their pairs are idle.
-  static constexpr double kSkinOverSpacing = 0.3;
+  static constexpr double kSkinOverSpacing = 0.2;
   static constexpr int kCellsPerReach = 1;
 
   template <class T>
@@ -174,7 +176,7 @@ class Cpu {
 
   const std::uint32_t* allocate_sort(std::uint32_t particles, std::uint32_t cells, double) {
     cell_ = allocate<std::uint32_t>("sort cell", particles);
-    start_ = allocate<std::uint32_t>("sort start", cells + 1);
+    start_ = allocate<std::uint32_t>("sort start", cells + 2);
     return start_;
   }
 
@@ -203,12 +205,12 @@ class Cpu {
   static constexpr std::size_t kAlone = 4000;
   static constexpr std::align_val_t kAlign{64};
 
-  // Stable counting sort by cell.
+  // Stable counting sort by cell, that of what has left the domain included.
   void sort(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid) {
-    const std::uint32_t cells = grid.cells();
+    const std::uint32_t cells = grid.cells() + 1;
     std::fill(start_, start_ + cells + 1, 0u);
     for (std::uint32_t i = 0; i < n; ++i) {
-      cell_[i] = grid.index_of(from.xV[i].xyz());
+      cell_[i] = sort_cell(grid, from.tag[i], from.xV[i]);
       ++start_[cell_[i] + 1];
     }
     for (std::uint32_t c = 0; c < cells; ++c) start_[c + 1] += start_[c];

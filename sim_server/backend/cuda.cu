@@ -178,8 +178,8 @@ class Cuda {
     work_.cell = allocate<std::uint32_t>("sort cell", particles);
     work_.slot = allocate<std::uint32_t>("sort slot", particles);
     work_.member = allocate<std::uint32_t>("sort member", particles);
-    work_.count = allocate<std::uint32_t>("sort count", cells + 1);
-    work_.start = allocate<std::uint32_t>("sort start", cells + 1);
+    work_.count = allocate<std::uint32_t>("sort count", cells + 2);
+    work_.start = allocate<std::uint32_t>("sort start", cells + 2);
     work_.part = allocate<std::uint32_t>("sort part", kMostListBlocks);
     work_.listed_at = allocate<Packed>("listed at", particles);
     work_.due = allocate<std::uint32_t>("lists due", 1);

@@ -7,7 +7,7 @@
 #include <cub/block/block_scan.cuh>
 
 #include "sim_server/backend/cuda_teams.cuh"
-#include "sim_server/physics/particles.h"
+#include "sim_server/physics/outside.h"
 
 namespace palp {
 
@@ -26,6 +26,9 @@ struct ListWork {
 
 inline constexpr int kListThreads = 256;
 
+// Entries of the cells' arrays: each cell, that of what has left the domain, and the end.
+__device__ inline std::uint32_t cell_entries(const ListWork& w) { return w.grid.cells() + 2; }
+
 // A thread's share of count items: call f(item) for each.
 template <class F>
 __device__ inline void for_share(std::uint32_t count, F&& f) {
@@ -40,7 +43,7 @@ __device__ inline void number_cells(const ListWork& w, const cooperative_groups:
     typename Reduce::TempStorage reduce;
     typename Scan::TempStorage scan;
   } memory;
-  const std::uint32_t cells = w.grid.n[0] * w.grid.n[1] * w.grid.n[2] + 1;
+  const std::uint32_t cells = cell_entries(w);
   const std::uint32_t share = (cells + gridDim.x - 1) / gridDim.x, begin = min(cells, blockIdx.x * share),
                       end = min(cells, begin + share);
   std::uint32_t sum = 0;
@@ -67,10 +70,10 @@ __device__ inline void number_cells(const ListWork& w, const cooperative_groups:
 // Stable counting sort by cell. Atomics hand out the slots of a cell in any order; each particle then finds its place
 // among the slots of its cell by comparing indices, so that the result does not depend on that order.
 __device__ inline void sort_particles(const ListWork& w, const cooperative_groups::grid_group& all) {
-  for_share(w.grid.n[0] * w.grid.n[1] * w.grid.n[2] + 1, [&](std::uint32_t c) { w.count[c] = 0; });
+  for_share(cell_entries(w), [&](std::uint32_t c) { w.count[c] = 0; });
   all.sync();
   for_share(w.n, [&](std::uint32_t i) {
-    w.cell[i] = w.grid.index_of(w.from.xV[i].xyz());
+    w.cell[i] = sort_cell(w.grid, w.from.tag[i], w.from.xV[i]);
     w.slot[i] = atomicAdd(&w.count[w.cell[i]], 1u);
   });
   all.sync();
@@ -174,6 +177,10 @@ __global__ void __launch_bounds__(kListThreads) list_anew(ListWork w, Pair inter
   constexpr std::uint32_t kLanes = kAlone ? 1 : kSearchLanes, kAtOnce = kListThreads / kLanes;
   for (std::uint32_t i = blockIdx.x * kAtOnce + threadIdx.x / kLanes; i < w.n; i += gridDim.x * kAtOnce) {
     std::uint32_t count = 0;
+    if (w.to.tag[i].gone()) {
+      if (threadIdx.x % kLanes == 0) w.lists.count[i] = 0;
+      continue;
+    }
     if constexpr (kAlone)
       count = list_alone(w, i, interacts);
     else

@@ -26,7 +26,6 @@ struct ExtrapolateToWalls {
     if (tag_i.is_fluid()) return;
     const auto solid_i = bonds.solid(state, i);
     const Vec3 g = forcing->level_gravity;
-    const real c2 = medium.sound_speed * medium.sound_speed;
     real p = 0, weight = 0;
     Vec3 v(0, 0, 0);
     for_neighbors(grid, state.xV, state.xV[i].xyz(), kernel.support, team,
@@ -36,7 +35,8 @@ struct ExtrapolateToWalls {
                     const Packed vp_j = fetch(state.vp + j);
                     const real W =
                         kernel.W(Eigen::numext::sqrt(r2)) * bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j));
-                    const real rho_j = medium.material[tag_j.material()].density + vp_j.w / c2;
+                    const Material& fluid = medium.material[tag_j.material()];
+                    const real rho_j = fluid.density + vp_j.w / (fluid.sound_speed * fluid.sound_speed);
                     p += W * (acting_pressure(medium, vp_j.w) + rho_j * g.dot(x_ij));
                     v += W * vp_j.xyz();
                     weight += W;

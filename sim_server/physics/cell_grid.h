@@ -11,6 +11,7 @@ struct CellGrid {
   Vec3 cell, inv_cell;                   // cell edge and its inverse [m, 1/m]
   Vec3 period;                           // domain length along periodic axes, 0 elsewhere [m]
   int n[3];                              // cells per axis; periodic axes have at least 3
+  real margin = 0;                       // how far past the domain a particle may be and still take part [m]
   const std::uint32_t* start = nullptr;  // [cells + 1] first particle of each cell
 
   PALP_HD bool periodic(int axis) const { return period[axis] > real(0); }
@@ -27,7 +28,7 @@ struct CellGrid {
   PALP_HD std::uint32_t index_of(const Vec3& x) const {
     return index(cell_of(x.x(), 0), cell_of(x.y(), 1), cell_of(x.z(), 2));
   }
-  std::uint32_t cells() const { return static_cast<std::uint32_t>(n[0]) * n[1] * n[2]; }
+  PALP_HD std::uint32_t cells() const { return static_cast<std::uint32_t>(n[0]) * n[1] * n[2]; }
   // Back into the domain along periodic axes; a sub-step moves a particle by far less than a period.
   PALP_HD Vec3 wrap(Vec3 x) const {
     for (int a = 0; a < 3; ++a) {
@@ -170,9 +171,10 @@ struct ListTeam : SerialTeam {
 };
 
 // In two passes over a block of the list, the first without branches: which neighbours are in reach cannot be
-// predicted.
+// predicted. Always inline, so that what f sums up stays in registers.
 template <class F>
-inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, ListTeam team, F&& f) {
+[[gnu::always_inline]] inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support,
+                                                 ListTeam team, F&& f) {
   constexpr std::ptrdiff_t kBlock = 128;
   struct Hit {
     std::uint32_t j;

@@ -10,6 +10,11 @@
 //            k_t = 2/7 k N D_i / sum D (Cundall & Strack 1979), so that the load that a point bears decides what it
 //            holds and all slip at once; static friction holds until it slips, kinetic while it slips
 //
+// A tool in a hand meets fixed bodies implicitly: its step (proxy.h) takes dt k_i + c_i times the change of v.n from
+// the normal force, and no number of points or walls makes that unstable. Its kappa is 1, more than an explicit step
+// affords: the tool enters a wall less. Its tangential stiffness is that of the explicit law; friction counts no more
+// than the spring, since the damper's force ahead of that change is far too large.
+//
 // k grows with the mass and falls with the sub-step so that k dt^2/m + 2 c dt/m keeps its share of the stability limit
 // of 4; dividing by N makes it independent of how many points touch. Where a body meets more than two others at once, N
 // grows in proportion. kappa and gamma of a pair follow from its restitution (contact_store.cpp). The averaged depth
@@ -27,6 +32,8 @@ namespace palp {
 struct ContactLaw {
   real friction, kinetic;   // static and kinetic coefficient
   real stiffness, damping;  // kappa, gamma
+  real tangential;          // kappa of the tangential spring
+  bool implicit;
 };
 
 struct ContactPair {
@@ -172,28 +179,38 @@ struct PairPoints {
                       b.dot(field.inverse_inertia * b));
   }
 
-  // part: of the pair's load that this point bears.
-  PALP_HD Vec3 force(const ContactLaw& law, const Touch& t, real m, real sharing, real part, const Mat3& R_field,
-                     ContactState& state) const {
+  // Of a point along its normal: what pushes it [N], what of that friction counts [N], and what an implicit step's
+  // change of velocity takes from it [N s/m].
+  struct Press {
+    real push, load, resists;
+  };
+
+  PALP_HD Press press(const ContactLaw& law, const Touch& t, real m, real sharing) const {
     const real k = law.stiffness * m / (sharing * dt * dt), c = law.damping * m / (sharing * dt);
-    const real v_n = t.v.dot(t.n), push = k * t.mean - c * t.share * v_n;
-    const real N = push > real(0) ? push : real(0);
-    if (!(law.friction > real(0))) return N * t.n;
-    const Vec3 v_t = t.v - v_n * t.n;
+    const real spring = k * t.mean, push = spring - c * t.share * t.v.dot(t.n);
+    if (!(push > real(0))) return {real(0), real(0), real(0)};
+    return {push, law.implicit && spring < push ? spring : push, law.implicit ? t.share * (dt * k + c) : real(0)};
+  }
+
+  // Normal and tangential. part: of the pair's load that this point bears.
+  PALP_HD Vec3 force(const ContactLaw& law, const Touch& t, real m, const Press& press, real part, const Mat3& R_field,
+                     ContactState& state) const {
+    if (!(law.friction > real(0))) return press.push * t.n;
+    const Vec3 v_t = t.v - t.v.dot(t.n) * t.n;
     Vec3 s = R_field * state.anchor.xyz() + dt * v_t;
     s -= s.dot(t.n) * t.n;
-    const real k_t = real(2) / real(7) * law.stiffness * m * part / (dt * dt);
+    const real k_t = real(2) / real(7) * law.tangential * m * part / (dt * dt);
     const real c_t = real(0.6) * Eigen::numext::sqrt(k_t * m * part);
     Vec3 f = -k_t * s - c_t * v_t;
-    const real size = f.norm(), holds = (state.anchor.w > real(0) ? law.kinetic : law.friction) * N;
+    const real size = f.norm(), holds = (state.anchor.w > real(0) ? law.kinetic : law.friction) * press.load;
     real slips = 0;
     if (size > holds) {
-      f *= law.kinetic * N / size;
+      f *= law.kinetic * press.load / size;
       s = -f / k_t;
       slips = 1;
     }
     state.anchor = pack(R_field.transpose() * s, slips);
-    return N * t.n + f;
+    return press.push * t.n + f;
   }
 
   PALP_HD bool far(const ContactPair& pair) const {
@@ -279,6 +296,30 @@ struct MeetBodies {
     return sum * sum > real(2) * sum2 ? sum * sum / (real(2) * sum2) : real(1);
   }
 
+  // n: onto the held body; r: of the point from its centre.
+  PALP_HD static void add_resistance(Resistance& to, const Vec3& n, const Vec3& r, const PairPoints::Press& press) {
+    const Vec3 turn = r.cross(n);
+    to.vv += press.resists * n * n.transpose();
+    to.vw += press.resists * n * turn.transpose();
+    to.ww += press.resists * turn * turn.transpose();
+    to.push += press.push * n;
+    to.turn += press.push * turn;
+  }
+
+  template <class Team>
+  PALP_HD void put_resistance(Resistance of, std::uint32_t index, bool touches, Team team) const {
+    if (touches) {
+      for (int c = 0; c < 3; ++c) {
+        of.vv.col(c) = team.sum(Vec3(of.vv.col(c)));
+        of.vw.col(c) = team.sum(Vec3(of.vw.col(c)));
+        of.ww.col(c) = team.sum(Vec3(of.ww.col(c)));
+      }
+      of.push = team.sum(of.push);
+      of.turn = team.sum(of.turn);
+    }
+    if (team.leader()) all.contact.by.resistance[all.contact.by.held[index]] = of;
+  }
+
   template <class Team>
   PALP_HD PairLoad shared_load(std::uint32_t index, const ContactPair& pair, Team team) const {
     if (all.contact.few) return load_of(all, index, team);
@@ -303,7 +344,9 @@ struct MeetBodies {
     const std::uint32_t points = all.points(pair), of_a = all.contact.shape[pair.shape_a].points;
     const BodyState &a = all.body[pair.a], &b = all.body[pair.b];
     const Mat3 R_a = a.q.toRotationMatrix(), R_b = b.q.toRotationMatrix();
+    const bool held_a = a.proxy >= 0;  // or b is, where the law is implicit
     Vec3 force_a(0, 0, 0), torque_a(0, 0, 0), torque_b(0, 0, 0);
+    Resistance resists = no_resistance();
     for (std::uint32_t p = team.lane(); p < points; p += team.size()) {
       ContactState& state = all.contact.state[pair.first + p];
       const PairPoints::Touch t = all.touch(pair, R_a, R_b, p);
@@ -320,7 +363,10 @@ struct MeetBodies {
         continue;
       }
       const real m = PairPoints::moving_mass(owner, field, R_owner, R_field, t);
-      const Vec3 f = all.force(pair.law, t, m, load.sharing, t.mean / (load.sharing * load.depth), R_field, state);
+      const PairPoints::Press press = all.press(pair.law, t, m, load.sharing);
+      const Vec3 f = all.force(pair.law, t, m, press, t.mean / (load.sharing * load.depth), R_field, state);
+      if (pair.law.implicit)
+        add_resistance(resists, mine == held_a ? t.n : Vec3(-t.n), mine == held_a ? t.r : t.other, press);
       const Vec3 on_a = mine ? f : Vec3(-f);
       force_a += on_a;
       torque_a += (mine ? t.r : t.other).cross(on_a);
@@ -329,6 +375,7 @@ struct MeetBodies {
     force_a = team.sum(force_a);
     torque_a = team.sum(torque_a);
     torque_b = team.sum(torque_b);
+    if (pair.law.implicit) put_resistance(resists, index, load.depth > real(0), team);
     // the depth stays as it was measured: other pairs may still compare theirs with it
     if (!team.leader()) return;
     out.force = force_a;

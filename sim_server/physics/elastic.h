@@ -222,6 +222,7 @@ struct MoveElastic {
   ElasticViews elastic;
   BodyViews bodies;
   Medium medium;
+  CellGrid grid;
   const Forcing* forcing;
 
   PALP_HD void operator()(std::uint32_t i) const {
@@ -235,8 +236,8 @@ struct MoveElastic {
       return;
     }
     const real mass = medium.material[tag.material()].density * X.w;
-    const Vec3 v =
-        elastic.v[i].xyz() + medium.dt * (bodies.force[i].xyz() / mass + forcing->gravity + forcing->body_force);
+    const Surroundings around = surroundings(grid, *forcing, X.xyz() + elastic.u[i].xyz(), medium.dt);
+    const Vec3 v = around.kept * (elastic.v[i].xyz() + medium.dt * (bodies.force[i].xyz() / mass + around.pull));
     const Vec3 u = elastic.u[i].xyz() + medium.dt * v;
     elastic.v[i] = pack(v, 0);
     elastic.u[i] = pack(u, 0);

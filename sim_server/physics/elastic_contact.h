@@ -17,6 +17,7 @@ struct ElasticMatter {
   BodyViews bodies;
   Medium medium;
 
+  PALP_HD bool acts(std::uint32_t) const { return true; }      // whether it takes part
   PALP_HD real share(std::uint32_t) const { return real(1); }  // of the forces of contact that it gets
   PALP_HD bool rough(std::uint32_t) const { return true; }     // whether friction acts on it
   PALP_HD Motion motion(std::uint32_t i) const {
@@ -67,7 +68,8 @@ struct MeetParticles {
     arm = t.other;
     ContactLaw law = pair.law;
     if (!matter.rough(i)) law.friction = real(0);
-    return all.force(law, t, matter.share(i) * moving_mass(matter.mass(i), field, R, t), real(1), real(1), R, state);
+    const real m = matter.share(i) * moving_mass(matter.mass(i), field, R, t);
+    return all.force(law, t, m, all.press(law, t, m, real(1)), real(1), R, state);
   }
 
   template <class Team>
@@ -80,6 +82,7 @@ struct MeetParticles {
       Vec3 force(0, 0, 0), torque(0, 0, 0);
       for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) {
         const std::uint32_t i = part.first + p;
+        if (!matter.acts(i)) continue;
         Vec3 arm(0, 0, 0);
         const Vec3 f = force_on(i, pair, field, R, pair.first + p, arm);
         if (f.isZero(0)) continue;

@@ -8,6 +8,11 @@
 // f^p       -V_i V_j (p_i + p_j) gradW                 N         pair form of grad p; antisymmetric and central
 // f^v       -V_i V_j 2 mu F v_ij                       N         Morris, Fox & Zhu 1997: isotropic on a lattice
 // f^a       alpha c h rho V_i V_j (v.x)/(r^2) gradW    N         Monaghan & Gingold 1983; central
+//
+// Where two media meet, with the impedances Z = rho0 c, the pressure between them is (Z_j p_i + Z_i p_j)/(Z_i + Z_j)
+// and the velocity (Z_i v_i + Z_j v_j)/(Z_i + Z_j), as when a wave comes to an interface (Hu & Adams 2006 have rho for
+// Z). So p_i + p_j and v_ij get the shares below, which are adjoint to each other and keep momentum and energy, and a
+// light particle feels its own medium's stiffness, not that of the heavy one, which would throw it about.
 #pragma once
 
 #include "sim_server/physics/bonded.h"
@@ -16,6 +21,21 @@
 #include "sim_server/physics/smoothing.h"
 
 namespace palp {
+
+// Speed over c, of two particles against each other, below which density does not diffuse between them. Diffusion takes
+// the pressure away that holds particles in their places, and a fluid that should rest creeps for ever: a box of 6 x 6
+// x 4 particles went round and round by a spacing in 20 s.
+inline constexpr real kStill = real(0.0003);
+
+PALP_HD inline real least(real a, real b) { return a < b ? a : b; }
+
+PALP_HD inline real impedance(const Material& m) { return m.density * m.sound_speed; }
+
+// 2 Z_j / (Z_i + Z_j): by how much more of v_ij i yields than j, and what p_i weighs in the pressure between them.
+PALP_HD inline real yielding(const Medium& medium, Tag tag_i, Tag tag_j) {
+  const real Z_i = impedance(medium.material[tag_i.material()]), Z_j = impedance(medium.material[tag_j.material()]);
+  return real(2) * Z_j / (Z_i + Z_j);
+}
 
 // Advances the density of fluid particles by one sub-step and moves every particle from the sorted copy to the state.
 template <class Bonds>
@@ -30,14 +50,15 @@ struct AdvanceDensity {
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag_i = from.tag[i];
-    if (!tag_i.is_fluid()) {
+    if (!tag_i.is_fluid() || tag_i.gone()) {
       if (team.leader()) copy_particle(from, i, to, i);
       return;
     }
     const Packed xV_i = from.xV[i], vp_i = from.vp[i];
     const Vec3 x_i = xV_i.xyz(), v_i = vp_i.xyz();
-    const real c2 = medium.sound_speed * medium.sound_speed;
+    const real c = medium.material[tag_i.material()].sound_speed, c2 = c * c;
     const real rho0 = medium.material[tag_i.material()].density;
+    const real still = kStill * c * medium.spacing, stirred = real(1) / (still * still);
     const Vec3 hydrostatic = forcing->level_gravity * rho0;  // gradient of p at rest
     const auto solid_i = bonds.solid(from, i);
     real divergence = 0, laplacian = 0;
@@ -49,16 +70,19 @@ struct AdvanceDensity {
               xV_j.w * kernel.F(Eigen::numext::sqrt(r2)) * bonds.share(tag_i, solid_i, tag_j, bonds.solid(from, j));
           // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
           const Vec3 v_j = tag_j.kind() == Kind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
-          divergence += VF * (v_i - v_j).dot(x_ij);
-          if (tag_j.is_fluid() && tag_j.material() == tag_i.material())
-            laplacian += VF * (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
+          const bool same = tag_j.material() == tag_i.material();
+          const real yields = same || !tag_j.is_fluid() ? real(1) : yielding(medium, tag_i, tag_j);
+          const real apart = (v_i - v_j).dot(x_ij);
+          divergence += yields * VF * apart;
+          if (tag_j.is_fluid() && same)
+            laplacian += VF * least(real(1), stirred * apart * apart) * (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
         });
     divergence = team.sum(divergence);
     laplacian = team.sum(laplacian);
     if (!team.leader()) return;
     // v_ij.gradW = -F v_ij.x_ij, so drho/dt = -rho * divergence; dp = c^2 drho
     const real rho = rho0 + vp_i.w / c2;
-    const real diffusion = medium.diffusion * kernel.support * medium.sound_speed;  // delta 2 h c, h = H/2
+    const real diffusion = medium.diffusion * kernel.support * c;  // delta 2 h c, h = H/2
     const real p = vp_i.w + medium.dt * (diffusion * laplacian - c2 * rho * divergence);
     copy_particle(from, i, to, i);
     to.vp[i].w = p;
@@ -67,10 +91,10 @@ struct AdvanceDensity {
 };
 
 // What the artificial viscosity takes off the pressure between two particles that part, and adds when they approach.
-PALP_HD inline real artificial_pressure(const Medium& medium, const WendlandC2& kernel, real rho, const Vec3& v_ij,
-                                        const Vec3& x_ij, real r2) {
+PALP_HD inline real artificial_pressure(const Medium& medium, const WendlandC2& kernel, real c, real rho,
+                                        const Vec3& v_ij, const Vec3& x_ij, real r2) {
   const real h = real(0.5) * kernel.support;
-  return medium.artificial * medium.sound_speed * h * rho * v_ij.dot(x_ij) / (r2 + real(0.01) * h * h);
+  return medium.artificial * c * h * rho * v_ij.dot(x_ij) / (r2 + real(0.01) * h * h);
 }
 
 // Force of fluid particle j on fluid particle i.
@@ -79,16 +103,29 @@ PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& ker
                                      const Packed& vp_j, const Vec3& x_ij, real r2) {
   const real VVF = xV_i.w * V_j * kernel.F(Eigen::numext::sqrt(r2));
   const Vec3 v_ij = vp_i.xyz() - vp_j.xyz();
-  real rho = material_i.density, mu = material_i.viscosity;
+  real c = material_i.sound_speed, rho = material_i.density, mu = material_i.viscosity;
+  real p_i = acting_pressure(medium, vp_i.w), p_j = acting_pressure(medium, vp_j.w);
   if (tag_j.material() != tag_i.material()) {
     const Material& b = medium.material[tag_j.material()];
-    const real mu_sum = mu + b.viscosity;
-    rho = real(0.5) * (rho + b.density);
+    const real mu_sum = mu + b.viscosity, Z_i = impedance(material_i), Z_j = impedance(b), Z = Z_i + Z_j;
+    p_i *= real(2) * Z_j / Z;
+    p_j *= real(2) * Z_i / Z;
+    // Z in the mean that the lesser governs, as mu
+    c = real(1);
+    rho = real(2) * Z_i * Z_j / Z;
     mu = mu_sum > real(0) ? real(2) * mu * b.viscosity / mu_sum : real(0);
   }
-  const real along = acting_pressure(medium, vp_i.w) + acting_pressure(medium, vp_j.w) -
-                     artificial_pressure(medium, kernel, rho, v_ij, x_ij, r2);
+  const real along = p_i + p_j - artificial_pressure(medium, kernel, c, rho, v_ij, x_ij, r2);
   return VVF * (along * x_ij - real(2) * mu * v_ij);
+}
+
+// What keeps a fluid particle out of the gaps between a solid's particles, whatever its own pressure [Pa]. A film or a
+// drop that has spread has lost the density of those around it, so that it has no pressure before it is within the
+// solid, and once it is, the solid pushes from all sides: it went through tables of two layers. A fluid that fills its
+// space keeps a larger distance.
+PALP_HD inline real guarding_pressure(const Medium& medium, const Material& fluid, real r) {
+  const real inside = real(1) - r / (real(0.8) * medium.spacing);
+  return inside > real(0) ? fluid.density * fluid.sound_speed * fluid.sound_speed * inside : real(0);
 }
 
 // Force of solid particle j, moving with v_j, on fluid particle i. wall: the pressure that the solid shows to the fluid
@@ -97,10 +134,10 @@ PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& ker
 PALP_HD inline Vec3 wall_pair_force(const Medium& medium, const WendlandC2& kernel, Tag tag_i, const Packed& xV_i,
                                     const Packed& vp_i, real V_j, const Vec3& v_j, const Packed& wall_j,
                                     const Vec3& x_ij, real r2) {
-  const real VVF = xV_i.w * V_j * kernel.F(Eigen::numext::sqrt(r2));
+  const real r = Eigen::numext::sqrt(r2), VVF = xV_i.w * V_j * kernel.F(r);
   const Material& fluid = medium.material[tag_i.material()];
-  const real along = acting_pressure(medium, vp_i.w) + wall_j.w -
-                     artificial_pressure(medium, kernel, fluid.density, vp_i.xyz() - v_j, x_ij, r2);
+  const real along = acting_pressure(medium, vp_i.w) + wall_j.w + guarding_pressure(medium, fluid, r) -
+                     artificial_pressure(medium, kernel, fluid.sound_speed, fluid.density, vp_i.xyz() - v_j, x_ij, r2);
   return VVF * (along * x_ij - real(2) * fluid.viscosity * (vp_i.xyz() - wall_j.xyz()));
 }
 

@@ -20,6 +20,7 @@ struct FrozenMatter {
   NearestYet* near;  // by contact state from `first` on
   std::uint32_t first;
 
+  PALP_HD bool acts(std::uint32_t i) const { return change.x[i].w > real(0); }
   PALP_HD bool rough(std::uint32_t i) const { return change.solid[i] > real(0); }
   PALP_HD real share(std::uint32_t i) const { return rough(i) ? change.solid[i] : real(1); }
   PALP_HD Motion motion(std::uint32_t i) const { return {change.x[i].xyz(), change.v[i].xyz(), Vec3(0, 0, 0), false}; }

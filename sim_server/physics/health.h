@@ -7,10 +7,14 @@ namespace palp {
 
 struct HealthSums {
   real max_speed = 0;        // [m/s]
+  real max_mach = 0;         // speed over the sound speed in the particle's medium
   real max_compression = 0;  // rho / rho0 - 1
   real kinetic_energy = 0;   // of fluids and elastic bodies [J]
+  real unsolved = 0;         // share of what elasticity did that the last round of an implicit solve still changed
   std::uint32_t non_finite = 0;
   std::uint32_t outside = 0;  // particles outside the domain
+  std::uint32_t gone = 0;     // of these, those that have left it (outside.h)
+  real gone_mass = 0;         // [kg]
 };
 
 inline constexpr std::uint32_t kHealthBlocks = 512;
@@ -18,10 +22,13 @@ inline constexpr std::uint32_t kHealthBlocks = 512;
 template <class Team>
 PALP_HD inline HealthSums combine(HealthSums s, Team team) {
   s.max_speed = team.max(s.max_speed);
+  s.max_mach = team.max(s.max_mach);
   s.max_compression = team.max(s.max_compression);
   s.kinetic_energy = team.sum(s.kinetic_energy);
   s.non_finite = team.sum(s.non_finite);
   s.outside = team.sum(s.outside);
+  s.gone = team.sum(s.gone);
+  s.gone_mass = team.sum(s.gone_mass);
   return s;
 }
 
@@ -37,7 +44,6 @@ struct MeasureHealth {
   PALP_HD void operator()(std::uint32_t block, Team team) const {
     const std::uint32_t begin = static_cast<std::uint32_t>(std::uint64_t(count) * block / kHealthBlocks);
     const std::uint32_t end = static_cast<std::uint32_t>(std::uint64_t(count) * (block + 1) / kHealthBlocks);
-    const real c2 = medium.sound_speed * medium.sound_speed;
     HealthSums s;
     for (std::uint32_t i = begin + team.lane(); i < end; i += team.size()) {
       const Tag tag = state.tag[i];
@@ -50,6 +56,12 @@ struct MeasureHealth {
         ++s.non_finite;
         continue;
       }
+      if (tag.gone()) {
+        ++s.outside;
+        ++s.gone;
+        s.gone_mass += state.mass[i];
+        continue;
+      }
       const Vec3 low = xV.xyz() - grid.origin;
       for (int a = 0; a < 3; ++a)
         if (!grid.periodic(a) && (low[a] < real(0) || low[a] * grid.inv_cell[a] > real(grid.n[a]))) {
@@ -59,9 +71,12 @@ struct MeasureHealth {
       if (tag.kind() == Kind::fixed) continue;
       const real speed = Eigen::numext::sqrt(speed2);
       if (speed > s.max_speed) s.max_speed = speed;
+      const Material& material = medium.material[tag.material()];
+      const real mach = speed / (tag.is_fluid() ? material.sound_speed : medium.sound_speed);
+      if (mach > s.max_mach) s.max_mach = mach;
       if (tag.kind() == Kind::elastic) s.kinetic_energy += real(0.5) * state.mass[i] * speed2;
       if (!tag.is_fluid()) continue;
-      const real compression = vp.w / (c2 * medium.material[tag.material()].density);
+      const real compression = vp.w / (material.sound_speed * material.sound_speed * material.density);
       if (compression > s.max_compression) s.max_compression = compression;
       s.kinetic_energy += real(0.5) * state.mass[i] * speed2;
     }
@@ -73,19 +88,28 @@ struct MeasureHealth {
 struct CollectHealth {
   const HealthSums* part;
   HealthSums* total;
+  real* unsolved;  // null without an implicit solve; begins anew
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t, Team team) const {
     HealthSums s;
     for (std::uint32_t b = team.lane(); b < kHealthBlocks; b += team.size()) {
       if (part[b].max_speed > s.max_speed) s.max_speed = part[b].max_speed;
+      if (part[b].max_mach > s.max_mach) s.max_mach = part[b].max_mach;
       if (part[b].max_compression > s.max_compression) s.max_compression = part[b].max_compression;
       s.kinetic_energy += part[b].kinetic_energy;
       s.non_finite += part[b].non_finite;
       s.outside += part[b].outside;
+      s.gone += part[b].gone;
+      s.gone_mass += part[b].gone_mass;
     }
     s = combine(s, team);
-    if (team.leader()) *total = s;
+    if (!team.leader()) return;
+    if (unsolved != nullptr) {
+      s.unsolved = *unsolved;
+      *unsolved = real(0);
+    }
+    *total = s;
   }
 };
 

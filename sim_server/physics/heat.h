@@ -106,7 +106,8 @@ struct MeasureHeatZones {
     const HeatZone zone = heat.zone[z];
     real volume = 0;
     for (std::uint32_t i = team.lane(); i < count; i += team.size())
-      if (heat.held[state.tag[i].body()] == 0 && is_inside(zone, bodies, grid, state.xV[i])) volume += state.xV[i].w;
+      if (heat.held[state.tag[i].body()] == 0 && !state.tag[i].gone() && is_inside(zone, bodies, grid, state.xV[i]))
+        volume += state.xV[i].w;
     volume = team.sum(volume);
     if (team.leader()) heat.zone_volume[z] = volume;
   }
@@ -137,7 +138,7 @@ struct ConductHeat {
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag_i = state.tag[i];
-    if (heat.held[tag_i.body()] != 0) return;
+    if (heat.held[tag_i.body()] != 0 || tag_i.gone()) return;
     const HeatMaterial material_i = medium.material[tag_i.material()];
     const real T_i = state.temperature[i], k_i = material_i.conductivity;
     const Packed xV_i = state.xV[i];

@@ -3,6 +3,7 @@
 // piece.
 #pragma once
 
+#include "sim_server/physics/outside.h"
 #include "sim_server/physics/rigid_pieces.h"
 
 namespace palp {
@@ -16,10 +17,27 @@ struct MoveParticles {
   RigidViews rigid;
   CellGrid grid;
   Medium medium;
+  const Forcing* forcing;
+
+  // Lets a liquid particle go that was at x with v. What moves faster than sound has not left, but diverged: it goes
+  // on, so that health sees it.
+  PALP_HD bool let_go(std::uint32_t i, std::uint32_t slot, const Vec3& x, const Vec3& v) const {
+    const Vec3 pull = forcing->gravity + forcing->body_force;
+    const real c = medium.material[state.tag[i].material()].sound_speed;
+    if (!has_left(grid, x, pull) || !(v.squaredNorm() < c * c)) return false;
+    const Packed kept = pack(kept_place(grid, x, pull), state.xV[i].w), still = pack(Vec3(0, 0, 0), 0);
+    state.xV[i] = kept;
+    state.vp[i] = still;
+    state.tag[i] = state.tag[i].as_gone();
+    if (slot == kNone) return true;
+    change.x[slot] = pack(kept.xyz(), 0);
+    change.v[slot] = still;
+    return true;
+  }
 
   PALP_HD void operator()(std::uint32_t i) const {
     const Tag tag = state.tag[i];
-    if (tag.kind() == Kind::fixed) return;
+    if (tag.kind() == Kind::fixed || tag.gone()) return;
     const Packed xV = state.xV[i], vp = state.vp[i];
     const std::uint32_t slot = change.count > 0 ? slot_of(change, tag, state.id[i]) : kNone;
     Vec3 x, v;
@@ -32,6 +50,12 @@ struct MoveParticles {
     } else if (tag.is_fluid()) {
       v = vp.xyz() + medium.dt * acceleration[i].xyz();
       if (slot != kNone) v += medium.dt / state.mass[i] * change.force[slot].xyz();
+      if (slot != kNone && change.solid[slot] > real(0)) {
+        const Surroundings around = surroundings(grid, *forcing, xV.xyz(), medium.dt);
+        if (around.kept < real(1)) v = around.kept * (v - medium.dt * (forcing->gravity + forcing->body_force));
+      } else if (let_go(i, slot, xV.xyz(), v)) {
+        return;
+      }
       x = xV.xyz() + medium.dt * v;
     } else {
       const BodyState& body = bodies.body[tag.body()];

@@ -20,6 +20,10 @@ struct PaperDensity {
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag_i = from.tag[i];
+    if (tag_i.gone()) {
+      if (team.leader()) copy_particle(from, i, to, i);
+      return;
+    }
     const real m_i = from.mass[i];
     // Eq. 1 for the density, with the particle's own mass for every neighbour: media of different density do not smear
     real number = 0;

@@ -15,13 +15,15 @@ namespace palp {
 
 enum class Kind : std::uint32_t { fluid = 0, rigid = 1, fixed = 2, elastic = 3 };
 
-// A particle's kind, material and body in one word.
+// A particle's kind, material and body in one word, and whether it has left the domain (outside.h).
 struct Tag {
   std::uint32_t bits;
   PALP_HD Kind kind() const { return static_cast<Kind>(bits & 3u); }
   PALP_HD bool is_fluid() const { return (bits & 3u) == 0; }
-  PALP_HD std::uint32_t material() const { return (bits >> 2) & 0x3fu; }
+  PALP_HD std::uint32_t material() const { return (bits >> 2) & 0x1fu; }
   PALP_HD std::uint32_t body() const { return bits >> 8; }
+  PALP_HD bool gone() const { return (bits & 0x80u) != 0; }
+  PALP_HD Tag as_gone() const { return {bits | 0x80u}; }
 };
 inline constexpr std::uint32_t kMaxMaterials = 16;
 
@@ -66,6 +68,7 @@ PALP_HD inline void copy_particle(const ParticleView& from, std::uint32_t i, con
 
 struct Material {
   real density;      // rho0 [kg/m^3]
+  real sound_speed;  // c of a fluid; of light ones beside heavy ones more than the scene's [m/s]
   real viscosity;    // mu [Pa s]
   real shear, lame;  // of elastic bodies: mu, lambda [Pa]
   real damping;      // eta of elastic bodies [Pa s]
@@ -79,7 +82,7 @@ struct Medium {
   Material material[kMaxMaterials];
   real support;      // H [m]
   real spacing;      // dx [m]
-  real sound_speed;  // c [m/s]
+  real sound_speed;  // c of the scene [m/s]
   real diffusion;    // delta of the density diffusion [-]
   real artificial;   // alpha of the artificial viscosity [-]
   bool uniform;      // one fluid and nothing else: every particle has the same tag but for its body

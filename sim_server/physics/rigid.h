@@ -8,6 +8,7 @@
 #pragma once
 
 #include "sim_server/physics/boundary.h"
+#include "sim_server/physics/outside.h"
 #include "sim_server/physics/rotation.h"
 
 namespace palp {
@@ -27,8 +28,8 @@ struct BodyState {
   bool shaped;                 // it has a distance field
   Vec3 force, torque;          // of this sub-step, about the centre of mass [N, N m]
   Vec3 force_sum, torque_sum;  // over the sub-steps of this haptic step
-  Vec3 coupling_force, coupling_torque;  // on the proxy, about the handle, of this sub-step [N, N m]
-  real work[2];                          // of the proxy on the coupling in this haptic step: linear, angular [J]
+  Vec3 coupling_sum;           // of the coupling's force on the proxy, over the same [N]
+  real work[2];                // of the proxy on the coupling in this haptic step: linear, angular [J]
 };
 
 struct BodyViews {
@@ -44,9 +45,22 @@ struct PairWrench {
   bool near;                       // whether any state of the pair may be in use
 };
 
+// How contact resists a change of a body's motion within a sub-step, about its centre of mass, world axes: force falls
+// by vv dv + vw dw, torque by vw^T dv + ww dw. push, turn: its normal forces before that.
+struct Resistance {
+  Mat3 vv, vw, ww;  // [N s/m, N s, N m s]
+  Vec3 push, turn;  // [N, N m]
+};
+
+PALP_HD inline Resistance no_resistance() {
+  return {Mat3::Zero(), Mat3::Zero(), Mat3::Zero(), Vec3(0, 0, 0), Vec3(0, 0, 0)};
+}
+
 // Of all pairs, and which of them are a body's; null without such contact.
 struct PairWrenches {
   PairWrench* wrench = nullptr;
+  Resistance* resistance = nullptr;        // of the pairs of a proxy and a fixed body
+  const std::uint32_t* held = nullptr;     // index of each pair in these, kNone
   const std::uint32_t* of_body = nullptr;  // [bodies + 1] first of each body's in part
   const std::uint32_t* part = nullptr;     // pair * 2, and 1 more where the body is b
 };
@@ -152,24 +166,33 @@ PALP_HD inline Mat3 cross_matrix(const Vec3& a) {
   return m;
 }
 
-// A body's mass and inertia together with a damper at r from its centre: what moves as momenta p and l are added. With
-// v_r = v - [r] w: m v + k v_r = p, I w + k_r w + r x (k v_r) = l.
+// A body's mass and inertia with all that resists its motion: what moves as momenta p and l are added.
+// A v + C w = p, C^T v + D w = l.
 struct CoupledMass {
-  real mass, damper;  // of the body; k [kg]
-  Vec3 r;             // world axes [m]
-  Mat3 inverse;       // of what is left for w once v is eliminated
+  Mat3 light;    // A^-1 [1/kg]
+  Mat3 ties;     // C [kg m]
+  Mat3 inverse;  // (D - C^T A^-1 C)^-1 [1/(kg m^2)]
   PALP_HD void solve(const Vec3& p, const Vec3& l, Vec3& v, Vec3& w) const {
-    const real sum = mass + damper;
-    w = inverse * (l - (damper / sum) * r.cross(p));
-    v = (p + damper * r.cross(w)) / sum;
+    const Vec3 free = light * p;
+    w = inverse * (l - ties.transpose() * free);
+    v = free - light * (ties * w);
   }
 };
 
-// inertia: world axes; turn_damper: k_r [kg m^2].
-PALP_HD inline CoupledMass coupled_mass(real mass, const Mat3& inertia, const Vec3& r, real damper, real turn_damper) {
-  const Mat3 r_cross = cross_matrix(r);
-  const Mat3 A = inertia + Mat3::Identity() * turn_damper - (damper * mass / (mass + damper)) * (r_cross * r_cross);
-  return {mass, damper, r, A.inverse()};
+// Of a body with a damper k at r from its centre, another, k_r, on its turning, and contact. With v_r = v - [r] w:
+// m v + k v_r + dt (vv v + vw w) = p, I w + k_r w + r x (k v_r) + dt (vw^T v + ww w) = l. inertia, r: world axes [m].
+PALP_HD inline CoupledMass coupled_mass(real mass, const Mat3& inertia, const Vec3& r, real damper, real turn_damper,
+                                        const Resistance& contact, real dt) {
+  const Mat3 R = cross_matrix(r), vv = dt * contact.vv, vw = dt * contact.vw;
+  CoupledMass m;
+  m.light = ((mass + damper) * Mat3::Identity() + vv).inverse();
+  m.ties = vw - damper * R;
+  // k [r] A^-1 k [r] and k [r] [r] nearly cancel where k is large: what is left of them is k [r] A^-1 (m + vv) [r]
+  const Mat3 turned = damper * R * m.light * vw;
+  const Mat3 left = inertia + turn_damper * Mat3::Identity() + dt * contact.ww - turned - turned.transpose() -
+                    damper * R * m.light * (mass * Mat3::Identity() + vv) * R - vw.transpose() * m.light * vw;
+  m.inverse = left.inverse();
+  return m;
 }
 
 // Of BodyState, or of anything else with these members.
@@ -182,10 +205,10 @@ PALP_HD inline Mat3 world_inverse_inertia(const Body& b, const Quat& q) {
 // Symplectic Euler for the centre; for the rotation the angular momentum is the state, so it is kept exactly, and the
 // angular velocity is taken at mid-step, which keeps the energy to second order.
 template <class Body>
-PALP_HD inline void advance_free_body(Body& b, const Vec3& gravity, real dt) {
-  b.v += dt * (b.force / b.mass + gravity);
+PALP_HD inline void advance_free_body(Body& b, const Surroundings& around, real dt) {
+  b.v = around.kept * (b.v + dt * (b.force / b.mass + around.pull));
   b.x += dt * b.v;
-  b.L += dt * b.torque;
+  b.L = around.kept * (b.L + dt * b.torque);
   const Quat middle = rotated(b.q, real(0.5) * dt * (world_inverse_inertia(b, b.q) * b.L));
   b.w = world_inverse_inertia(b, middle) * b.L;
   b.q = rotated(b.q, dt * b.w);

@@ -157,14 +157,14 @@ struct AssignRigid {
   }
 };
 
-// The inverse on the axes round which there is inertia.
+// The inverse on the axes round which there is inertia. Round others a piece does not turn: a row of particles,
+// slightly bent, would spin there by many turns a sub-step. A needle of 2 x 2 particles is one from 245 on.
 PALP_HD inline Mat3 turning_inverse(const Mat3& inertia) {
   const PrincipalAxes axes = principal_axes(inertia);
   const real most = axes.value.maxCoeff();
   Mat3 inverse = Mat3::Zero();
   for (int a = 0; a < 3; ++a)
-    if (axes.value[a] > real(1e-5) * most)  // far above round-off; a needle of 4 particles across has that 775 long
-      inverse += axes.axis.col(a) * axes.axis.col(a).transpose() / axes.value[a];
+    if (axes.value[a] > real(1e-4) * most) inverse += axes.axis.col(a) * axes.axis.col(a).transpose() / axes.value[a];
   return inverse;
 }
 
@@ -236,6 +236,8 @@ struct PushRigid {
 // One team each of the list.
 struct AdvanceRigid {
   RigidViews rigid;
+  CellGrid grid;
+  const Forcing* forcing;
   real dt;
 
   template <class Team>
@@ -257,7 +259,9 @@ struct AdvanceRigid {
     if (!team.leader()) return;
     piece.force = force;
     piece.torque = torque;
-    advance_free_body(piece, Vec3(0, 0, 0), dt);
+    // the pushes have its weight in them
+    const Surroundings around = surroundings(grid, *forcing, piece.x, dt);
+    advance_free_body(piece, {around.pull - forcing->gravity - forcing->body_force, around.kept}, dt);
     // the particles' velocities are to have the angular momentum where they are now
     piece.w = world_inverse_inertia(piece, piece.q) * piece.L;
   }

@@ -33,7 +33,7 @@ struct ChangeViews {
   const std::uint32_t* group = nullptr;    // by body: bonds form within a group
   const std::uint32_t* shaped = nullptr;   // by body: Bonded::shaped
   const Tag* tag = nullptr;                // with the material of its bonds
-  Packed* x = nullptr;                     // position, rest volume [m, m^3]
+  Packed* x = nullptr;                     // position, rest volume; 0: it has left the domain [m, m^3]
   Packed* v = nullptr;                     // velocity, acting pressure of a fluid particle [m/s, Pa]
   real* solid = nullptr;                   // K
   real* before = nullptr;                  // K before its last change
@@ -83,7 +83,7 @@ struct ChangeFractions {
     if (k == kNone) return;
     const real K = change.solid[k];
     change.before[k] = K;
-    if (!tag.is_fluid()) return;
+    if (!tag.is_fluid() || tag.gone()) return;
     const std::uint32_t m = tag.material();
     real now = change.set[k];
     if (medium.cooking[m] > real(0) && state.temperature[i] > medium.cooking[m]) {

@@ -72,8 +72,6 @@ PALP_HD inline real pair_viscosity(const Medium& medium, Tag a, Tag b) {
   return sum > real(0) ? real(4) * mu * mu_b / sum : real(0);
 }
 
-PALP_HD inline real least(real a, real b) { return a < b ? a : b; }
-
 // Sets Y_0, and l of the particles that move on their own; K of the others for their bodies.
 struct BeginViscosity {
   ParticleView state;

@@ -26,10 +26,7 @@ Scene channel(double support) {
   add_body(scene, "batter", BodyType::fluid, batter, {0, 0, 0}, {deep, deep, kGap});
   add_body(scene, "bottom", BodyType::fixed, batter, {0, 0, -wall}, {deep, deep, 0});
   add_body(scene, "top", BodyType::fixed, batter, {0, 0, kGap}, {deep, deep, kGap + wall});
-  ProbeConfig probe;
-  probe.quantity = Quantity::body;
-  probe.body = "bottom";
-  scene.config.probes.push_back(probe);
+  scene.config.probes.push_back(probe_of("bottom"));
   return scene;
 }
 
@@ -97,10 +94,7 @@ TEST(BatterDrag, IsOfStokesOrder) {
   add_body(scene, "batter", BodyType::fluid, batter, {0, 0, 0}, {side, side, side},
            [&](const Eigen::Vector3d& x) { return !inside(x); });
   const auto sphere = add_body(scene, "sphere", BodyType::fixed, steel, {0, 0, 0}, {side, side, side}, inside);
-  ProbeConfig probe;
-  probe.quantity = Quantity::body;
-  probe.body = "sphere";
-  scene.config.probes.push_back(probe);
+  scene.config.probes.push_back(probe_of("sphere"));
   scene.config.body_force = {0, 0, 0.5};
   const auto simulation = simulate(scene);
   double drag = 0;
@@ -136,10 +130,7 @@ TEST(BatterAtRest, HasTheHydrostaticPressure) {
   const auto honey = add_material(scene, 1400, 1000);
   add_body(scene, "honey", BodyType::fluid, honey, {0, 0, 0}, {width, 0.09, depth});
   add_tray(scene, honey, {0, 0, 0}, {width, 0.09, 0.13}, 0.03, {false, true, false});
-  ProbeConfig probe;
-  probe.quantity = Quantity::body;
-  probe.body = "tray";
-  scene.config.probes.push_back(probe);
+  scene.config.probes.push_back(probe_of("tray"));
   ASSERT_GT(make_plan(scene).viscous_stages, 1);
   const auto simulation = simulate(scene);
   const StepOutput* out = nullptr;

@@ -34,10 +34,7 @@ TEST_P(Archimedes, SubmergedSphereIsPushedUpByTheFluidsWeight) {
   Scene scene = pool(side, depth, 0.2, [&](const Eigen::Vector3d& x) { return !in_sphere(x); });
   const auto sphere = add_body(scene, "sphere", BodyType::fixed, 0, {0, 0, 0}, {side, side, depth}, in_sphere);
   scene.config.method = GetParam();
-  ProbeConfig probe;
-  probe.quantity = Quantity::body;
-  probe.body = "sphere";
-  scene.config.probes.push_back(probe);
+  scene.config.probes.push_back(probe_of("sphere"));
   const auto simulation = simulate(scene);
   scene.config.rate_hz = 1400;
   constexpr int settle = 60, average = 60;

@@ -91,10 +91,7 @@ TEST_P(HeldRod, AHandFeelsNoJump) {
            [&](const Eigen::Vector3d& x) { return !in_rod(x); });
   const auto rod = add_body(scene, "rod", BodyType::fixed, 1, {-0.02, -0.02, 0.02}, {0.02, 0.02, 0.06}, in_rod);
   scene.temperature.assign(scene.position.size(), kMelting + 0.5);
-  ProbeConfig probe;
-  probe.quantity = Quantity::body;
-  probe.body = "rod";
-  scene.config.probes.push_back(probe);
+  scene.config.probes.push_back(probe_of("rod"));
   const double mass = mass_of(scene);
   add_heat(scene, -2 * mass, 1, 1.5);
   add_heat(scene, 2 * mass, 2, 2.5);

@@ -1,4 +1,5 @@
 // Contact over longer times and in hollow solids: what rests stays, what is in stays in, nothing gains energy.
+#include <algorithm>
 #include <fstream>
 
 #include "sim_server/plan.h"
@@ -73,7 +74,9 @@ TEST(ContactMotion, CupsHoldABall) {
       if (free) config.bodies.push_back(at(body("floor", BodyType::fixed, box({0.8, 0.8, 0.04})), {0, 0, -0.04}));
       const Scene scene = sampled(config);
       const auto simulation = simulate(scene);
-      double carried = 0;  // what holds the ball, on the mean over the last second: it may still roll along the wall
+      // what holds the ball, on the mean over the last second, and how high it is at least: it may still roll to and
+      // fro, a little up the wall, too
+      double carried = 0, lowest = 1;
       for (int k = 0; k < 3000; ++k) {
         const StepOutput& out = simulation->step({});
         ASSERT_TRUE(out.health.ok) << out.health.cause;
@@ -81,10 +84,11 @@ TEST(ContactMotion, CupsHoldABall) {
             out.bodies[0].state.orientation.conjugate() * (out.bodies[1].state.position - out.bodies[0].state.position);
         ASSERT_LT(std::hypot(x.x(), x.y()), (shapes.size() == 2 && shapes[0].type == ShapeType::box ? 1.5 : 1) * kCup);
         ASSERT_GT(x.z(), 0.8 * kBall) << k;
-        if (k >= 2000) carried += out.bodies[1].force.z() / 1000;
+        if (k < 2000) continue;
+        carried += out.bodies[1].force.z() / 1000;
+        lowest = std::min(lowest, out.bodies[1].state.position.z() - out.bodies[0].state.position.z());
       }
-      const BodyOutput& ball = simulation->output().bodies[1];
-      EXPECT_NEAR(ball.state.position.z() - simulation->output().bodies[0].state.position.z(), kBall, 1e-3);
+      EXPECT_NEAR(lowest, kBall, 1e-3);
       EXPECT_TRUE(within(carried / (scene.bodies[1].mass * kGravity) - 1, tol::kCarried));
     }
 }

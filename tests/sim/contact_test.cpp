@@ -162,10 +162,7 @@ TEST(Contact, StacksRest) {
   for (int k = 0; k < kBoxes; ++k)
     config.bodies.push_back(
         at(body("box " + std::to_string(k), BodyType::rigid, box({edge, edge, edge})), {0, 0, (k + 0.5) * edge}));
-  ProbeConfig probe;
-  probe.quantity = Quantity::body;
-  probe.body = "floor";
-  config.probes.push_back(probe);
+  config.probes.push_back(probe_of("floor"));
   const Scene scene = sampled(config);
   const auto simulation = simulate(scene);
   for (int k = 0; k < 1000; ++k) simulation->step({});

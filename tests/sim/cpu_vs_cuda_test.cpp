@@ -96,10 +96,7 @@ TEST_P(CpuVsCuda, AgreeInTheSumOfALongRun) {
   const auto water = add_material(scene, 1000, GetParam() == Method::paper ? 5 : 0.1);
   add_body(scene, "water", BodyType::fluid, water, {0, 0, 0}, {0.2, 0.3, 0.3});
   add_tray(scene, water, {0, 0, 0}, {0.5, 0.3, 0.4}, 3 * dx);
-  ProbeConfig probe;
-  probe.quantity = Quantity::body;
-  probe.body = "tray";
-  scene.config.probes.push_back(probe);
+  scene.config.probes.push_back(probe_of("tray"));
   const auto cpu = simulate(scene, Backend::cpu), gpu = simulate(scene, Backend::cuda);
   Eigen::Vector3d force_cpu = Eigen::Vector3d::Zero(), force_gpu = Eigen::Vector3d::Zero();
   double energy_cpu = 0, energy_gpu = 0;

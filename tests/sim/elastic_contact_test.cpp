@@ -53,10 +53,7 @@ TEST(ElasticContact, SoftBlocksStickAndSlipLikeRigidOnes) {
 // A soft block lies on a plate with its weight, flat, and no particle is in the plate.
 TEST(ElasticContact, SoftBlockRestsOnAPlate) {
   Scene scene = level(0.3);
-  ProbeConfig probe;
-  probe.quantity = Quantity::body;
-  probe.body = "plate";
-  scene.config.probes.push_back(probe);
+  scene.config.probes.push_back(probe_of("plate"));
   const auto simulation = simulate(scene);
   run(*simulation, 1);
   const double weight = scene.bodies[1].mass * kGravity;

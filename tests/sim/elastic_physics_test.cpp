@@ -119,10 +119,7 @@ TEST_P(ElasticIn, HangingColumnStretchesByItsWeight) {
       add_body(scene, "clamp", BodyType::fixed, 0, {length, 0, 0}, {length + 3 * kSpacing, 5 * kSpacing, 5 * kSpacing});
   const auto column = add_body(scene, "column", BodyType::elastic, 0, {0, 0, 0}, {length, 5 * kSpacing, 5 * kSpacing});
   scene.bodies[column].bonded_to = {clamp};
-  ProbeConfig probe;
-  probe.quantity = Quantity::body;
-  probe.body = "clamp";
-  scene.config.probes.push_back(probe);
+  scene.config.probes.push_back(probe_of("clamp"));
   const auto simulation = simulate(scene);
   for (int k = 0; k < 1500; ++k) ASSERT_TRUE(simulation->step({}).health.ok);
   Snapshot snapshot;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace palp {
 namespace {
 
@@ -36,7 +38,7 @@ TEST(Hand, MovesOnForAsLongAsTheSampleHasWaited) {
   EXPECT_NEAR(turn.axis().z(), 1, 1e-9);
 }
 
-// Neither a clock that jumped, nor a long silence, nor a speed that no hand has, moves it far.
+// Neither a clock that jumped, nor a speed that no hand has, moves it far.
 TEST(Hand, NeverMovesOnFurtherThanAHandMayInAFewMilliseconds) {
   for (const double speed : {0.5, 5.0, 1e6}) {
     for (const std::int64_t age_ms : {-70, 0, 4, 20, 70}) {
@@ -44,9 +46,28 @@ TEST(Hand, NeverMovesOnFurtherThanAHandMayInAFewMilliseconds) {
       hand.receive(sample(1, 0, speed), 1000 * kMillisecond);
       const double x = hand.input((1000 + age_ms) * kMillisecond, kStep, proxy_at(0)).state.position.x();
       EXPECT_GE(x, 0);
-      EXPECT_LE(x, std::min(speed, kFastestHand) * kMostAhead * (1 + 1e-12)) << speed << " m/s, " << age_ms << " ms";
+      EXPECT_LE(x, std::min(speed, kFastestHand) * (kMostAhead + kStep) * (1 + 1e-12))
+          << speed << " m/s, " << age_ms << " ms";
     }
   }
+}
+
+// While nothing is heard of it, it neither stops at once nor goes on for ever, and its velocity is that of its way.
+TEST(Hand, SlowsDownWhileNothingIsHeard) {
+  Hand hand;
+  hand.receive(sample(1, 0, 0.5), 0);
+  DeviceInput before = hand.input(0, kStep, proxy_at(0));
+  for (int ms = 1; ms < 50; ++ms) {
+    const DeviceInput in = hand.input(ms * kMillisecond, kStep, proxy_at(0));
+    ASSERT_TRUE(in.engaged);
+    const double way = in.state.position.x() - before.state.position.x();
+    EXPECT_NEAR(way / kStep, (in.state.linear.x() + before.state.linear.x()) / 2, 1e-3) << ms << " ms";
+    EXPECT_LE(in.state.linear.x(), before.state.linear.x());
+    EXPECT_NEAR(in.state.linear.x() / 0.5, ms <= 6 ? 1 : std::exp(-(ms - 6) * 1e-3 / kSlowsDown), 1e-9);
+    EXPECT_NEAR(in.state.angular.z() / 2, in.state.linear.x() / 0.5, 1e-9);
+    before = in;
+  }
+  EXPECT_LT(before.state.position.x(), 0.5 * (kMostAhead + kSlowsDown));
 }
 
 // In steps, whatever the clock says: the same samples before the same steps give the same motion.

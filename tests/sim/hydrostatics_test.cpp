@@ -36,10 +36,7 @@ Scene tank(const TankCase& c) {
   const auto water = add_material(scene, kDensity, 0);
   add_body(scene, "water", BodyType::fluid, water, {0, 0, 0}, {width, deep, kDepth});
   add_tray(scene, water, {0, 0, 0}, {width, deep, 1.05}, wall, {false, true, false});
-  ProbeConfig probe;
-  probe.quantity = Quantity::body;
-  probe.body = "tray";
-  config.probes.push_back(probe);
+  config.probes.push_back(probe_of("tray"));
   return scene;
 }
 

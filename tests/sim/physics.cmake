@@ -2,15 +2,16 @@
 # those that call kernels on the host, make the GPU's, whose tests skip themselves where there is no GPU.
 set(physics_support_sources ../support/equations.cpp ../support/validation.cpp)
 set(physics_host_sources
-  distance_test.cpp elastic_test.cpp kernels_test.cpp neighbors_test.cpp pieces_test.cpp plastic_test.cpp tear_test.cpp)
+  distance_test.cpp elastic_test.cpp implicit_elastic_test.cpp kernels_test.cpp neighbors_test.cpp pieces_test.cpp plastic_test.cpp tear_test.cpp)
 set(physics_unit_sources
-  conservation_test.cpp contact_test.cpp equations_test.cpp health_test.cpp heat_test.cpp kept_lists_test.cpp
-  odd_bodies_test.cpp plan_test.cpp
-  proxy_test.cpp rigid_test.cpp rigidify_test.cpp state_change_test.cpp viscosity_test.cpp)
+  conservation_test.cpp contact_test.cpp equations_test.cpp health_test.cpp heat_test.cpp implicit_physics_test.cpp kept_lists_test.cpp
+  odd_bodies_test.cpp outside_test.cpp plan_test.cpp
+  proxy_contact_test.cpp proxy_test.cpp rigid_test.cpp rigidify_test.cpp state_change_test.cpp viscosity_test.cpp)
 set(physics_sources
   batter_test.cpp buoyancy_test.cpp change_motion_test.cpp cohesion_test.cpp contact_motion_test.cpp
   crepe_scene_test.cpp cuboid_scenes_test.cpp dam_break_test.cpp density_ratio_test.cpp elastic_contact_test.cpp
-  elastic_physics_test.cpp elastic_scenes_test.cpp frozen_contact_test.cpp heat_flow_test.cpp hydrostatics_test.cpp
+  elastic_physics_test.cpp elastic_scenes_test.cpp film_test.cpp frozen_contact_test.cpp heat_flow_test.cpp
+  hydrostatics_test.cpp
   kitchen_scene_test.cpp melting_scenes_test.cpp plastic_physics_test.cpp rest_test.cpp resting_noise_test.cpp
   rigidify_motion_test.cpp shear_flow_test.cpp stability_test.cpp
   tear_physics_test.cpp)

@@ -39,7 +39,7 @@ class Elastic {
     }
   }
 
-  std::vector<Eigen::Vector3d> forces() {
+  ElasticViews views() {
     ElasticViews e;
     e.count = plan_.elastic_count;
     e.rest = store_.rest.data();
@@ -58,6 +58,11 @@ class Elastic {
     if (plan_.tears) e.torn = torn.data();
     if (plan_.tears) e.pull = pull_.data();
     if (plan_.tears) e.bearing = bearing_.data();
+    return e;
+  }
+
+  std::vector<Eigen::Vector3d> forces() {
+    const ElasticViews e = views();
     BodyViews bodies;
     bodies.force = force_.data();
     const auto kernel = WendlandC2::with_support(static_cast<real>(plan_.elastic_support));
@@ -83,6 +88,8 @@ class Elastic {
   const Scene& scene() const { return scene_; }
   const Plan& plan() const { return plan_; }
   const ElasticStore& store() const { return store_; }
+  const Medium& medium() const { return medium_; }
+  const CellGrid& grid() const { return grid_; }
   Eigen::Vector3d place(std::size_t i) const { return scene_.position[i] + store_.u[i].xyz().cast<double>(); }
   std::vector<Mat3> gradient, plastic;
   std::vector<real> hardened;

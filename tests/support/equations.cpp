@@ -17,6 +17,14 @@ const MaterialConfig& material_of(const Restated& w, std::size_t i) {
   return w.scene->config.materials[body_of(w, i).material];
 }
 double density0(const Restated& w, std::size_t i) { return material_of(w, i).density; }
+// c^2 of a tenth of the stiffness of the heaviest fluid at least
+double sound(const Restated& w, std::size_t i) {
+  double heaviest = 0;
+  for (const Body& body : w.scene->bodies)
+    if (body.type == BodyType::fluid) heaviest = std::max(heaviest, w.scene->config.materials[body.material].density);
+  return w.plan.sound_speed * std::max(1.0, std::sqrt(heaviest / (10 * density0(w, i))));
+}
+double impedance(const Restated& w, std::size_t i) { return density0(w, i) * sound(w, i); }
 double acting(const Restated& w, double p) { return w.plan.tension ? p : std::max(0.0, p); }
 
 // x_i - x_j, of the nearest image.
@@ -58,34 +66,38 @@ Eigen::Quaterniond turned(const Eigen::Quaterniond& q, const Vector3d& rotation)
 
 // d rho/dt = - rho div v + delta h c sum_j V_j psi_ij . gradW, psi_ij = 2 (rho_j - rho_i - hydrostatic) x_ji / r^2
 void continuity(Restated& w) {
-  const double c2 = w.plan.sound_speed * w.plan.sound_speed, h = 0.5 * w.plan.support;
+  const double h = 0.5 * w.plan.support;
   const Vector3d g = level_gravity(w);
   std::vector<double> rho_new(w.x.size());
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     if (!is_fluid(w, i)) continue;
-    const double rho0 = density0(w, i), rho_i = rho0 + w.p[i] / c2;
+    const double c = sound(w, i), c2 = c * c, rho0 = density0(w, i), rho_i = rho0 + w.p[i] / c2;
     double divergence = 0, diffusion = 0;
     for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
       const Vector3d gradient = wendland_gradient(x_ij, w.plan.support);
       const Vector3d v_j = is_fixed(w, j) ? Vector3d::Zero() : w.v[j];
-      divergence += w.V[j] * (v_j - w.v[i]).dot(gradient);
+      // towards the velocity that an interface would have, twice: it is half way
+      const Vector3d v_meet = (impedance(w, i) * w.v[i] + impedance(w, j) * v_j) / (impedance(w, i) + impedance(w, j));
+      divergence += w.V[j] * (is_fluid(w, j) ? Vector3d(2 * (v_meet - w.v[i])) : Vector3d(v_j - w.v[i])).dot(gradient);
       if (!is_fluid(w, j) || body_of(w, j).material != body_of(w, i).material) return;
       const double rho_j = rho0 + w.p[j] / c2;
       const double resting = rho0 * g.dot(-x_ij) / c2;
-      diffusion += w.V[j] * 2 * (rho_j - rho_i - resting) * (-x_ij).dot(gradient) / x_ij.squaredNorm();
+      // density does not diffuse between particles that are at rest against each other
+      const double moves = (w.v[i] - w.v[j]).dot(x_ij) / (0.0003 * c * w.scene->spacing);
+      diffusion += std::min(1.0, moves * moves) * w.V[j] * 2 * (rho_j - rho_i - resting) * (-x_ij).dot(gradient) /
+                   x_ij.squaredNorm();
     });
-    rho_new[i] = rho_i + w.plan.dt * (-rho_i * divergence + w.plan.diffusion * h * w.plan.sound_speed * diffusion);
+    rho_new[i] = rho_i + w.plan.dt * (-rho_i * divergence + w.plan.diffusion * h * c * diffusion);
   }
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     if (!is_fluid(w, i)) continue;
-    w.p[i] = c2 * (rho_new[i] - density0(w, i));
+    w.p[i] = sound(w, i) * sound(w, i) * (rho_new[i] - density0(w, i));
     w.V[i] = w.m[i] / rho_new[i];
   }
 }
 
 // Adami, Hu & Adams 2012, eqs. 23 and 27 without the wall's acceleration.
 void extrapolate_to_walls(Restated& w) {
-  const double c2 = w.plan.sound_speed * w.plan.sound_speed;
   const Vector3d g = level_gravity(w);
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     if (is_fluid(w, i)) continue;
@@ -94,7 +106,7 @@ void extrapolate_to_walls(Restated& w) {
     for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
       if (!is_fluid(w, j)) return;
       const double W = wendland(x_ij.norm(), w.plan.support);
-      p += (acting(w, w.p[j]) + (density0(w, j) + w.p[j] / c2) * g.dot(x_ij)) * W;
+      p += (acting(w, w.p[j]) + (density0(w, j) + w.p[j] / std::pow(sound(w, j), 2)) * g.dot(x_ij)) * W;
       v += w.v[j] * W;
       sum += W;
     });
@@ -108,17 +120,20 @@ Vector3d force_on_fluid(const Restated& w, std::size_t i, std::size_t j, const V
   const Vector3d gradient = wendland_gradient(x_ij, w.plan.support);
   const double h = 0.5 * w.plan.support, r2 = x_ij.squaredNorm();
   const bool wall = !is_fluid(w, j);
-  const double p_j = wall ? w.wall_pressure[j] : acting(w, w.p[j]);
+  double p_j = wall ? w.wall_pressure[j] : acting(w, w.p[j]);
+  // a solid's particles within 0.8 spacings push with the fluid's stiffness
+  const double inside = 1 - x_ij.norm() / (0.8 * w.scene->spacing);
+  if (wall && inside > 0) p_j += density0(w, i) * sound(w, i) * sound(w, i) * inside;
   const double mu_i = material_of(w, i).viscosity, mu_j = wall ? mu_i : material_of(w, j).viscosity;
-  const double rho = wall ? density0(w, i) : 0.5 * (density0(w, i) + density0(w, j));
+  const double Z_i = impedance(w, i), Z_j = wall ? Z_i : impedance(w, j), Z = 2 * Z_i * Z_j / (Z_i + Z_j);
   const Vector3d v_ij = w.v[i] - w.v[j];
   const Vector3d shear = w.v[i] - (wall ? w.wall_velocity[j] : w.v[j]);
   const double mu = mu_i + mu_j > 0 ? 2 * mu_i * mu_j / (mu_i + mu_j) : 0;
-  // pressure; Morris, Fox & Zhu; Monaghan & Gingold with Pi = - alpha c h v.x / (rho (r^2 + 0.01 h^2))
-  Vector3d f = -w.V[i] * w.V[j] * (acting(w, w.p[i]) + p_j) * gradient;
+  // pressure; Morris, Fox & Zhu; Monaghan & Gingold, alpha c h rho v.x / (r^2 + 0.01 h^2)
+  const double p_meet = (Z_j * acting(w, w.p[i]) + Z_i * p_j) / (Z_i + Z_j);
+  Vector3d f = -w.V[i] * w.V[j] * 2 * p_meet * gradient;
   f += w.V[i] * w.V[j] * 2 * mu * x_ij.dot(gradient) / r2 * shear;
-  const double Pi = -w.plan.artificial * w.plan.sound_speed * h * v_ij.dot(x_ij) / (rho * (r2 + 0.01 * h * h));
-  f += -(rho * w.V[i]) * (rho * w.V[j]) * Pi * gradient;
+  f += w.V[i] * w.V[j] * w.plan.artificial * Z * h * v_ij.dot(x_ij) / (r2 + 0.01 * h * h) * gradient;
   return f;
 }
 
@@ -216,6 +231,7 @@ void advance_coupled(RestatedBody& b, const Body& body, const DeviceInput& in, c
   const Vector6d rhs = M * u + dt * (W + J.transpose() * (K * e + B * u_d));
   const Vector6d next = A.fullPivLu().solve(rhs);
   const Vector6d coupling = K * (e - dt * J * next) + B * (u_d - J * next), moved = J * next;
+  b.coupling = coupling.head<3>();
   b.work[0] -= dt * coupling.head<3>().dot(moved.head<3>());
   b.work[1] -= dt * coupling.tail<3>().dot(moved.tail<3>());
   b.work_size[0] += dt * ((K * e).head<3>().norm() + (B * u_d).head<3>().norm()) * moved.head<3>().norm();
@@ -312,7 +328,7 @@ Restated restate(const Scene& scene) {
   w.force.assign(n, Vector3d::Zero());
   for (std::size_t i = 0; i < n; ++i) {
     if (is_fluid(w, i)) w.p[i] = resting_pressure(w, body_of(w, i), i);
-    w.m[i] = w.V[i] * (density0(w, i) + w.p[i] / (w.plan.sound_speed * w.plan.sound_speed));
+    w.m[i] = w.V[i] * (density0(w, i) + w.p[i] / std::pow(sound(w, i), 2));
   }
   for (std::size_t k = 0; k < scene.bodies.size(); ++k) {
     const Body& body = scene.bodies[k];

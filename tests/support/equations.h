@@ -19,7 +19,8 @@ struct RestatedBody {
   Eigen::Vector3d handle = Eigen::Vector3d::Zero();
   int proxy = -1;
   Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();  // of the last sub-step
-  double work[2] = {0, 0};  // that the coupling did on the handle's side, linear and angular
+  Eigen::Vector3d coupling = Eigen::Vector3d::Zero();  // force on the handle in the last sub-step
+  double work[2] = {0, 0};                             // that the coupling did on the handle's side, linear and angular
   // The sizes of what was summed to force, torque and work: a sum that nearly cancels is no less uncertain for it.
   double force_size = 0, torque_size = 0, work_size[2] = {0, 0};
 };

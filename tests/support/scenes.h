@@ -28,6 +28,14 @@ inline std::uint32_t add_material(Scene& scene, double density, double viscosity
   return static_cast<std::uint32_t>(scene.config.materials.size() - 1);
 }
 
+// Of the pose and the wrench of a body.
+inline ProbeConfig probe_of(const std::string& body) {
+  ProbeConfig probe;
+  probe.quantity = Quantity::body;
+  probe.body = body;
+  return probe;
+}
+
 // Fills the cells of a lattice over [min, max] whose centres are inside. The lattice is adjusted to fit the box.
 inline std::uint32_t add_body(Scene& scene, const std::string& name, BodyType type, std::uint32_t material,
                               const Eigen::Vector3d& min, const Eigen::Vector3d& max,

@@ -95,6 +95,8 @@ inline constexpr Tolerance kDropRadius{0.05, 0.05, "of the radius"};
 inline constexpr Tolerance kAngularMomentum{1e-4, 1e-5, "central forces; positions and velocities of different times"};
 inline constexpr Tolerance kLayerPressure{0.025, 0.025, "of the pressure at the bottom; measured 0.020 at 1:1000"};
 inline constexpr Tolerance kLayerSpeed{0.03, 0.03, "of sqrt(g H); measured 0.019 at 1:100"};
+inline constexpr Tolerance kDropFall{
+    0.1, 0.1, "of the way in 0.1 s; the fluid below has a thousandth of its weight, and nowhere to go"};
 inline constexpr Tolerance kRestingNoise{0.005, 0.005, "N, rms: 0.16 % of the lift of 3.2 N; measured 0.0014"};
 // heat, reference C and D17
 inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature difference that drives it"};
@@ -128,6 +130,17 @@ inline constexpr Tolerance kElasticGradient{2e-5, 1e-12, "of an affine field; di
 inline constexpr Tolerance kElasticForce{2e-4, 1e-9, "of E dx^2 or of the exact force; strains in real"};
 inline constexpr Tolerance kElasticMomentum{3e-6, 1e-13, "of the sum of the sizes"};
 inline constexpr Tolerance kElasticSlope{3e-4, 1e-6, "of the largest force; central difference in double"};
+inline constexpr Tolerance kImplicitSlope{2e-3, 1e-6, "of the largest; differences of strains of 1e-3, 1e-6 in double"};
+inline constexpr Tolerance kImplicitEnergy{
+    1e-3, 1e-3, "of the energy: velocities are those of half a step before, (w dt)^2 = 4e-4 of a turn's, and rounding"};
+inline constexpr Tolerance kImplicitMomentum{
+    1e-6, 1e-7, "of the momentum: rounding of places once a step, and snapshots are in single precision"};
+inline constexpr Tolerance kImplicitShape{1e-4, 1e-4, "of the size: strains by the spin are 2e-6, and rounding"};
+inline constexpr Tolerance kImplicitSagging{
+    0.01, 0.01,
+    "of the weight or what it stretches; a step damps vibrations to nothing, and what rounds leave is 1e-4"};
+inline constexpr Tolerance kImplicitPush{0.03, 0.03,
+                                         "of the friction; the stick leans on the block and lifts a little"};
 inline constexpr Tolerance kCrumbFall{1e-4, 1e-4, "m/s after 0.2 s; nothing may strain what has no extent"};
 inline constexpr Tolerance kPlateSag{0.05, 0.05, "of the sag, reference D11"};
 inline constexpr Tolerance kPlatePeriod{0.05, 0.05, "of the period, reference D12"};
@@ -158,6 +171,8 @@ inline constexpr Tolerance kFrictionSlide{0.02, 0.02, "of the way, reference D14
 inline constexpr Tolerance kRolling{1e-3, 1e-3, "of the speed: it follows from the ball's inertia alone"};
 inline constexpr Tolerance kRestitution{0.02, 0.02,
                                         "of the speed, reference D16; the moment of arrival matters a little"};
+inline constexpr Tolerance kToolRestitution{0.05, 0.05,
+                                            "of the speed: its stiffer contact depends more on the moment of arrival"};
 inline constexpr Tolerance kContactMomentum{1e-6, 1e-12, "of the sum of |m v|, reference D16: one force, two signs"};
 inline constexpr Tolerance kContactSpin{3e-5, 1e-11, "of the sum of |L|: places are in float, levers short"};
 inline constexpr Tolerance kStackForce{0.01, 0.01, "of the weight, reference D16"};
