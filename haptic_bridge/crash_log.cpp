@@ -31,10 +31,7 @@ void write_and_die(int signal) {
     pthread_sigmask(SIG_UNBLOCK, &alarm_only, nullptr);
     alarm(kPatienceSeconds);
     try {
-      if (g_log) {
-        g_log->write_csv(*g_path);
-        write_ticks(*g_log, *g_config, ticks_beside(*g_path));
-      }
+      if (g_log) write_log_and_run(*g_log, *g_config, *g_path);
       std::fprintf(stderr, "haptic_bridge: died of signal %d; the flight log was written to %s\n", signal,
                    g_path->c_str());
     } catch (const std::exception& error) {

@@ -77,7 +77,7 @@ const Column kColumns[] = {
 
 }  // namespace
 
-FlightLog::FlightLog(std::size_t ticks) : ring_(std::max<std::size_t>(ticks, 1)), inputs_(ring_.size()) {}
+FlightLog::FlightLog(std::size_t ticks) : ring_(std::max<std::size_t>(ticks, 1) + 1), inputs_(ring_.size()) {}
 
 std::size_t most_csv_bytes(std::size_t ticks) { return (ticks + 2) * std::size(kColumns) * kMostColumn; }
 

@@ -1,12 +1,14 @@
 // The last minute of the loop, tick by tick, in a ring of fixed size; written out when the bridge ends, as CSV for
-// people, and with all that the loop took in to be run again (rerun.h).
+// people, and with all that the loop took in to be run again (rerun.h). The ring lies in shared memory: a process
+// forked after it was made can write it when this one has been killed.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <string>
-#include <vector>
 
 #include "haptic_bridge/loop.h"
+#include "haptic_bridge/shared_memory.h"
 
 namespace palp {
 
@@ -17,12 +19,14 @@ class FlightLog {
 
   // No allocation, no lock, no throw, no system call.
   void add(const TickRecord& record, const TickInput& input) noexcept {
-    ring_[count_ % ring_.size()] = record;
-    inputs_[count_ % ring_.size()] = input;
-    ++count_;
+    const std::size_t count = ticks();
+    ring_[count % ring_.size()] = record;
+    inputs_[count % ring_.size()] = input;
+    state_[0].ticks.store(count + 1, std::memory_order_release);
   }
-  std::size_t size() const { return count_ < ring_.size() ? count_ : ring_.size(); }
-  std::size_t capacity() const { return ring_.size(); }
+  std::size_t size() const { return ticks() < capacity() ? ticks() : capacity(); }
+  // One place is never read: whoever is killed may have been writing there.
+  std::size_t capacity() const { return ring_.size() - 1; }
   // The i-th oldest record still held.
   const TickRecord& at(std::size_t i) const { return ring_[place(i)]; }
   // What that tick took in.
@@ -34,12 +38,21 @@ class FlightLog {
   // PATH.part. Not while add() may be called.
   void write_csv(const std::string& path) const;
 
- private:
-  std::size_t place(std::size_t i) const { return (count_ - size() + i) % ring_.size(); }
+  // Whether it has been written out, for whoever else might; in all processes that share it.
+  bool is_written() const { return state_[0].written.load(std::memory_order_acquire); }
+  void set_written() const { state_[0].written.store(true, std::memory_order_release); }
 
-  std::vector<TickRecord> ring_;
-  std::vector<TickInput> inputs_;
-  std::size_t count_ = 0;
+ private:
+  struct State {
+    std::atomic<std::size_t> ticks{0};
+    mutable std::atomic<bool> written{false};
+  };
+  std::size_t ticks() const { return state_[0].ticks.load(std::memory_order_acquire); }
+  std::size_t place(std::size_t i) const { return (ticks() - size() + i) % ring_.size(); }
+
+  SharedArray<TickRecord> ring_;
+  SharedArray<TickInput> inputs_;
+  SharedArray<State> state_{1};
 };
 
 // A log of so many ticks is no longer than this.

@@ -1,5 +1,7 @@
 #include "haptic_bridge/loop.h"
 
+#include "haptic_bridge/rotation.h"
+
 namespace palp {
 
 const char* to_string(LoopState state) {
@@ -20,8 +22,10 @@ const char* to_string(LoopFault fault) {
       return "the wrench became non-finite and was cut: the flight log shows the inputs";
     case LoopFault::taken_for_dead:
       return "the loop stood still for so long that the supervisor powered the arm off: find what stops this machine "
-             "(a "
-             "debugger, a suspended process, too little priority), then start the bridge again";
+             "(a debugger, a suspended process, too little priority), then start the bridge again";
+    case LoopFault::unguarded:
+      return "the supervisor has died or was stopped, and nobody would power the arm off if this bridge died, too: the "
+             "force was ended; find what did it (a person, too little memory), then start the bridge again";
   }
   return "";
 }
@@ -172,7 +176,7 @@ void HapticLoop::take_sample(const IncomingProxy& in, bool begins, std::int64_t 
     report_.server_session = in.sample.header.session;
   }
   if (engagement_ > 0) {
-    model_.change(local_model(in.sample), tool_);
+    model_.change(local_model(in.sample), middle_);
   } else {
     model_.reset(local_model(in.sample));
   }
@@ -200,6 +204,9 @@ void HapticLoop::follow_hand() {
     referenced_ = true;
   }
   tool_ = workspace_.to_scene(reading_.state);
+  middle_ = tool_;
+  middle_.x += 0.5 * period_ * tool_.v;
+  middle_.q = rotation_by(0.5 * period_ * tool_.w) * tool_.q;
 }
 
 // How old the data is, whether it may be felt, and how much of it.
@@ -224,7 +231,8 @@ void HapticLoop::follow_link(std::int64_t now_ns) {
     }
   }
   was_stale_ = stale;
-  governor_.update();
+  const Wrench<double> carried = model_.at(middle_);
+  governor_.update(record_.delay_ns, carried.force.norm(), carried.torque.norm());
 
   // faults of the device and a lifted hand end the force in this very tick
   record_.cut =
@@ -255,9 +263,9 @@ void HapticLoop::observe_energy() {
   const Eigen::Vector3d moved = reading_.state.x - before_.x, turned = rotation_between(before_.q, reading_.state.q);
   if (engagement_ > 0) {
     passivity_.observe(last_sent_.force, moved, reading_.state.v,
-                       rendered_[0] * workspace_.linear_work() * received_[0], elapsed_);
+                       rendered_[0] * workspace_.linear_work() * received_[0], stored_[0], elapsed_);
     angular_passivity_.observe(last_sent_.torque, turned, reading_.state.w,
-                               rendered_[1] * workspace_.angular_work() * received_[1], elapsed_);
+                               rendered_[1] * workspace_.angular_work() * received_[1], stored_[1], elapsed_);
   } else {
     passivity_.reset();
     angular_passivity_.reset();
@@ -268,7 +276,11 @@ void HapticLoop::observe_energy() {
 
 // What coupling and passivity controller ask for.
 Wrench<double> HapticLoop::wanted() {
-  record_.model = have_sample_ ? workspace_.to_arm(model_.at(tool_)) : zero_wrench();
+  const Wrench<double> model = have_sample_ ? model_.at(middle_) : zero_wrench();
+  const Gains<double>& gains = model_.model().gains;
+  stored_ = {workspace_.linear_work() * spring_energy(model.force, gains.stiffness),
+             workspace_.angular_work() * spring_energy(model.torque, gains.angular_stiffness)};
+  record_.model = workspace_.to_arm(model);
   const double share = share_for(reading_);
   return {share * record_.model.force - passivity_.damping() * reading_.state.v,
           share * record_.model.torque - angular_passivity_.damping() * reading_.state.w};

@@ -174,6 +174,9 @@ class HapticLoop {
 
   DeviceReading reading_;                                                                        // the last good one
   HandleState<double> tool_ = at_rest(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());  // it, in the scene
+  // the tool in the middle of the period that a wrench is held for: a spring held from its beginning gives energy, like
+  // a damper of -K T/2
+  HandleState<double> middle_ = tool_;
   HandleState<double> before_ = tool_;  // the device, in the last tick
   bool have_reading_ = false;
   std::int64_t t_reading_ns_ = 0;
@@ -190,6 +193,7 @@ class HapticLoop {
   HandleState<double> proxy_ = tool_;  // of the sample in use
   std::array<double, 2> energy_{};     // as the sample in use says, linear and angular [J]
   std::array<double, 2> received_{};   // of it, since the last tick [J]
+  std::array<double, 2> stored_{};     // in the coupling's springs, at most, as the arm would get it back [J]
   std::int64_t fresh_since_ns_ = 0;
   bool qualified_ = false;
   bool was_stale_ = false;

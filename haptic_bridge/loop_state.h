@@ -23,6 +23,7 @@ enum class LoopFault : std::uint32_t {
   device_write,
   not_finite,
   taken_for_dead,  // it stood still, so the supervisor took the arm's power
+  unguarded,       // the supervisor has died or was stopped
 };
 // One sentence, for people.
 const char* to_string(LoopFault fault);

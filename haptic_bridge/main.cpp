@@ -34,19 +34,22 @@ constexpr double kUntrustedForce = 3;     // sent on a machine that is often lat
 constexpr double kUntrustedTorque = 0.2;  // [N m]
 constexpr int kThreadsBelowLoop = 5;      // priority of the bus threads below the loop's
 
-// SIGINT and SIGTERM are blocked in every thread and waited for here.
+// SIGINT and SIGTERM are blocked in every thread and waited for here. So is SIGCHLD, which only ends a wait early.
 class StopSignal {
  public:
   StopSignal() {
     sigemptyset(&set_);
     sigaddset(&set_, SIGINT);
     sigaddset(&set_, SIGTERM);
+    std::signal(SIGCHLD, SIG_DFL);  // whoever started this process may have left it ignored
+    sigaddset(&set_, SIGCHLD);
     pthread_sigmask(SIG_BLOCK, &set_, nullptr);
   }
   // True once one of them has come.
   bool wait(std::int64_t timeout_ns) {
     const timespec timeout{timeout_ns / 1'000'000'000, timeout_ns % 1'000'000'000};
-    if (sigtimedwait(&set_, nullptr, &timeout) > 0) stopped_ = true;
+    const int signal = sigtimedwait(&set_, nullptr, &timeout);
+    if (signal == SIGINT || signal == SIGTERM) stopped_ = true;
     return stopped_;
   }
 
@@ -91,10 +94,22 @@ LoopConfig loop_config(const BridgeOptions& o, const DeviceProfile& profile, con
   return config;
 }
 
-// An arm with motors is powered off from outside if this process dies. Null: there is none.
-std::unique_ptr<Supervisor> supervise(const BridgeOptions& o, const DeviceProfile& profile) {
-  if (o.device != DeviceKind::virtuose) return nullptr;
-  return std::make_unique<Supervisor>([setup = profile.virtuose] { power_off(setup); });
+// The log and the loop's configuration, where another process sees them.
+struct Kept {
+  FlightLog log;
+  SharedArray<LoopConfig> config{1};
+};
+
+// If this process dies, an arm with motors is powered off from outside, and the log is written there.
+std::unique_ptr<Supervisor> supervise(const BridgeOptions& o, const DeviceProfile& profile, const Kept& kept) {
+  std::function<void()> off;
+  if (o.device == DeviceKind::virtuose) off = [setup = profile.virtuose] { power_off(setup); };
+  return std::make_unique<Supervisor>(off, [&kept, path = o.log]() -> std::string {
+    if (kept.log.is_written()) return "the flight log is in " + path;
+    if (kept.log.size() == 0) return "there is no flight log, for no tick was done";
+    write_log_and_run(kept.log, kept.config[0], path);
+    return fmt::format("the flight log was written to {} ({} ticks)", path, kept.log.size());
+  });
 }
 
 // On a machine that is often late the arm gets little force. What was found, as one phrase.
@@ -154,9 +169,10 @@ std::unique_ptr<HapticDevice> open_device(const BridgeOptions& o, const DevicePr
   return std::make_unique<SimulatedDevice>(profile.arm, script, start->home, start->at);
 }
 
-// The loop in a thread of its own, told of by the calling thread until it ends. Returns what went wrong, or empty.
-std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& ports, BusLink& link, FlightLog& log,
-                       Herald& herald, StopSignal& stop, RealtimeReport& scheduling) {
+// The loop in a thread of its own, told of by the calling thread until it ends. guard: of the arm; null: it needs none.
+// Returns what went wrong, or empty.
+std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& ports, Supervisor* guard, BusLink& link,
+                       FlightLog& log, Herald& herald, StopSignal& stop, RealtimeReport& scheduling) {
   const CrashLog crash_log(log, loop.config(), o.log);
   std::atomic<bool> stop_loop{false}, ended{false};
   std::atomic<bool> prepared{false}, begin{false};
@@ -176,8 +192,11 @@ std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& port
     // threads are started and memory is taken by now: nothing of that stops the first ticks
     begin.store(true, std::memory_order_release);
     begin.notify_one();
-    while (!ended.load(std::memory_order_acquire) && !link.failed() && !stop.wait(kHousekeepingNs))
+    while (!ended.load(std::memory_order_acquire) && !link.failed()) {
+      ports.unguarded = guard != nullptr && !guard->alive();
+      if (stop.wait(kHousekeepingNs)) break;
       herald.tell_running(ports, link);
+    }
   } catch (const std::exception& error) {
     failure = error.what();
   }
@@ -193,8 +212,7 @@ std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& port
 
 std::string write_log(const FlightLog& log, const LoopConfig& config, const std::string& path, std::string& failure) {
   try {
-    log.write_csv(path);
-    write_ticks(log, config, ticks_beside(path));
+    write_log_and_run(log, config, path);
     return fmt::format("{} ({} ticks)", path, log.size());
   } catch (const std::exception& error) {
     if (failure.empty()) failure = error.what();
@@ -242,13 +260,17 @@ int run(const BridgeOptions& o) {
   const std::string process = fmt::format("haptic_bridge {}", o.device_number);
   StopSignal stop;
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is
+  Kept kept{FlightLog(logged_ticks(o))};
+  FlightLog& log = kept.log;
   // before there is any thread
-  const std::unique_ptr<Supervisor> supervisor = supervise(o, profile);
+  const std::unique_ptr<Supervisor> supervisor = supervise(o, profile, kept);
   RealtimeOptions bus_threads = o.realtime;
   bus_threads.priority = std::max(0, o.realtime.priority - kThreadsBelowLoop);
   const std::unique_ptr<Bus> bus = bus_at(bus_threads.priority, o.bus);
   LoopPorts ports;
-  if (supervisor) ports.heartbeat = &supervisor->heartbeat();
+  // an arm without motors harms nobody
+  Supervisor* const guard = o.device == DeviceKind::virtuose ? supervisor.get() : nullptr;
+  if (guard) ports.heartbeat = &guard->heartbeat();
   BusLink link(*bus, o.device_number, bus_threads, ports);
   Herald herald(*bus, process, fmt::format("{}, domain {}", to_string(o.bus.vendor), o.bus.domain));
 
@@ -257,7 +279,6 @@ int run(const BridgeOptions& o) {
   const std::string tested = test_machine(o, config);
   profile.virtuose.limits = config.limits;
   spdlog::info("{}: {}", process, tested);
-  FlightLog log(logged_ticks(o));
   RealtimeReport scheduling;
   lock_memory(o.realtime, scheduling);
   const std::unique_ptr<HapticDevice> device = open_device(o, profile, script, *bus, link, herald, stop);
@@ -266,11 +287,13 @@ int run(const BridgeOptions& o) {
     return 0;
   }
   HapticLoop loop(config, *device);
-  std::string failure = run_bridge(o, loop, ports, link, log, herald, stop, scheduling);
+  kept.config[0] = loop.config();
+  std::string failure = run_bridge(o, loop, ports, guard, link, log, herald, stop, scheduling);
   Summary summary = herald.summary(loop.report(), ports, link);
   const LoopFault fault = loop.report().fault;
-  if (fault != LoopFault::none && fault != LoopFault::taken_for_dead && !device->trouble().empty())
-    failure = device->trouble();
+  const bool of_device =
+      fault != LoopFault::none && fault != LoopFault::taken_for_dead && fault != LoopFault::unguarded;
+  if (of_device && !device->trouble().empty()) failure = device->trouble();
   summary.device = fmt::format("{} ({})", device->info().name, profile.name);
   summary.scheduling = scheduling.line() + ", " + tested;
   summary.log = write_log(log, loop.config(), o.log, failure);

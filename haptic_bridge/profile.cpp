@@ -5,6 +5,7 @@
 
 #include "config/error.h"
 #include "config/toml_reader.h"
+#include "haptic_bridge/rotation.h"
 
 namespace palp {
 
@@ -99,7 +100,7 @@ Keyframe read_keyframe(TomlTable& table, const Keyframe* before) {
   if (const auto r = table.numbers("rotation_deg", 3, {"degrees", -180, 180})) {
     const Eigen::Vector3d turn = kDegree * Eigen::Vector3d((*r)[0], (*r)[1], (*r)[2]);
     if (turn.norm() > M_PI + 1e-9) table.fault("rotation_deg", "turns by more than 180 degrees, expected at most 180");
-    if (turn.norm() > 0) k.q = Eigen::AngleAxisd(turn.norm(), turn.normalized());
+    k.q = rotation_by(turn);
   }
   if (before && k.time <= before->time) table.fault("time", "must be later than the keyframe before it");
   if (before && rotation_between(before->q, k.q).norm() >= kMaxCouplingAngle)

@@ -242,6 +242,12 @@ std::string ticks_beside(const std::string& flight_log) {
   return std::filesystem::path(flight_log).replace_extension(".ticks").string();
 }
 
+void write_log_and_run(const FlightLog& log, const LoopConfig& config, const std::string& flight_log) {
+  log.write_csv(flight_log);
+  write_ticks(log, config, ticks_beside(flight_log));
+  log.set_written();
+}
+
 LogRoom::LogRoom(const std::string& flight_log, std::size_t ticks)
     : csv("flight log", flight_log, most_csv_bytes(ticks)),
       run("kept run", ticks_beside(flight_log), kept_bytes(ticks)) {}
@@ -265,7 +271,7 @@ KeptRun read_ticks(const std::string& path) {
   for (std::size_t i = 0; i < ticks; ++i) {
     fields(read, run.inputs[i]);
     fields(read, run.results[i]);
-    if (run.inputs[i].told > LoopFault::taken_for_dead) read.fail("a fault that there is not");
+    if (run.inputs[i].told > LoopFault::unguarded) read.fail("a fault that there is not");
     if (run.results[i].state > LoopState::fault) read.fail("a state that there is not");
   }
   if (!read.at_end()) read.fail("there is more than its number of ticks says");

@@ -21,7 +21,9 @@ void write_ticks(const FlightLog& log, const LoopConfig& config, const std::stri
 // The file of a run beside its flight log: the same name with .ticks.
 std::string ticks_beside(const std::string& flight_log);
 
-// Room on the disk for a flight log of so many ticks and the run beside it.
+// The flight log as CSV, and the run beside it; the log knows it then. Throws as write_ticks.
+void write_log_and_run(const FlightLog& log, const LoopConfig& config, const std::string& flight_log);
+// Room on the disk for both, of so many ticks.
 struct LogRoom {
   LogRoom(const std::string& flight_log, std::size_t ticks);
   ReservedRoom csv, run;

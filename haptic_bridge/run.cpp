@@ -37,7 +37,10 @@ LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& 
     clock.sleep_until(deadline);
     const std::int64_t now = clock.now_ns();
     const std::int64_t missed = (now - deadline) / period;
-    if (!pulse.beat(now)) loop.fail(LoopFault::taken_for_dead);
+    if (!pulse.beat(now))
+      loop.fail(LoopFault::taken_for_dead);
+    else if (ports.unguarded.load(std::memory_order_relaxed))
+      loop.fail(LoopFault::unguarded);
 
     const std::uint64_t refused_now = ports.refused.load(std::memory_order_relaxed);
     loop.note_refused(refused_now - refused);

@@ -21,6 +21,7 @@ struct LoopPorts {
   Wakeup sample_ready;                    // after each outgoing sample
   std::atomic<std::uint64_t> refused{0};  // samples of the server that the bus found malformed, in all
   Heartbeat* heartbeat = nullptr;         // of each tick; null: nobody looks
+  std::atomic<bool> unguarded{false};     // set by whoever finds that the supervisor is lost: the force ends
   Histogram lateness;                     // of each tick behind its deadline
   Histogram age;                          // of the sample in use, in ticks that have one and it is not stale
   Histogram delay;                        // device state read -> first tick that renders its answer, per sample used
@@ -29,9 +30,9 @@ struct LoopPorts {
 };
 
 // Ticks until stop is set, a fault occurs, or max_ticks (0: no end) are done. A tick that is late by whole periods
-// skips them and never catches up in a burst. A loop whose heartbeat was taken for dead ends with a fault in its next
-// tick. Whatever ends it, the device is left without force. No allocation, no lock, no throw, no print; system calls:
-// the clock, the device's, and the futex of sample_ready, which does not block.
+// skips them and never catches up in a burst. A loop whose heartbeat was taken for dead, or that nobody guards any
+// more, ends with a fault in its next tick. Whatever ends it, the device is left without force. No allocation, no lock,
+// no throw, no print; system calls: the clock, the device's, and the futex of sample_ready, which does not block.
 LoopFault run_loop(HapticLoop& loop, Clock& clock, LoopPorts& ports, FlightLog& log, const std::atomic<bool>& stop,
                    std::uint64_t max_ticks = 0);
 

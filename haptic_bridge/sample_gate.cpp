@@ -45,8 +45,8 @@ bool within(double value, double most) { return value >= 0 && value <= most * (1
 }  // namespace
 
 const char* to_string(Verdict verdict) {
-  constexpr std::array<const char*, kVerdicts> kNames{"accepted",  "restarted",    "not_finite",  "bad_range",
-                                                      "bad_gains", "out_of_order", "other_bridge"};
+  constexpr std::array<const char*, kVerdicts> kNames{"accepted",  "restarted",    "not_finite",   "bad_range",
+                                                      "bad_gains", "out_of_order", "other_bridge", "repeated"};
   return kNames[static_cast<std::size_t>(verdict)];
 }
 
@@ -76,13 +76,19 @@ Verdict SampleGate::judge(const IncomingProxy& in, std::int64_t now_ns) {
       verdict = Verdict::out_of_order;
     }
   }
+  const bool answers_anew = in.sample.sim_time != sim_time_ || in.sample.t_device_ns != t_device_ns_;
   if (verdict == Verdict::restarted) {
     previous_session_ = session_;
     session_ = header.session;
   } else if (verdict == Verdict::accepted) {
     passed_over_ += header.sequence - sequence_ - 1;
   }
-  if (verdict == Verdict::restarted || verdict == Verdict::accepted) sequence_ = header.sequence;
+  if (verdict == Verdict::restarted || verdict == Verdict::accepted) {
+    sequence_ = header.sequence;
+    sim_time_ = in.sample.sim_time;
+    t_device_ns_ = in.sample.t_device_ns;
+  }
+  if (verdict == Verdict::accepted && (in.sample.flags & kRepeated) && !answers_anew) verdict = Verdict::repeated;
   ++counts_[static_cast<std::size_t>(verdict)];
   return verdict;
 }

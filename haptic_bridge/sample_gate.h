@@ -23,8 +23,9 @@ enum class Verdict : std::uint32_t {
   bad_gains,     // gains beyond those that were proposed
   out_of_order,  // not newer than the last one, or of the session before this one
   other_bridge,  // computed from samples of another bridge, or of none yet
+  repeated,      // an answer that was accepted before, sent again
 };
-inline constexpr std::size_t kVerdicts = 7;
+inline constexpr std::size_t kVerdicts = 8;
 const char* to_string(Verdict verdict);
 
 class SampleGate {
@@ -50,6 +51,8 @@ class SampleGate {
   std::uint64_t session_ = 0;  // 0: none yet
   std::uint64_t previous_session_ = 0;
   std::uint64_t sequence_ = 0;
+  double sim_time_ = 0;           // of what was accepted last [s]
+  std::int64_t t_device_ns_ = 0;  // likewise
   std::uint64_t passed_over_ = 0;
   std::array<std::uint64_t, kVerdicts> counts_{};
 };

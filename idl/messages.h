@@ -56,9 +56,10 @@ struct CouplingGains {
 
 // Bits of DeviceSample::flags and ProxySample::flags.
 enum SampleFlag : std::uint32_t {
-  kEngaged = 1u << 0,  // device: the hand holds the tool and force is wanted; proxy: coupled to that device
-  kHealthy = 1u << 1,  // no fault on the sender's side
-  kPaused = 1u << 2,   // proxy: the simulation stands still
+  kEngaged = 1u << 0,   // device: the hand holds the tool and force is wanted; proxy: coupled to that device
+  kHealthy = 1u << 1,   // no fault on the sender's side
+  kPaused = 1u << 2,    // proxy: the simulation stands still
+  kRepeated = 1u << 3,  // proxy: an answer sent again, in case it was lost
   kButton0 = 1u << 8,
   kButton1 = 1u << 9,
 };

@@ -5,6 +5,7 @@
 
 #include "config/error.h"
 #include "haptic_bridge/filters.h"
+#include "haptic_bridge/rotation.h"
 
 namespace palp {
 
@@ -72,10 +73,7 @@ Hold hold(double dt, double rate) {
   return {1 - rate * reach, reach, way};
 }
 
-Quat turned(const Quat& q, const Vec3& by) {
-  const double angle = by.norm();
-  return angle > 0 ? (Quat(Eigen::AngleAxisd(angle, by / angle)) * q).normalized() : q;
-}
+Quat turned(const Quat& q, const Vec3& by) { return (rotation_by(by) * q).normalized(); }
 
 double rounded(double value, double step) { return step > 0 ? std::round(value / step) * step : value; }
 

@@ -11,6 +11,7 @@
 
 #include "config/error.h"
 #include "haptic_bridge/filters.h"
+#include "haptic_bridge/rotation.h"
 
 namespace palp {
 
@@ -135,9 +136,7 @@ void SpacenavDevice::move(double dt) noexcept {
   state_.v += share * (v - state_.v);
   state_.w += share * (w - state_.w);
   state_.x += dt * state_.v;
-  const double angle = dt * state_.w.norm();
-  if (angle > 0)
-    state_.q = (Eigen::Quaterniond(Eigen::AngleAxisd(angle, state_.w.normalized())) * state_.q).normalized();
+  state_.q = (rotation_by(dt * state_.w) * state_.q).normalized();
 }
 
 bool SpacenavDevice::write(const Wrench<double>& wrench) noexcept {

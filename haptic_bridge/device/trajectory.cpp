@@ -5,17 +5,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "haptic_bridge/rotation.h"
+
 namespace palp {
 
 namespace {
 
 using Vec3 = Eigen::Vector3d;
-
-Eigen::Quaterniond exponential(const Vec3& r) {
-  const double angle = r.norm();
-  if (angle < 1e-12) return Eigen::Quaterniond(1, r.x() / 2, r.y() / 2, r.z() / 2).normalized();
-  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, r / angle));
-}
 
 // Angular velocity of exp(r) when r changes with rate dr: the left Jacobian of the rotation group.
 Vec3 angular_velocity(const Vec3& r, const Vec3& dr) {
@@ -100,7 +96,7 @@ HandleState<double> Trajectory::at(double time) const noexcept {
     r = h1 * dr + h2 * ra + h3 * rb;
     rate = (d1 * dr + d2 * ra + d3 * rb) / length;
   }
-  return {a.x + x, (exponential(r) * a.q).normalized(), v, angular_velocity(r, rate)};
+  return {a.x + x, (rotation_by(r) * a.q).normalized(), v, angular_velocity(r, rate)};
 }
 
 }  // namespace palp

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "haptic_bridge/rotation.h"
+
 namespace palp {
 
 namespace {
@@ -192,10 +194,7 @@ bool VirtuoseDevice::write_target(const Wrench<double>& wrench) noexcept {
   const Eigen::Vector3d offset = (wrench.force + k.damping * h.v) / k.stiffness;
   const Eigen::Vector3d turn =
       saturated(Eigen::Vector3d((wrench.torque + k.angular_damping * h.w) / k.angular_stiffness), kMaxCouplingAngle);
-  const double angle = turn.norm();
-  Eigen::Quaterniond q = h.q;
-  if (angle > 0) q = Eigen::AngleAxisd(angle, turn / angle) * h.q;
-  ArmPose target = frame_.to_arm(h.x + offset, q);
+  ArmPose target = frame_.to_arm(h.x + offset, rotation_by(turn) * h.q);
   ArmVector still{};
   return passes(api.set_position, target.data()) && passes(api.set_speed, still.data());
 }

@@ -319,11 +319,33 @@ TEST(Gains, AreLoweredTogetherWhileTheLinkIsSlow) {
   EXPECT_NEAR(lowered.stiffness * (0.0005 + 0.061), config.governor.budget, 1);
   EXPECT_NEAR(lowered.damping, 20 * std::sqrt(lowered.stiffness / 1000), 1e-9);
   slow.lie = nullptr;
+  slow.force = {0, 0, 0};
   slow.ticks(200);
-  EXPECT_NEAR(slow.loop.sample().gains.stiffness / lowered.stiffness, std::exp(0.2 / config.governor.memory), 0.01)
-      << "a long delay is forgotten slowly";
+  const double forgotten = slow.loop.sample().gains.stiffness / lowered.stiffness;
+  EXPECT_NEAR(forgotten, std::exp(0.2 / config.governor.memory), 0.01) << "a long delay is forgotten slowly";
+  slow.force = {0, 0, 4};
+  slow.ticks(200);
+  EXPECT_NEAR(slow.loop.sample().gains.stiffness / lowered.stiffness, forgotten, 0.01)
+      << "a spring that becomes stiffer while it is bent gives the hand energy";
+  slow.force = {0, 0, 0};
   slow.ticks(10000);
   EXPECT_EQ(slow.loop.sample().gains, config.gains);
+}
+
+// A gap is over before a swing of the hand has turned: it feeds the swing as little as its mean does.
+TEST(Gains, FallLittleForAGapAndFullyForADelayThatLasts) {
+  const auto lowered_by = [](bool lasts) {
+    GainGovernor governor({}, {4000, 20, 10, 0.2}, 1e-3);
+    for (int tick = 0; tick < 1000; ++tick) {
+      const int into = tick % 250;  // a gap of 30 ms in each quarter of a second
+      const std::int64_t delay = kMillisecond * (lasts ? 30 : into < 30 ? into + 1 : 1);
+      if (lasts || into >= 30) governor.note_delay(into == 30 ? 30 * kMillisecond : delay);
+      governor.update(delay, 4, 0);
+    }
+    return governor.gains().stiffness;
+  };
+  EXPECT_NEAR(lowered_by(true), GovernorConfig{}.budget / 30.5e-3, 20);
+  EXPECT_GT(lowered_by(false), 3900);
 }
 
 }  // namespace

@@ -153,6 +153,50 @@ TEST(Loop, ARestartedServerIsTakenAndFeltOnANewRamp) {
   EXPECT_NEAR(b.felt(), 4, kRounding);
 }
 
+// An answer that a server sends again makes nothing younger, unless it was lost the first time.
+TEST(Loop, TakesAnAnswerOnceHoweverOftenItIsSent) {
+  Bench b;
+  b.engage();
+  ProxySample again = b.next_answer();
+  IncomingProxy in{again, b.now += kMillisecond};
+  b.loop.tick(b.now, 0, 0, &in);
+  const std::uint64_t used = b.loop.record().sequence;
+  for (int k = 1; k <= 3; ++k) {
+    in.sample.flags |= kRepeated;
+    in.sample.header.sequence = ++b.sequence;
+    in.t_receive_ns = b.now += kMillisecond;
+    b.loop.tick(b.now, 0, 0, &in);
+    EXPECT_EQ(b.loop.record().age_ns, k * kMillisecond);
+    EXPECT_EQ(b.loop.record().sequence, used);
+    EXPECT_EQ(count(b, Verdict::repeated), static_cast<std::uint64_t>(k));
+  }
+  EXPECT_EQ(b.loop.report().passed_over, 0u);
+  in.sample = b.next_answer();  // whose first sending was lost
+  in.sample.flags |= kRepeated;
+  in.t_receive_ns = b.now += kMillisecond;
+  b.loop.tick(b.now, 0, 0, &in);
+  EXPECT_EQ(b.loop.record().age_ns, 0);
+  EXPECT_EQ(b.loop.record().sequence, in.sample.header.sequence);
+}
+
+// A wrench is held for a period, so the spring in it is that of the period's middle: on the mean the hand feels the
+// coupling's stiffness and its damping, not K T/2 less.
+TEST(Loop, RendersTheMiddleOfThePeriodThatItHoldsAWrenchFor) {
+  Bench b;
+  b.force = {0, 0, 0};
+  b.lie = [](ProxySample& s) { s.blend = {1, 1}; };
+  b.engage();
+  const CouplingGains gains = b.loop.config().gains;
+  b.device.reading.state.v = {0.1, 0, 0};
+  b.device.reading.state.w = {0, 0.5, 0};
+  b.device.reading.state.x = {1e-3, 0, 0};
+  b.tick(false);
+  b.tick(false);
+  EXPECT_NEAR(b.loop.record().model.force.x(), -(gains.stiffness * (1e-3 + 0.1 * 0.5e-3) + gains.damping * 0.1), 1e-9);
+  EXPECT_NEAR(b.loop.record().model.torque.y(), -(gains.angular_stiffness * 0.5 * 0.5e-3 + gains.angular_damping * 0.5),
+              1e-9);
+}
+
 TEST(Loop, DropsWhatIsNotSoundAndCountsIt) {
   struct Case {
     const char* name;

@@ -17,13 +17,32 @@ using test::kMillisecond;
 
 TEST(Passivity, BooksWhatBothPortsGiveAndTake) {
   PassivityController p({.start = 0.008, .most = 0.05, .device_damping = 2});
-  p.observe({0, 0, 3}, {0, 0, 1e-3}, {0, 0, 1}, 0.004, 1e-3);
+  p.observe({0, 0, 3}, {0, 0, 1e-3}, {0, 0, 1}, 0.004, 0, 1e-3);
   EXPECT_NEAR(p.energy(), 0.008 - 0.003 + 0.004 + 0.002, 1e-15);
   EXPECT_EQ(p.damping(), 0);
-  p.observe({0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 1, 1e-3);
+  p.observe({0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 1, 0, 1e-3);
   EXPECT_EQ(p.energy(), 0.05) << "surplus is forgotten";
-  p.observe({0, 0, 5}, {0, 0, 0.02}, {0, 0, 1}, 0, 1e-3);
+  p.observe({0, 0, 5}, {0, 0, 0.02}, {0, 0, 1}, 0, 0, 1e-3);
   EXPECT_LT(p.energy(), 0);
+  EXPECT_GT(p.damping(), 0);
+}
+
+TEST(Passivity, AHandGetsBackWhatAStiffSpringHolds) {
+  const double stiffness = 2000, dt = 1e-3;
+  PassivityController p({.start = 0.008, .most = 0.05});
+  const auto move = [&](double from, double to) {  // along the wall's normal, against the middle force
+    const Vector3d force{0, 0, -stiffness * (from + to) / 2}, moved{0, 0, to - from};
+    p.observe(force, moved, moved / dt, 0, spring_energy({0, 0, stiffness * to}, stiffness), dt);
+    EXPECT_EQ(p.damping(), 0) << "at " << to << " m";
+  };
+  constexpr int n = 100;
+  const double depth = 0.02;  // 40 N and 0.4 J: eight times the cap
+  for (int i = 0; i < n; ++i) move(depth * i / n, depth * (i + 1) / n);
+  EXPECT_NEAR(p.energy(), 0.008 + stiffness * depth * depth / 2, 1e-12);
+  for (int i = n; i > 0; --i) move(depth * i / n, depth * (i - 1) / n);
+  EXPECT_NEAR(p.energy(), 0.008, 1e-12);
+  // and not more than that
+  p.observe({0, 0, 5}, {0, 0, 0.02}, {0, 0, 1}, 0, 0, dt);
   EXPECT_GT(p.damping(), 0);
 }
 
@@ -31,8 +50,8 @@ TEST(Passivity, DampsADebtAwayInAFewTicks) {
   PassivityController p({.start = 0, .most = 0.05, .most_damping = 20});
   const double dt = 1e-3;
   const Vector3d v{0.1, 0, 0};
-  p.observe(Vector3d(1, 0, 0), dt * v, v, 0, dt);  // a debt of 0.1 mJ
-  for (int i = 0; i < 60; ++i) p.observe(-p.damping() * v, dt * v, v, 0, dt);
+  p.observe(Vector3d(1, 0, 0), dt * v, v, 0, 0, dt);  // a debt of 0.1 mJ
+  for (int i = 0; i < 60; ++i) p.observe(-p.damping() * v, dt * v, v, 0, 0, dt);
   EXPECT_GE(p.energy(), -1e-6);
   EXPECT_LT(p.damping(), 1);
 }
@@ -44,16 +63,20 @@ struct Trial {
   std::uint64_t damped = 0;
 };
 
+HandScript light_hand() {
+  HandScript script;
+  script.hand = {0.15, 3, 100};
+  return script;
+}
+
 // held: the server's wrench alone, of a wall of a proxy that rests where coupling and wall balance.
-Trial press(double stiffness, int delay_ms, bool controlled, double seconds) {
+Trial press(double stiffness, int delay_ms, bool controlled, double seconds, const HandScript& script = light_hand()) {
   LoopConfig config;
   config.own_session = test::kBridgeSession;
   config.gains.stiffness = stiffness;
   config.limits = {35, 3, 3000, 300};
   config.governor.budget = 1e9;
   if (!controlled) config.passivity.most_damping = 0;
-  HandScript script;
-  script.hand = {0.15, 3, 100};
   const HandleState<double> home = at_rest({0, 0, -0.02}, Eigen::Quaterniond::Identity());
   ArmModel model;
   model.friction = 0;  // which would hold still what is not stable
@@ -108,6 +131,14 @@ TEST(Passivity, LeavesAGoodLinkAlone) {
   const Trial trial = press(600, 1, true, 4);
   EXPECT_EQ(trial.damped, 0u);
   EXPECT_LT(trial.rms, 5e-5);
+}
+
+TEST(Passivity, LeavesAHandAloneThatPressesHardAndComesBack) {
+  HandScript script;
+  script.hand = {0.5, 10, 500};
+  const auto at = [](double time, double z) { return Keyframe{time, {0, 0, z}, Eigen::Quaterniond::Identity()}; };
+  script.keyframes = {at(0, 0), at(1, 0), at(2, -0.06), at(3, 0), at(4, -0.06), at(5, 0.02)};
+  EXPECT_EQ(press(600, 1, true, 6, script).damped, 0u);
 }
 
 }  // namespace

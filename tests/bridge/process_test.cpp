@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -154,7 +155,9 @@ struct FlightTable {
     for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
     return cells;
   }
-  double number(const char* column, std::size_t row) const { return std::stod(columns.at(column)[row]); }
+  double number(const char* column, std::size_t row) const {
+    return std::strtod(columns.at(column)[row].c_str(), nullptr);
+  }
   std::size_t rows() const { return columns.at("tick").size(); }
   std::map<std::string, std::vector<std::string>> columns;
 };

@@ -67,18 +67,30 @@ class ServedArm final : public HapticDevice {
   std::uint64_t sequence_ = 0;
 };
 
+// A loop that drives it.
+struct ServedLoop {
+  explicit ServedLoop(std::size_t logged) : log(logged) {}
+  LoopFault run(Clock& clock, std::uint64_t ticks) { return run_loop(loop, clock, *ports, log, stop_, ticks); }
+  // In lock-step; time goes on where it was.
+  LoopFault run(std::uint64_t ticks) { return run(lock_step_, ticks); }
+
+  std::unique_ptr<LoopPorts> ports = std::make_unique<LoopPorts>();
+  ServedArm arm{*ports};
+  HapticLoop loop{config_for_tests(), arm};
+  FlightLog log;
+
+ private:
+  LockStepClock lock_step_;
+  std::atomic<bool> stop_{false};
+};
+
 TEST(Run, AllocatesNothingInTheLoop) {
-  auto ports = std::make_unique<LoopPorts>();
-  ServedArm arm(*ports);
-  HapticLoop loop(config_for_tests(), arm);
-  FlightLog log(500);  // goes round twice
-  LockStepClock clock;
-  std::atomic<bool> stop{false};
+  ServedLoop served(500);  // goes round twice
   test::start_counting_allocations();
-  run_loop(loop, clock, *ports, log, stop, 1200);
+  served.run(1200);
   EXPECT_EQ(test::stop_counting_allocations(), 0u);
-  EXPECT_EQ(loop.report().state, LoopState::engaged);
-  EXPECT_GT(loop.report().peak_force, 0.5);
+  EXPECT_EQ(served.loop.report().state, LoopState::engaged);
+  EXPECT_GT(served.loop.report().peak_force, 0.5);
 
   test::start_counting_allocations();
   const std::vector<int> seen(100);
@@ -94,17 +106,12 @@ TEST(Run, TakesNoLockInTheLoop) {
   if (!test::kCountsLocks) GTEST_SKIP() << "the sanitizers count locks themselves";
   constexpr std::uint64_t kTicks = 1200;
   for (const bool honest : {true, false}) {
-    auto ports = std::make_unique<LoopPorts>();
-    ServedArm arm(*ports);
-    if (!honest) arm.misdeed = lock_and_unlock;
-    HapticLoop loop(config_for_tests(), arm);
-    FlightLog log(500);
-    LockStepClock clock;
-    std::atomic<bool> stop{false};
+    ServedLoop served(500);
+    if (!honest) served.arm.misdeed = lock_and_unlock;
     test::start_counting_locks();
-    run_loop(loop, clock, *ports, log, stop, kTicks);
+    served.run(kTicks);
     EXPECT_EQ(test::stop_counting_locks(), honest ? 0 : kTicks);
-    EXPECT_EQ(loop.report().state, LoopState::engaged);
+    EXPECT_EQ(served.loop.report().state, LoopState::engaged);
   }
 }
 
@@ -138,21 +145,17 @@ void wait_on_a_futex() {
 
 TEST(Run, MakesNoSystemCallButTheClocks) {
   for (void (*const misdeed)() : {static_cast<void (*)()>(nullptr), &call_the_system, &wait_on_a_futex}) {
-    auto ports = std::make_unique<LoopPorts>();
-    ServedArm arm(*ports);
-    arm.misdeed = misdeed;
-    HapticLoop loop(config_for_tests(), arm);
-    FlightLog log(500);
+    ServedLoop served(500);
+    served.arm.misdeed = misdeed;
     RealClock clock;
-    std::atomic<bool> stop{false};
     Heartbeat heartbeat;
-    ports->heartbeat = &heartbeat;
+    served.ports->heartbeat = &heartbeat;
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
       allow_only_the_loops_system_calls();
-      run_loop(loop, clock, *ports, log, stop, 400);
-      _exit(loop.report().ticks == 400 && !heartbeat.take_if_silent(now_ns() + 1'000'000'000, 1) ? 0 : 1);
+      served.run(clock, 400);
+      _exit(served.loop.report().ticks == 400 && !heartbeat.take_if_silent(now_ns() + 1'000'000'000, 1) ? 0 : 1);
     }
     int status = 0;
     ASSERT_EQ(waitpid(child, &status, 0), child);
@@ -166,15 +169,22 @@ TEST(Run, MakesNoSystemCallButTheClocks) {
 #endif
 
 TEST(Run, LeavesTheDeviceWithoutForceHoweverItEnds) {
-  auto ports = std::make_unique<LoopPorts>();
-  ServedArm arm(*ports);
-  HapticLoop loop(config_for_tests(), arm);
-  FlightLog log(4000);
-  LockStepClock clock;
-  std::atomic<bool> stop{false};
-  EXPECT_EQ(run_loop(loop, clock, *ports, log, stop, 2000), LoopFault::none);
-  EXPECT_GT(log.at(log.size() - 1).sent.force.norm(), 0.5);
-  EXPECT_EQ(arm.written.force, Eigen::Vector3d::Zero());
+  ServedLoop served(4000);
+  EXPECT_EQ(served.run(2000), LoopFault::none);
+  EXPECT_GT(served.log.at(served.log.size() - 1).sent.force.norm(), 0.5);
+  EXPECT_EQ(served.arm.written.force, Eigen::Vector3d::Zero());
+}
+
+TEST(Run, ALoopThatNobodyGuardsEndsWithoutForceInItsNextTick) {
+  ServedLoop served(4000);
+  ASSERT_EQ(served.run(2000), LoopFault::none);
+  served.ports->unguarded = true;
+  EXPECT_EQ(served.run(2000), LoopFault::unguarded);
+  ASSERT_EQ(served.log.size(), 2001u);
+  EXPECT_GT(served.log.at(1999).sent.force.norm(), 0.5);
+  EXPECT_EQ(served.log.at(2000).sent.force, Eigen::Vector3d::Zero());
+  EXPECT_EQ(served.log.at(2000).state, LoopState::fault);
+  EXPECT_NE(std::string(to_string(LoopFault::unguarded)).find("the supervisor has died"), std::string::npos);
 }
 
 // A clock on which something stops the whole process for a while, and the supervisor sees it.
@@ -197,38 +207,29 @@ class HaltingClock final : public Clock {
 };
 
 TEST(Run, ALoopThatWasTakenForDeadEndsWithoutForceAndSaysWhy) {
-  auto ports = std::make_unique<LoopPorts>();
-  ServedArm arm(*ports);
-  HapticLoop loop(config_for_tests(), arm);
-  FlightLog log(4000);
+  ServedLoop served(4000);
   Heartbeat heartbeat;
-  ports->heartbeat = &heartbeat;
+  served.ports->heartbeat = &heartbeat;
   HaltingClock clock(heartbeat, 4'000'000'000);
-  std::atomic<bool> stop{false};
-  EXPECT_EQ(run_loop(loop, clock, *ports, log, stop, 4000), LoopFault::taken_for_dead);
+  EXPECT_EQ(served.run(clock, 4000), LoopFault::taken_for_dead);
   EXPECT_TRUE(clock.taken);
-  ASSERT_GT(log.size(), 2900u);
-  EXPECT_GT(log.at(log.size() - 2).sent.force.norm(), 0.5);
-  const TickRecord& last = log.at(log.size() - 1);
+  ASSERT_GT(served.log.size(), 2900u);
+  EXPECT_GT(served.log.at(served.log.size() - 2).sent.force.norm(), 0.5);
+  const TickRecord& last = served.log.at(served.log.size() - 1);
   EXPECT_EQ(last.state, LoopState::fault);
   EXPECT_EQ(last.sent.force, Eigen::Vector3d::Zero());
-  EXPECT_EQ(loop.sample().flags & (kHealthy | kEngaged), 0u);
-  EXPECT_NE(std::string(to_string(loop.report().fault)).find("powered the arm off"), std::string::npos);
+  EXPECT_EQ(served.loop.sample().flags & (kHealthy | kEngaged), 0u);
+  EXPECT_NE(std::string(to_string(served.loop.report().fault)).find("powered the arm off"), std::string::npos);
 }
 
 TEST(Run, RunsTheSameTwiceOnTheLockStepClock) {
   std::vector<double> forces[2];
   for (auto& out : forces) {
-    auto ports = std::make_unique<LoopPorts>();
-    ServedArm arm(*ports);
-    HapticLoop loop(config_for_tests(), arm);
-    FlightLog log(2000);
-    LockStepClock clock;
-    std::atomic<bool> stop{false};
-    run_loop(loop, clock, *ports, log, stop, 2000);
-    for (std::size_t i = 0; i < log.size(); ++i) out.push_back(log.at(i).sent.force.z());
-    EXPECT_EQ(ports->lateness.max_us(), 0);
-    EXPECT_EQ(loop.report().missed, 0u);
+    ServedLoop served(2000);
+    served.run(2000);
+    for (std::size_t i = 0; i < served.log.size(); ++i) out.push_back(served.log.at(i).sent.force.z());
+    EXPECT_EQ(served.ports->lateness.max_us(), 0);
+    EXPECT_EQ(served.loop.report().missed, 0u);
   }
   EXPECT_EQ(forces[0], forces[1]);
 }

@@ -20,6 +20,7 @@ using namespace std::chrono_literals;
 struct Shared {
   std::atomic<std::int64_t> t_off_ns{0};   // when the arm was powered off
   std::atomic<std::int64_t> t_dead_ns{0};  // when the bridge was about to end
+  std::atomic<std::int64_t> t_saved_ns{0};
   std::atomic<int> supervisor{0};
 };
 
@@ -35,7 +36,10 @@ class SupervisorTest : public ::testing::Test {
   int bridge(const std::function<void(Supervisor&)>& life) {
     const pid_t child = fork();
     if (child == 0) {
-      Supervisor supervisor(power_off());
+      Supervisor supervisor(power_off(), [this] {
+        shared_.t_saved_ns = now_ns();
+        return std::string("what was logged is saved");
+      });
       shared_.supervisor = supervisor.pid();
       life(supervisor);
       shared_.t_dead_ns = now_ns();
@@ -45,9 +49,9 @@ class SupervisorTest : public ::testing::Test {
     waitpid(child, &status, 0);
     return status;
   }
-  bool off_within(std::chrono::milliseconds time) {
-    for (const std::int64_t end = now_ns() + time.count() * 1'000'000; now_ns() < end;) {
-      if (shared_.t_off_ns != 0) return true;
+  static bool comes(const std::atomic<std::int64_t>& t_ns) {
+    for (const std::int64_t end = now_ns() + 2'000'000'000; now_ns() < end;) {
+      if (t_ns != 0) return true;
       std::this_thread::sleep_for(1ms);
     }
     return false;
@@ -61,8 +65,9 @@ TEST_F(SupervisorTest, ABridgeThatIsKilledLeavesAnArmWithoutPower) {
       std::this_thread::sleep_for(1ms);
     }
   });
-  ASSERT_TRUE(off_within(2000ms));
+  ASSERT_TRUE(comes(shared_.t_off_ns));
   EXPECT_LT(shared_.t_off_ns - shared_.t_dead_ns, 50'000'000);
+  EXPECT_TRUE(comes(shared_.t_saved_ns));
 }
 
 TEST_F(SupervisorTest, ALoopThatHangsLosesItsArm) {
@@ -72,12 +77,14 @@ TEST_F(SupervisorTest, ALoopThatHangsLosesItsArm) {
     while (shared_.t_off_ns == 0 && now_ns() - shared_.t_dead_ns < 3'000'000'000) std::this_thread::sleep_for(1ms);
   });
   ASSERT_NE(shared_.t_off_ns, 0);
+  // it has died since: of one that was killed the heartbeat may end first, too
+  EXPECT_TRUE(comes(shared_.t_saved_ns));
 }
 
 TEST_F(SupervisorTest, ALoopThatGoesOnAfterAHangHearsThatItsArmIsOff) {
   Supervisor supervisor(power_off());
   EXPECT_TRUE(supervisor.heartbeat().beat(now_ns()));
-  ASSERT_TRUE(off_within(2000ms));
+  ASSERT_TRUE(comes(shared_.t_off_ns));
   EXPECT_FALSE(supervisor.heartbeat().beat(now_ns()));
 }
 
@@ -89,6 +96,33 @@ TEST_F(SupervisorTest, ALoopThatDoesNotRunYetOrNoMoreIsNoHang) {
   std::this_thread::sleep_for(20ms);
   supervisor.heartbeat().rest();
   std::this_thread::sleep_for(150ms);
+  EXPECT_EQ(shared_.t_off_ns, 0);
+}
+
+TEST_F(SupervisorTest, ADeadOneIsNoticed) {
+  Supervisor supervisor(power_off());
+  EXPECT_TRUE(supervisor.alive());
+  kill(supervisor.pid(), SIGKILL);
+  siginfo_t ended{};
+  waitid(P_PID, static_cast<id_t>(supervisor.pid()), &ended, WEXITED | WNOWAIT);
+  EXPECT_FALSE(supervisor.alive());
+  EXPECT_FALSE(supervisor.alive()) << "for good";
+}
+
+TEST_F(SupervisorTest, AStoppedOneIsNoticedAndDoesNotHoldTheBridgeBack) {
+  pid_t pid = 0;
+  {
+    Supervisor supervisor(power_off());
+    supervisor.heartbeat().beat(now_ns());
+    pid = supervisor.pid();
+    kill(pid, SIGSTOP);
+    siginfo_t stopped{};
+    waitid(P_PID, static_cast<id_t>(pid), &stopped, WSTOPPED | WNOWAIT);
+    EXPECT_FALSE(supervisor.alive());
+    EXPECT_FALSE(supervisor.alive()) << "for good";
+    supervisor.heartbeat().rest();
+  }
+  EXPECT_NE(kill(pid, 0), 0) << "it goes on to its end";
   EXPECT_EQ(shared_.t_off_ns, 0);
 }
 

@@ -135,7 +135,7 @@ class VirtuoseBench : public ::testing::Test {
     while (std::getline(in, line)) {
       std::istringstream cells(line);
       rows.emplace_back();
-      for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(std::stod(cell));
+      for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(std::strtod(cell.c_str(), nullptr));
     }
     return rows;
   }
