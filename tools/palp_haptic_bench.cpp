@@ -1,6 +1,7 @@
 // Measures the haptic loop in lock-step: the solver, the server's hand, a link each way, the bridge's loop and a
 // simulated arm in a simulated hand. One table, each result beside its reference and target.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <omp.h>
 
 #include <CLI/CLI.hpp>
@@ -17,8 +18,10 @@
 
 #include "config/json_file.h"
 #include "config/number_between.h"
+#include "idl/bus.h"
 #include "sim_server/scene_options.h"
 #include "tools/haptic_bench/bench_scenes.h"
+#include "tools/haptic_bench/bus_time.h"
 #include "tools/haptic_bench/metrics.h"
 #include "tools/haptic_bench/tick_cost.h"
 
@@ -39,7 +42,9 @@ struct Arguments {
   std::optional<double> slew, friction;
   bool uncontrolled = false;
   std::size_t ticks = 0;  // to measure the cost of
-  std::string part;       // "k/n"
+  double bus = 0;         // to measure for [s]
+  int domain = 0;
+  std::string part;  // "k/n"
   std::vector<std::string> merge;
 };
 
@@ -299,6 +304,10 @@ std::vector<Row> merged(const std::vector<std::string>& files, std::string& comm
 }
 
 int measure(Arguments a) {
+  if (a.bus > 0) {
+    fmt::print("{}", markdown(bus_times(a.domain, a.bus)));
+    return 0;
+  }
   if (a.ticks > 0) {
     fmt::print("{}", markdown(tick_costs(profile_of(a), PALP_LIB_DIR "/libvirtuose_sim.so", a.ticks)));
     return 0;
@@ -334,11 +343,11 @@ int main(int argc, char** argv) {
   CLI::App app("Measures the haptic loop in lock-step over the full system.");
   palp::bench::Arguments a;
   app.add_flag("--quick", a.quick, "One seed, one damping, coarse steps, coarse trays");
-  app.add_option("--metric", a.metrics,
-                 "z_width, torsion, minute, buzz, drag, current, rendering, delay, figure4, fault (default: all)")
+  std::vector<std::string> names;
+  for (const palp::bench::Metric& m : palp::bench::metrics()) names.push_back(m.name);
+  app.add_option("--metric", a.metrics, fmt::format("{} (default: all)", fmt::join(names, ", ")))
       ->delimiter(',')
-      ->check(CLI::IsMember(
-          {"z_width", "torsion", "minute", "buzz", "drag", "current", "rendering", "delay", "figure4", "fault"}));
+      ->check(CLI::IsMember(names));
   app.add_option("--hand", a.hand_names, "off, light, firm (default: all)")->delimiter(',');
   app.add_option("--rate", a.rates, "Rates of the server [Hz]")
       ->delimiter(',')
@@ -365,6 +374,10 @@ int main(int argc, char** argv) {
   app.add_option("--ticks", a.ticks,
                  "CPU time of so many ticks of the bridge's loop with each device, and nothing else")
       ->check(CLI::Range(1u, 10'000'000u));
+  app.add_option("--bus", a.bus,
+                 "Time of samples over DDS between two processes of this host for so many seconds, and nothing else")
+      ->check(palp::number_between(0.1, 3600));
+  app.add_option("--domain", a.domain, "DDS domain of --bus")->check(CLI::Range(0, palp::kMaxDomain));
   app.add_option("--json", a.json, "JSON file");
   app.add_option("--part", a.part, "k/n: every n-th job from the k-th on; with --json, to be merged");
   app.add_option("--merge", a.merge, "JSON files of parts: their table, and nothing is measured")

@@ -8,7 +8,6 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-constexpr std::size_t kMostParticles = 100000;
 constexpr double kToolEdge = 0.05;    // [m]
 constexpr double kBallRadius = 0.03;  // [m]
 constexpr double kNoLimit = 1e5;      // of a coupling's gains

@@ -6,6 +6,7 @@
 
 namespace palp::bench {
 
+inline constexpr std::size_t kMostParticles = 100000;
 inline constexpr double kToolMass = 0.15;  // [kg]
 inline constexpr double kGap = 5e-3;       // between the tool and what is below it, at the start [m]
 

@@ -1,6 +1,8 @@
 // What the metrics share: a run's set-up in a cell, and a row of the table for it.
 #pragma once
 
+#include <cmath>
+
 #include "tools/haptic_bench/metrics.h"
 
 namespace palp::bench {
@@ -39,6 +41,15 @@ inline Row judged(const Cell& cell, Row r, bool good, const std::string& trouble
   if (cell.variant == Variant::ours) r.pass = good && trouble.empty();
   if (!trouble.empty()) r.note = trouble + (r.note.empty() ? "" : "; " + r.note);
   return r;
+}
+
+// By how much what is felt is off from what it should be: at most 5 %, the target of all rendering.
+inline Row error_row(const Cell& cell, const std::string& what, double felt, double exact, const std::string& reference,
+                     const std::string& note, const std::string& trouble) {
+  const double error = 100 * std::abs(felt / exact - 1);
+  Row r = row_in(cell, what + ", error", error, "%", reference, "<= 5");
+  r.note = note;
+  return judged(cell, r, error <= 5, trouble);
 }
 
 }  // namespace palp::bench

@@ -57,27 +57,23 @@ std::vector<Row> rendering_rows(const Scenes& scenes, const Cell& cell) {
   const RunSetup s =
       setup_in(scenes.wall, cell, delayed(swing(cell.hand.model, -depth * kZ, reach * 0.004 * kZ, 2, 6), 1.5), 7.5);
   const Trace trace = run(s);
-  const SpringDamper felt = fit(taken(trace, 3.5, 7.5, [](const Tick& t) { return t.force.z(); }),
-                                taken(trace, 3.5, 7.5, [](const Tick& t) { return t.x.z(); }),
-                                taken(trace, 3.5, 7.5, [](const Tick& t) { return t.v.z(); }));
-  const double spring = 100 * std::abs(felt.stiffness / s.profile.loop.gains.stiffness - 1);
-  Row r = row_in(cell, "spring at a wall, error", spring, "%", "just noticed: 23", "<= 5");
-  r.note = fmt::format("{:.0f} of {:.0f} N/m", felt.stiffness, s.profile.loop.gains.stiffness);
-  rows.push_back(judged(cell, r, spring <= 5, trace.trouble));
-  const double damper = 100 * std::abs(felt.damping / s.profile.loop.gains.damping - 1);
-  r = row_in(cell, "damper at a wall, error", damper, "%", "just noticed: 34", "<= 5");
-  r.note = fmt::format("{:.1f} of {:.1f} N s/m; a delay of 1 ms takes 1", felt.damping, s.profile.loop.gains.damping);
-  rows.push_back(judged(cell, r, damper <= 5, trace.trouble));
+  const SpringDamper wall = felt(
+      trace, 3.5, 7.5, [](const Tick& t) { return t.force.z(); }, [](const Tick& t) { return t.x.z(); },
+      [](const Tick& t) { return t.v.z(); });
+  const CouplingGains& gains = s.profile.loop.gains;
+  rows.push_back(error_row(cell, "spring at a wall", wall.stiffness, gains.stiffness, "just noticed: 23",
+                           fmt::format("{:.0f} of {:.0f} N/m", wall.stiffness, gains.stiffness), trace.trouble));
+  rows.push_back(error_row(cell, "damper at a wall", wall.damping, gains.damping, "just noticed: 34",
+                           fmt::format("{:.1f} of {:.1f} N s/m; a delay of 1 ms takes 1", wall.damping, gains.damping),
+                           trace.trouble));
 
   const RunSetup e = setup_in(scenes.elastic, cell, push(cell.hand.model, 0.9, 0.8, -0.02 * kZ), 4);
   const Trace press = run(e);
   const double z = mean(taken(press, 3.5, 4, [](const Tick& t) { return t.x.z(); }));
   const double force = mean(taken(press, 3.5, 4, [](const Tick& t) { return t.force.z(); }));
-  const double exact = static_force(scenes.elastic, e.profile.loop.gains, z * kZ, 2.5);
-  const double off = 100 * std::abs(force / exact - 1);
-  r = row_in(cell, "force of jelly, error", off, "%", "just noticed: 8", "<= 5");
-  r.note = fmt::format("{:.3g} of {:.3g} N at {:.2g} mm", force, exact, -1e3 * z);
-  rows.push_back(judged(cell, r, off <= 5, press.trouble));
+  const double exact = static_force(scenes.elastic, gains, z * kZ, 2.5);
+  rows.push_back(error_row(cell, "force of jelly", force, exact, "just noticed: 8",
+                           fmt::format("{:.3g} of {:.3g} N at {:.2g} mm", force, exact, -1e3 * z), press.trouble));
   return rows;
 }
 

@@ -3,18 +3,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "haptic_bridge/rotation.h"
+
 namespace palp::bench {
-
-namespace {
-
-Keyframe at(double time, const Eigen::Vector3d& x) {
-  Keyframe k;
-  k.time = time;
-  k.x = x;
-  return k;
-}
-
-}  // namespace
 
 const std::vector<NamedHand>& hands() {
   static const std::vector<NamedHand> kHands{{"off", kHandsOff}, {"light", kLightGrip}, {"firm", kFirmGrip}};
@@ -30,7 +21,7 @@ const NamedHand& hand_named(const std::string& name) {
 HandScript push(const HandModel& hand, double wait, double during, const Eigen::Vector3d& by) {
   HandScript script;
   script.hand = hand;
-  script.keyframes = {at(0, Eigen::Vector3d::Zero()), at(wait, Eigen::Vector3d::Zero()), at(wait + during, by)};
+  script.keyframes = {{0, Eigen::Vector3d::Zero()}, {wait, Eigen::Vector3d::Zero()}, {wait + during, by}};
   return script;
 }
 
@@ -43,15 +34,14 @@ HandScript swing(const HandModel& hand, const Eigen::Vector3d& center, const Eig
   const int count = static_cast<int>(std::lround(seconds * hz)) * kKeys;
   for (int k = 0; k <= count; ++k) {
     const double ease = std::min(1.0, static_cast<double>(k) / kKeys);
-    script.keyframes.push_back(at(k / (kKeys * hz), center + ease * std::sin(2 * M_PI * k / kKeys) * amplitude));
+    script.keyframes.push_back({k / (kKeys * hz), center + ease * std::sin(2 * M_PI * k / kKeys) * amplitude});
   }
   return script;
 }
 
 HandScript turned(HandScript script) {
   for (Keyframe& k : script.keyframes) {
-    const double angle = k.x.norm();
-    if (angle > 0) k.q = Eigen::AngleAxisd(angle, k.x / angle);
+    k.q = rotation_by(k.x);
     k.x.setZero();
   }
   return script;

@@ -28,9 +28,28 @@ Series without_line(Series s) {
   return s;
 }
 
+// Halfway between each value and the next.
+Series between(Series s) {
+  for (std::size_t k = 0; k + 1 < s.size(); ++k) s[k] = (s[k] + s[k + 1]) / 2;
+  if (!s.empty()) s.pop_back();
+  return s;
+}
+
+SpringDamper fit(const Series& force, const Series& x, const Series& v) {
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < force.size(); ++k) {
+    const Eigen::Vector3d row(1, -x[k], -v[k]);
+    A += row * row.transpose();
+    b += force[k] * row;
+  }
+  const Eigen::Vector3d solution = A.ldlt().solve(b);
+  return {solution[1], solution[2]};
+}
+
 }  // namespace
 
-Series taken(const Trace& trace, double from, double to, const std::function<double(const Tick&)>& get) {
+Series taken(const Trace& trace, double from, double to, const OfTick& get) {
   Series s;
   for (const Tick& t : trace.ticks)
     if (t.t >= from - 1e-9 && t.t < to - 1e-9) s.push_back(get(t));
@@ -73,16 +92,10 @@ double rms_above(const Series& series, double hz) {
   return std::sqrt(std::max(0.0, total * total - slow));
 }
 
-SpringDamper fit(const Series& force, const Series& x, const Series& v) {
-  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < force.size(); ++k) {
-    const Eigen::Vector3d row(1, -x[k], -v[k]);
-    A += row * row.transpose();
-    b += force[k] * row;
-  }
-  const Eigen::Vector3d solution = A.ldlt().solve(b);
-  return {solution[1], solution[2]};
+SpringDamper felt(const Trace& trace, double from, double to, const OfTick& force, const OfTick& x, const OfTick& v) {
+  Series held = taken(trace, from, to, force);
+  if (!held.empty()) held.pop_back();
+  return fit(held, between(taken(trace, from, to, x)), between(taken(trace, from, to, v)));
 }
 
 }  // namespace palp::bench

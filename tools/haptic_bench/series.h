@@ -10,8 +10,9 @@ namespace palp::bench {
 
 using Series = std::vector<double>;
 
+using OfTick = std::function<double(const Tick&)>;
 // From the ticks with from <= t < to [s].
-Series taken(const Trace& trace, double from, double to, const std::function<double(const Tick&)>& get);
+Series taken(const Trace& trace, double from, double to, const OfTick& get);
 
 double mean(const Series& s);
 double rms(const Series& s);
@@ -23,10 +24,11 @@ double amplitude(const Series& s, double hz);
 // Rms of all that is faster than hz, a line through the series taken off before.
 double rms_above(const Series& s, double hz);
 
-// Best fit of force = c - stiffness x - damping v, in the least squares' sense.
 struct SpringDamper {
   double stiffness, damping;
 };
-SpringDamper fit(const Series& force, const Series& x, const Series& v);
+// Best fit of force = c - stiffness x - damping v, in the least squares' sense, to the ticks with from <= t < to [s].
+// Each wrench acts until the next tick, and so against what the handle does between the two.
+SpringDamper felt(const Trace& trace, double from, double to, const OfTick& force, const OfTick& x, const OfTick& v);
 
 }  // namespace palp::bench

@@ -72,7 +72,7 @@ class BenchServer {
     simulation_->step(input_);
     ProxySample s = answer(output().proxies[0], 0, hand_.sample(), hand_.engaged(),
                            output().health.ok ? ServerState::running : ServerState::fault, output().time);
-    s.header = {kProtocolVersion, kServerSession, ++sequence_, t_ns};
+    s.header = {kProtocolVersion, kServerSession, 0, t_ns};
     return s;
   }
   const StepOutput& output() const { return simulation_->output(); }
@@ -89,7 +89,6 @@ class BenchServer {
   double step_;
   Hand hand_;
   StepInput input_{};
-  std::uint64_t sequence_ = 0;
 };
 
 LoopConfig config_of(const RunSetup& s) {
@@ -153,8 +152,19 @@ class System {
     if (!server_.output().health.ok) trace_.trouble = server_.output().health.cause;
     if (setup_.variant != Variant::ours) s.blend.fill(setup_.variant == Variant::held ? 0 : 1);
     if (f.nan_samples >= 0 && t >= f.nan_samples) s.wrench.force.fill(std::numeric_limits<double>::quiet_NaN());
-    sent_down_.push_back(s);
-    down_.send(t_ns + to_ns(setup_.compute), sent_down_.size() - 1);
+    answer(s, t_ns + to_ns(setup_.compute));
+  }
+
+  // As links.cpp sends: until the next answer, the newest one again.
+  void answer(ProxySample s, std::int64_t t_ns) {
+    const std::int64_t next = next_step_ns_ + to_ns(setup_.compute);
+    int times = 0;
+    do {
+      s.header.sequence = sent_down_.size() + 1;
+      sent_down_.push_back(s);
+      down_.send(t_ns, sent_down_.size() - 1);
+      t_ns += kRepeatAfterNs;
+    } while (t_ns < next && repeat(s, times++));
   }
 
   // As server.cpp paces itself: what comes late is made up for.

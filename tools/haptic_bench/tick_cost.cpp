@@ -1,7 +1,6 @@
 #include "tools/haptic_bench/tick_cost.h"
 
 #include <algorithm>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -22,11 +21,7 @@ constexpr std::uint64_t kBridgeSession = 7, kServerSession = 11;
 constexpr double kWallStiffness = 5000;  // [N/m]
 constexpr double kWanted = 20;           // most CPU time a tick [us]
 
-double cpu_us() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
-}
+double cpu_us() { return 1e-3 * static_cast<double>(RealClock().cpu_ns()); }
 
 // Does nothing and is held.
 class NoDevice final : public HapticDevice {

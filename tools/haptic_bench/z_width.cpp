@@ -146,17 +146,21 @@ std::string lines(const Cell& cell, double damping, double delay) {
 
 }  // namespace
 
+Row width_row(const Cell& cell, const ZWidth& z, double scale, const std::string& metric, const std::string& unit,
+              const std::string& reference, double wanted) {
+  Row r = row_in(cell, metric, scale * z.stiffness, unit, reference, fmt::format(">= {:g}", wanted));
+  if (cell.variant == Variant::ours) r.pass = r.result >= wanted;
+  if (z.asked > 1.01 * z.stiffness) r.note = fmt::format("asked for {:.3g}, lowered for the link; ", scale * z.asked);
+  if (z.unstable_at > 0) r.note += fmt::format("at {:.3g}: {}", scale * z.unstable_at, z.first_unstable.why);
+  return r;
+}
+
 std::vector<Row> z_width_rows(const Scene& wall, const Cell& cell, const std::vector<double>& dampings, bool fine) {
   std::vector<Row> rows;
   for (const double damping : dampings) {
     const ZWidth z = z_width(wall, cell, damping, fine);
-    const double wanted = cell.hand.name == "off" ? 1 : 2;
-    Row r = row_in(cell, fmt::format("largest stable stiffness, damping {:g} N s/m", damping), 1e-3 * z.stiffness,
-                   "kN/m", lines(cell, damping, z.delay), fmt::format(">= {:g}", wanted));
-    if (cell.variant == Variant::ours) r.pass = r.result >= wanted;
-    if (z.asked > 1.01 * z.stiffness) r.note = fmt::format("asked for {:.3g}, lowered for the link; ", 1e-3 * z.asked);
-    if (z.unstable_at > 0) r.note += fmt::format("at {:.3g}: {}", 1e-3 * z.unstable_at, z.first_unstable.why);
-    rows.push_back(r);
+    rows.push_back(width_row(cell, z, 1e-3, fmt::format("largest stable stiffness, damping {:g} N s/m", damping),
+                             "kN/m", lines(cell, damping, z.delay), cell.hand.name == "off" ? 1 : 2));
   }
   return rows;
 }

@@ -63,6 +63,9 @@ inline constexpr double kLeastStiffness = 250, kLikelyStiffness = 4000, kMostSti
 
 ZWidth z_width(const Scene& wall, const Cell& cell, double damping, bool fine);
 
+// As a row of the table. scale: from N/m or N m/rad to the unit; wanted: at least, in that unit.
+Row width_row(const Cell& cell, const ZWidth& z, double scale, const std::string& metric, const std::string& unit,
+              const std::string& reference, double wanted);
 // As rows of the table, one a damping.
 std::vector<Row> z_width_rows(const Scene& wall, const Cell& cell, const std::vector<double>& dampings, bool fine);
 
