@@ -25,7 +25,7 @@ bool has_display() {
 // without anyone to see it, only as many are drawn as a picture or a video needs.
 double default_rate(const ViewerOptions& o) {
   if (!o.stage.headless) return 60;
-  return o.video.empty() ? 10 : 30;
+  return o.video.empty() ? 5 : 30;
 }
 
 }  // namespace
@@ -61,7 +61,7 @@ std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* a
   app.add_option("--gpu", o.stage.gpu, "off-screen: auto, cpu (software) or egl:N (N-th EGL device)")
       ->capture_default_str();
   app.add_option("--size", size, "of the picture, WIDTHxHEIGHT in pixels")->capture_default_str();
-  app.add_option("--fps", o.rate_hz, "pictures per second at most (60; off-screen 30 with --video, else 10)")
+  app.add_option("--fps", o.rate_hz, "pictures per second at most (60; off-screen 30 with --video, else 5)")
       ->check(number_between(0.1, 1000.0));
   app.add_option("--samples", samples, "samples per pixel against jagged edges (4; off-screen 0)")
       ->check(CLI::Range(0, 16));

@@ -9,36 +9,14 @@ class Commands : public RunningSystem, public testing::WithParamInterface<Vendor
   void SetUp() override {
     start_server();
     watcher_ = &watch(GetParam());
-    commands_ = watcher_->bus().writer<Command>();
-    replies_ = watcher_->bus().reader<CommandReply>();
-    ASSERT_TRUE(watcher_->sees([&] {
-      return commands_->matched_readers() > 0 && replies_->matched_writers() > 0 &&
-             watcher_->says("sim_server", "running");
-    })) << said();
+    client_ = std::make_unique<Client>(watcher_->bus());
+    ASSERT_TRUE(client_->reaches_server()) << said();
+    ASSERT_TRUE(watcher_->sees([&] { return watcher_->says("sim_server", "running"); })) << said();
   }
 
-  // The reply to exactly this command; not ok and empty when none came.
   CommandReply ask(CommandKind kind, const std::string& name = {}, const std::string& value = {}) {
-    Command command;
-    command.kind = kind;
-    command.name = name;
-    command.value = value;
-    EXPECT_TRUE(commands_->publish(command));
-    CommandReply answer;
-    EXPECT_TRUE(holds_within(kPatience, [&] {
-      std::vector<Received<CommandReply>> all;
-      replies_->take_all(all);
-      for (const auto& r : all) {
-        EXPECT_EQ(r.message.command_session, commands_session()) << "a reply to nobody's command";
-        if (r.message.command_sequence != command.header.sequence) continue;
-        answer = r.message;
-        return true;
-      }
-      return false;
-    })) << said();
-    return answer;
+    return client_->ask(kind, name, value);
   }
-  std::uint64_t commands_session() { return watcher_->bus().session(); }
   bool refuses(CommandKind kind, const std::string& name, const std::string& value, const std::string& why) {
     const CommandReply reply = ask(kind, name, value);
     EXPECT_NE(reply.text.find(why), std::string::npos) << reply.text;
@@ -47,8 +25,7 @@ class Commands : public RunningSystem, public testing::WithParamInterface<Vendor
   double steps() { return watcher_->metric("sim_server", "steps"); }
 
   Watcher* watcher_ = nullptr;
-  std::unique_ptr<Writer<Command>> commands_;
-  std::unique_ptr<Reader<CommandReply>> replies_;
+  std::unique_ptr<Client> client_;
 };
 
 TEST_P(Commands, PauseStepResumeReset) {

@@ -1,5 +1,10 @@
 // The rows of the fault table that are the bridge's own: it is late, stands still, or dies. The arm's power is taken by
 // a process beside it, so those times are the simulated arm's.
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
 #include "tests/process/fault_system.h"
 
 namespace palp::test {
@@ -42,9 +47,11 @@ TEST_F(FaultBridge, LateTicks) {
   Watcher& watcher = watch();
   start_weights();
   start_bridge_of(0, {"--profile", profile(0, kAsShipped)});
+  // each tick takes longer than one period and a half and less than two; one that the machine makes longer begins the
+  // row anew, so each chance is long and there are several
   std::vector<ArmEvent> slow;
-  for (const double time : {2.0, 3.2}) {
-    slow.push_back({"slow", time, 0.06, 0.0017, "virtGetSpeed"});
+  for (const double time : {2.0, 3.2, 4.4, 5.6}) {
+    slow.push_back({"slow", time, 0.3, 0.0016, "virtGetSpeed"});
     slow.push_back({"dead_man_up", time + 0.4, 0.1, 0, ""});
   }
   start_arm(1, slow, kAsShipped);
@@ -59,7 +66,7 @@ TEST_F(FaultBridge, LateTicks) {
     bridge(0).send_signal(SIGCONT);
     std::this_thread::sleep_for(50ms);
   }
-  ASSERT_TRUE(watcher.sees([&] { return watcher.metric(name_of(1), "ticks") > 3400; })) << said_by_all();
+  ASSERT_TRUE(watcher.sees([&] { return watcher.metric(name_of(1), "ticks") > 5000; })) << said_by_all();
   for (const int device : {0, 1}) EXPECT_EQ(bridge(device).stop(), 0) << said_by(device);
   const Flight stopped = flight(0), slowed = flight(1);
   for (const Flight* log : {&stopped, &slowed}) expect_limits_held(*log);
@@ -106,6 +113,14 @@ TEST_F(FaultBridge, BridgesThatStandStillOrDie) {
   death.add(ms_to_power_off(1, t_kill), kHang + kLook + kConnect);
   death.tell();
 
+  // the log of the dead one is written for it
+  EXPECT_TRUE(holds_within(kPatience, [&] { return said_by(1).find("flight log was written") != std::string::npos; }))
+      << said_by(1);
+  const Flight killed = flight(1);
+  ASSERT_GT(killed.size(), 500u);
+  expect_limits_held(killed);
+  EXPECT_GT(killed.back().felt(), 3);
+
   // the bridge that goes on finds itself without an arm, says so, and leaves its whole log
   EXPECT_NE(said_by(0).find("the loop has stood still for 50 ms: the arm was powered off"), std::string::npos);
   EXPECT_NE(said_by(0).find("the loop stood still for so long that the supervisor powered the arm off"),
@@ -123,6 +138,60 @@ TEST_F(FaultBridge, BridgesThatStandStillOrDie) {
   tell_row("bridge goes on after that: no force, its run ends", "bridge stopped for 200 ms",
            std::max(0.0, ms_between(t_goes_on, log.back().t_ns)), 10);
   EXPECT_LT(ms_between(t_goes_on, log.back().t_ns), 10 + log.back().late_ms - 200);
+}
+
+// The process that the bridge has started, by its name; 0: none.
+pid_t supervisor_of(pid_t bridge) {
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    std::ifstream file(entry.path() / "stat");
+    std::string line;
+    if (!std::getline(file, line) || line.find("(palp_supervisor)") == std::string::npos) continue;
+    pid_t pid = 0, parent = 0;
+    char state = 0;
+    if (std::sscanf(line.c_str(), "%d (palp_supervisor) %c %d", &pid, &state, &parent) == 3 && parent == bridge)
+      return pid;
+  }
+  return 0;
+}
+
+TEST_F(FaultBridge, SupervisorsThatDieOrStandStill) {
+  struct Case {
+    int signal;
+    std::string row, provoked_by;
+  };
+  const std::array<Case, 2> cases{{{SIGKILL, "supervisor dies", "supervisor killed (kill -9)"},
+                                   {SIGSTOP, "supervisor stands still", "supervisor stopped"}}};
+  Watcher& watcher = watch();
+  start_weights();
+  start_arm(0, {});
+  start_arm(1, {});
+  for (int device = 0; device < 2; ++device) {
+    const Case& c = cases[static_cast<std::size_t>(device)];
+    SCOPED_TRACE(c.row);
+    ASSERT_TRUE(carries(watcher, device)) << said_by_all();
+    const pid_t supervisor = supervisor_of(bridge(device).pid());
+    ASSERT_GT(supervisor, 0);
+    watcher.events.clear();
+    const std::int64_t t_lost = now_ns();
+    ASSERT_EQ(kill(supervisor, c.signal), 0);
+    EXPECT_EQ(bridge(device).wait(5s), 1) << said_by(device);
+    EXPECT_NE(said_by(device).find("the supervisor has died"), std::string::npos) << said_by(device);
+    EXPECT_TRUE(watcher.sees([&] { return watcher.has_event("the supervisor has died"); }));
+    EXPECT_NE(kill(supervisor, 0), 0) << "it outlives the bridge";
+
+    const Flight log = flight(device);
+    ASSERT_GT(log.size(), 500u);
+    expect_limits_held(log);
+    EXPECT_EQ(log.back().state, "fault");
+    EXPECT_EQ(log.back().felt(), 0);
+    EXPECT_GT(log[log.size() - 2].felt(), 3) << "one tick is enough";
+    RowTimes end(c.row + ": no force, the bridge's run ends", c.provoked_by);
+    end.add(ms_between(t_lost, log.back().t_ns), 100);
+    end.tell();
+    RowTimes power(c.row + ": arm without power", c.provoked_by);
+    power.add(ms_to_power_off(device, t_lost), 100 + kConnect);
+    power.tell();
+  }
 }
 
 }  // namespace

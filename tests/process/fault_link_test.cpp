@@ -52,12 +52,13 @@ class FaultLink : public FaultSystem {
     server_->send_signal(SIGCONT);
     return {t, ms_between(t, now_ns())};
   }
-  void reset() {
-    const auto commands = watch().bus().writer<Command>();
-    ASSERT_TRUE(watch().sees([&] { return commands->matched_readers() > 0; })) << said();
-    Command command;
-    command.kind = CommandKind::reset;
-    EXPECT_TRUE(commands->publish(command));
+  // When it was asked for.
+  std::int64_t reset() {
+    Client client(watch().bus());
+    EXPECT_TRUE(client.reaches_server()) << said();
+    const std::int64_t t = now_ns();
+    EXPECT_TRUE(client.ask(CommandKind::reset).ok) << said();
+    return t;
   }
 };
 
@@ -131,8 +132,7 @@ TEST_F(FaultLink, ServersThatStallEndAndComeBack) {
   ASSERT_TRUE(carries(watcher, 0, 4.5)) << said_by_all();
   EXPECT_TRUE(watcher.has_event("the server has fallen silent")) << said_by(0);
 
-  const std::int64_t t_reset = now_ns();
-  reset();
+  const std::int64_t t_reset = reset();
   std::this_thread::sleep_for(1200ms);
   ASSERT_TRUE(carries(watcher, 0, 4.5)) << said_by_all();
 

@@ -37,7 +37,7 @@ using Flight = std::vector<FlightTick>;
 
 inline Flight flight_of(const std::string& file) {
   auto log = read_flight(file);
-  const auto number = [&](const std::string& column, std::size_t i) { return std::stod(log[column][i]); };
+  const auto number = [&](const std::string& column, std::size_t i) { return number_in(log[column][i]); };
   const auto vector = [&](const std::string& column, std::size_t i) {
     return Vec3{number(column + "_x", i), number(column + "_y", i), number(column + "_z", i)};
   };

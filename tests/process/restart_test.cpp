@@ -37,8 +37,8 @@ TEST_F(Restart, ForceEndsWithin100MsOfTheServersDeathAndComesBackWithTheNextOne)
   for (std::size_t i = 1; i < log["t_ns"].size(); ++i) {
     const std::int64_t t = std::stoll(log["t_ns"][i]);
     const double force =
-        std::hypot(std::stod(log["force_x"][i]), std::stod(log["force_y"][i]), std::stod(log["force_z"][i])) +
-        std::hypot(std::stod(log["torque_x"][i]), std::stod(log["torque_y"][i]), std::stod(log["torque_z"][i]));
+        std::hypot(number_in(log["force_x"][i]), number_in(log["force_y"][i]), number_in(log["force_z"][i])) +
+        std::hypot(number_in(log["torque_x"][i]), number_in(log["torque_y"][i]), number_in(log["torque_z"][i]));
     ASSERT_TRUE(std::isfinite(force)) << "tick " << log["tick"][i];
     if (t > t_dead_ns && t < t_again_ns && log["sequence"][i] != log["sequence"][i - 1]) t_lost_ns = t;
     if (t <= t_dead_ns) before = std::max(before, force);
@@ -65,6 +65,14 @@ TEST_F(Restart, TheServerHoldsTheProxyOfADeadBridgeAndTheNextOneTakesIt) {
   EXPECT_EQ(watcher.proxy.flags & (kEngaged | kHealthy), kHealthy);
   EXPECT_EQ(watcher.proxy.proxy_pose, let_go.proxy_pose) << "the tool moved although nobody held it";
   EXPECT_EQ(watcher.proxy.wrench, WrenchD{});
+  // what it had logged is not lost with it
+  EXPECT_TRUE(watcher.sees([&] { return said().find("the flight log was written to") != std::string::npos; }))
+      << said();
+  const auto log = read_flight(folder_ / "flight.csv");
+  ASSERT_GT(log.at("tick").size(), 100u);
+  EXPECT_GT(std::abs(number_in(log.at("force_z").back())), 0.1) << "the last tick is that of a bridge at work";
+  ChildProcess again({PALP_BIN_DIR "/haptic_bridge", "--rerun", folder_ / "flight.ticks"}, folder_ / "again.txt");
+  EXPECT_EQ(again.wait(), 0) << again.output();
 
   watcher.status.clear();
   start_bridge();

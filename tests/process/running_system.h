@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <functional>
 #include <map>
 #include <memory>
@@ -58,6 +59,9 @@ inline std::map<std::string, std::vector<std::string>> read_flight(const std::st
   }
   return columns;
 }
+
+// Not std::stod, which throws at a force that has faded below the smallest normal number.
+inline double number_in(const std::string& cell) { return std::strtod(cell.c_str(), nullptr); }
 
 // The number behind "name": in JSON text; NaN where there is none.
 inline double number_in_json(const std::string& json, const std::string& name) {
@@ -122,6 +126,44 @@ class Watcher {
   std::unique_ptr<Reader<ProxySample>> proxies_;
   std::unique_ptr<Reader<Status>> statuses_;
   std::unique_ptr<Reader<Event>> events_;
+};
+
+// A client of the server's commands. One thread.
+class Client {
+ public:
+  explicit Client(Bus& bus)
+      : session_(bus.session()), commands_(bus.writer<Command>()), replies_(bus.reader<CommandReply>()) {}
+
+  // Asks until the server answers. That a writer knows of its reader does not mean that the reader knows of it, and what
+  // is sent before it does is lost: only what follows an answer surely arrives.
+  bool reaches_server() {
+    return holds_within(kPatience, [&] { return !ask(CommandKind::set_parameter, "are you there", "", 200ms).text.empty(); });
+  }
+  // The reply to exactly this command; not ok and empty when none came.
+  CommandReply ask(CommandKind kind, const std::string& name = {}, const std::string& value = {},
+                   std::chrono::milliseconds limit = kPatience) {
+    Command command;
+    command.kind = kind;
+    command.name = name;
+    command.value = value;
+    EXPECT_TRUE(commands_->publish(command));
+    CommandReply answer;
+    holds_within(limit, [&] {
+      std::vector<Received<CommandReply>> all;
+      replies_->take_all(all);
+      for (const auto& r : all) {
+        EXPECT_EQ(r.message.command_session, session_) << "a reply to nobody's command";
+        if (r.message.command_sequence == command.header.sequence) answer = r.message;
+      }
+      return !answer.text.empty();
+    });
+    return answer;
+  }
+
+ private:
+  std::uint64_t session_;
+  std::unique_ptr<Writer<Command>> commands_;
+  std::unique_ptr<Reader<CommandReply>> replies_;
 };
 
 // The processes of one test; those that still run are killed at its end.

@@ -28,8 +28,8 @@ class VirtuoseProcess : public RunningSystem {
 };
 
 double force_in(std::map<std::string, std::vector<std::string>>& log, std::size_t i) {
-  return std::hypot(std::stod(log["force_x"][i]), std::stod(log["force_y"][i]), std::stod(log["force_z"][i])) +
-         std::hypot(std::stod(log["torque_x"][i]), std::stod(log["torque_y"][i]), std::stod(log["torque_z"][i]));
+  return std::hypot(number_in(log["force_x"][i]), number_in(log["force_y"][i]), number_in(log["force_z"][i])) +
+         std::hypot(number_in(log["torque_x"][i]), number_in(log["torque_y"][i]), number_in(log["torque_z"][i]));
 }
 
 TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure) {
@@ -49,10 +49,10 @@ TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure
   auto log = read_flight(folder_ / "flight.csv");
   const std::size_t rows = log["t_ns"].size();
   ASSERT_GT(rows, 4000u);
-  const double t_first = 1e-9 * std::stod(log["t_ns"][0]);
+  const double t_first = 1e-9 * number_in(log["t_ns"][0]);
   double before = 0, after = 0, t_released = 0;
   for (std::size_t i = 0; i < rows; ++i) {
-    const double t = 1e-9 * std::stod(log["t_ns"][i]) - t_first, force = force_in(log, i);
+    const double t = 1e-9 * number_in(log["t_ns"][i]) - t_first, force = force_in(log, i);
     const bool held = log["hand_on"][i] == "1" && log["good_reading"][i] == "1";
     if (!held) {
       ASSERT_EQ(force, 0) << "tick " << log["tick"][i];

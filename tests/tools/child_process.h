@@ -49,6 +49,7 @@ class ChildProcess {
   ChildProcess& operator=(const ChildProcess&) = delete;
 
   void send_signal(int number) const { kill(pid_, number); }
+  pid_t pid() const { return pid_; }
   void type(const std::string& text) const {
     if (::write(input_, text.data(), text.size()) < 0) throw std::runtime_error("the program reads no more");
   }

@@ -171,7 +171,7 @@ TEST(Options, OffScreenIsModestUnlessTold) {
   ASSERT_TRUE(plain);
   EXPECT_EQ(plain->nice, 10);
   EXPECT_EQ(plain->stage.samples, 0);
-  EXPECT_DOUBLE_EQ(plain->rate_hz, 10);
+  EXPECT_DOUBLE_EQ(plain->rate_hz, 5);
   EXPECT_FALSE(plain->color);
   const auto told =
       parse({"--headless", "--video", "v.mp4", "--nice", "0", "--size", "320x200", "--color", "body"}, code);

@@ -65,15 +65,18 @@ TEST_P(BusPair, KeepsOneSampleOfEachDevice) {
   const auto reader = in->reader<DeviceSample>();
   connect(*writer, *reader);
   auto m = sound<DeviceSample>();
-  for (int i = 0; i < 3; ++i) {
-    for (m.device = 0; m.device < kMaxDevices; ++m.device) ASSERT_TRUE(writer->publish(m));
-  }
-  std::this_thread::sleep_for(300ms);
+  // best effort: on a busy machine a round may be lost or late, but never is there more than one of a device
   std::vector<Received<DeviceSample>> got;
-  EXPECT_EQ(reader->take_all(got), kMaxDevices);
-  std::array<int, kMaxDevices> seen{};
-  for (const auto& r : got) ++seen[r.message.device];
-  for (const int n : seen) EXPECT_EQ(n, 1);
+  EXPECT_TRUE(eventually([&] {
+    for (int i = 0; i < 3; ++i)
+      for (m.device = 0; m.device < kMaxDevices; ++m.device) EXPECT_TRUE(writer->publish(m));
+    std::this_thread::sleep_for(300ms);
+    got.clear();
+    reader->take_all(got);
+    std::array<int, kMaxDevices> seen{};
+    for (const auto& r : got) EXPECT_EQ(++seen[r.message.device], 1) << "device " << r.message.device;
+    return got.size() == kMaxDevices;
+  }));
 }
 
 TEST_P(BusPair, DeliversCommandsAllAndInOrder) {
