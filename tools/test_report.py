@@ -9,7 +9,7 @@ import sys
 import xml.etree.ElementTree as ET
 
 SHOWN_LINES = 40
-STOOD_STILL = "the machine stood still"  # so begins the line of tests/process/main.cpp before another trial
+STOOD_STILL = "the machine stood still"  # so begins the line of tests/support/timed_main.cpp before another trial
 
 
 def cases(folder):

@@ -144,6 +144,7 @@ inline constexpr Tolerance kImplicitPush{0.03, 0.03,
 inline constexpr Tolerance kCrumbFall{1e-4, 1e-4, "m/s after 0.2 s; nothing may strain what has no extent"};
 inline constexpr Tolerance kPlateSag{0.05, 0.05, "of the sag, reference D11"};
 inline constexpr Tolerance kPlatePeriod{0.05, 0.05, "of the period, reference D12"};
+inline constexpr Tolerance kCsm3{0.05, 0.05, "of Turek & Hron's values, as for the plate, reference D11"};
 inline constexpr Tolerance kYoung{0.02, 0.02, "of E, reference D9"};
 inline constexpr Tolerance kPoisson{0.02, 0.02, "of nu, as for E"};
 inline constexpr Tolerance kWaveSpeed{0.05, 0.05,

@@ -1,4 +1,4 @@
-// Runs a test of real processes, and once more where the machine itself, not palp, stood still meanwhile.
+// Runs a test that bounds times, and once more where the machine itself, not palp, stood still meanwhile.
 #include <unistd.h>
 
 #include <algorithm>
