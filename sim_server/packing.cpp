@@ -21,10 +21,10 @@ constexpr double kFilled = 0.75;         // a site nearer than this to a particl
 constexpr int kLists = 3, kRounds = 20;  // that often neighbours are listed, and particles moved for each list
 constexpr int kMostLists = 12;           // while two particles are still too near
 constexpr double kTooNear = 0.88;
-constexpr double kGain = 0.2;            // of the displacement, over spacing^2 sum V gradW
-constexpr double kStep = 0.1;            // a displacement at most
-constexpr double kStill = 2e-3;          // a largest displacement at which packing ends
-constexpr double kMostVolume = 0.25;     // change of a particle's volume
+constexpr double kGain = 0.2;         // of the displacement, over spacing^2 sum V gradW
+constexpr double kStep = 0.1;         // a displacement at most
+constexpr double kStill = 2e-3;       // a largest displacement at which packing ends
+constexpr double kMostVolume = 0.25;  // change of a particle's volume
 
 // Wendland C2 over its value at 0.
 double kernel(double q) {

@@ -134,10 +134,11 @@ class Client {
   explicit Client(Bus& bus)
       : session_(bus.session()), commands_(bus.writer<Command>()), replies_(bus.reader<CommandReply>()) {}
 
-  // Asks until the server answers. That a writer knows of its reader does not mean that the reader knows of it, and what
-  // is sent before it does is lost: only what follows an answer surely arrives.
+  // Asks until the server answers. That a writer knows of its reader does not mean that the reader knows of it, and
+  // what is sent before it does is lost: only what follows an answer surely arrives.
   bool reaches_server() {
-    return holds_within(kPatience, [&] { return !ask(CommandKind::set_parameter, "are you there", "", 200ms).text.empty(); });
+    return holds_within(kPatience,
+                        [&] { return !ask(CommandKind::set_parameter, "are you there", "", 200ms).text.empty(); });
   }
   // The reply to exactly this command; not ok and empty when none came.
   CommandReply ask(CommandKind kind, const std::string& name = {}, const std::string& value = {},

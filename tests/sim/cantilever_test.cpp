@@ -132,8 +132,8 @@ TEST_P(Cantilever, PlateSwingsAboutItsSag) {
   const auto told = [&](const std::string& value) { return tip.diverged.empty() ? value : tip.diverged; };
   EXPECT_TRUE(within(found.mean / sag - 1, tol::kPlateSag,
                      {"D11 clamped plate, own weight, h = 10 dx: sag at the tip",
-                      "3 rho g L^4 / (2 E' h^2) = " + quantity(1e3 * sag, "mm"),
-                      told(quantity(1e3 * found.mean, "mm")), GetParam(), kPapersStiffness}));
+                      "3 rho g L^4 / (2 E' h^2) = " + quantity(1e3 * sag, "mm"), told(quantity(1e3 * found.mean, "mm")),
+                      GetParam(), kPapersStiffness}));
   EXPECT_TRUE(within(found.period / period - 1, tol::kPlatePeriod,
                      {"D12 clamped plate, h = 10 dx: period", quantity(period, "s (thin plate; Gray 2001)"),
                       told(quantity(found.period, "s")), GetParam(), kPapersStiffness}));
@@ -149,11 +149,11 @@ TEST_P(Cantilever, BarSwingsAboutItsSag) {
   const Scene scene = clamped(GetParam(), kFine, {length, kHigh, kHigh}, false, gravity, rubber);
   const Tip tip = watch_tip(scene, length, 1.1 * period);
   const Swing found = tip.diverged.empty() ? swing_of(tip, period) : Swing{};
-  EXPECT_TRUE(within(found.mean / sag - 1, tol::kPlateSag,
-                     {"D11 clamped bar with free sides, own weight, h = 10 dx: sag at the tip",
-                      "3 rho g L^4 / (2 E h^2) and shear, " + quantity(1e3 * sag, "mm"),
-                      tip.diverged.empty() ? quantity(1e3 * found.mean, "mm") : tip.diverged, GetParam(),
-                      kPapersStiffness}));
+  EXPECT_TRUE(
+      within(found.mean / sag - 1, tol::kPlateSag,
+             {"D11 clamped bar with free sides, own weight, h = 10 dx: sag at the tip",
+              "3 rho g L^4 / (2 E h^2) and shear, " + quantity(1e3 * sag, "mm"),
+              tip.diverged.empty() ? quantity(1e3 * found.mean, "mm") : tip.diverged, GetParam(), kPapersStiffness}));
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, Cantilever, ::testing::ValuesIn(methods()),
@@ -173,8 +173,8 @@ TEST_P(TurekHron, BarSwingsFarAsInCsm3) {
   const auto judge = [&](const std::string& what, double found, double expected, double scale,
                          const std::string& unit) {
     EXPECT_TRUE(within(found / expected - 1, tol::kCsm3,
-                       {"D11 Turek & Hron's CSM3, h = " + std::to_string(across) + " dx: " + what, quantity(scale * expected, unit),
-                        quantity(scale * found, unit)}));
+                       {"D11 Turek & Hron's CSM3, h = " + std::to_string(across) + " dx: " + what,
+                        quantity(scale * expected, unit), quantity(scale * found, unit)}));
   };
   judge("mean sag of the tip", tip.mean(tip.down), 63.607e-3, 1e3, "mm");
   judge("amplitude of the tip", tip.amplitude(tip.down), 65.160e-3, 1e3, "mm");
