@@ -92,11 +92,12 @@ std::vector<std::string> probe_columns(const ProbeConfig& probe) {
 bool needs_snapshot(const ProbeConfig& probe) { return probe.quantity != Quantity::body; }
 
 ProbeSampler::ProbeSampler(const Scene& scene)
-    : scene_(scene), fluids_(std::make_unique<Fields>()), all_(std::make_unique<Fields>()) {}
+    : scene_(scene), pressure_(scene), fluids_(std::make_unique<Fields>()), all_(std::make_unique<Fields>()) {}
 ProbeSampler::~ProbeSampler() = default;
 
 void ProbeSampler::load(const Snapshot* snapshot, const StepOutput& output) {
   snapshot_ = snapshot;
+  pressure_.load(snapshot);
   output_ = &output;
   fluids_->ready = all_->ready = false;
 }
@@ -172,7 +173,7 @@ ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d&
     weights += w;
     switch (probe.quantity) {
       case Quantity::pressure:
-        sum[0] += w * snapshot_->pressure[i];
+        sum[0] += w * pressure_.of(i);
         break;
       case Quantity::density:
         sum[0] += w * density;
@@ -251,8 +252,9 @@ ProbeRow ProbeSampler::extremes(const ProbeConfig& probe) const {
       if (gone(i)) continue;
       speed = std::max(speed, vector_at(snapshot_->velocity, i).norm());
       if (body.type != BodyType::fluid) continue;
-      pressure[0] = std::min<double>(pressure[0], snapshot_->pressure[i]);
-      pressure[1] = std::max<double>(pressure[1], snapshot_->pressure[i]);
+      const double p = pressure_.of(static_cast<std::uint32_t>(i));
+      pressure[0] = std::min(pressure[0], p);
+      pressure[1] = std::max(pressure[1], p);
       density[0] = std::min<double>(density[0], snapshot_->density[i]);
       density[1] = std::max<double>(density[1], snapshot_->density[i]);
     }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "sim_server/csv_file.h"
-#include "sim_server/simulation.h"
+#include "sim_server/fluid_pressure.h"
 
 namespace palp {
 
@@ -47,6 +47,7 @@ class ProbeSampler {
   bool gone(std::size_t particle) const;  // has left the domain
 
   const Scene& scene_;
+  FluidPressure pressure_;
   const Snapshot* snapshot_ = nullptr;
   const StepOutput* output_ = nullptr;
   // of the fluid particles, and of all; each built when a point of it is first asked for

@@ -82,10 +82,11 @@ struct StepOutput {
 // Fields of all particles in the scene's order.
 struct Snapshot {
   double time = 0;
+  double support = 0;              // radius of the kernel [m]
   std::vector<float> position;     // x y z [m]
   std::vector<float> velocity;     // x y z [m/s]
   std::vector<float> density;      // [kg/m^3]
-  std::vector<float> pressure;     // [Pa]
+  std::vector<float> pressure;     // of the equation of state [Pa]; fluid_pressure.h has what a gauge would show
   std::vector<float> temperature;  // [K]; empty when the scene has none
   std::vector<float> stored;       // elastic energy of the particle [J]; empty when the scene has no elastic bodies
   std::vector<float> heat;         // taken up by the particle since the start [J]; empty when nothing conducts

@@ -115,6 +115,7 @@ class SimulationOn final : public Simulation {
     if (plan_.elastic) snapshot_elastic(back_end_, scene_, plan_, views_, out);
     if (plan_.change) snapshot_change(back_end_, scene_, plan_, views_, store.id, out);
     out.time = output_.time;
+    out.support = plan_.support;
   }
 
   bool begin_frame(FrameScalar scalar) override {

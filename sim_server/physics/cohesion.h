@@ -15,7 +15,8 @@
 //
 // A drop rests on a solid at the angle cos(theta) = 2 adhesion / sigma - 1 (Young & Dupre: parting them takes 2
 // adhesion a unit of area): 0 runs off as a ball, half of sigma stands at a right angle, all of it spreads. Within a
-// fluid the attraction is balanced by a pressure of some 7 sigma / H, which no wall and no surface feels.
+// fluid the attraction is balanced by a pressure of some 17 sigma / H, which no wall and no surface feels
+// (fluid_pressure.h takes it off).
 #pragma once
 
 #include "sim_server/physics/rigid.h"

@@ -7,6 +7,7 @@
 #include "config/error.h"
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/plan.h"
+#include "sim_server/probes.h"
 #include "tests/support/backend.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
@@ -92,8 +93,9 @@ TEST_P(Drop, IsRoundAndHasThePressureOfLaplace) {
     const StepOutput& out = simulation->step({});
     ASSERT_TRUE(out.health.ok) << out.health.cause;
   }
-  double p = 0, longest = 0, radius = 0;
+  double p = 0, gauge = 0, longest = 0, radius = 0;
   Snapshot s;
+  ProbeSampler sampler(scene);
   for (int k = 0; k < 100; ++k) {
     simulation->step({});
     if (k % 20 != 19) continue;
@@ -110,6 +112,11 @@ TEST_P(Drop, IsRoundAndHasThePressureOfLaplace) {
     longest = axes[2] / axes[0];
     radius = std::sqrt(5 * square.trace() / 3);
     p += pressure_within(scene, s, center, radius - (GetParam() + 0.5) * kSpacing) / 5;
+    ProbeConfig middle;
+    middle.quantity = Quantity::pressure;
+    middle.points = {center};
+    sampler.load(&s, simulation->output());
+    gauge += sampler.evaluate(middle)[0][1].value_or(NAN) / 5;
   }
   const double whole = std::cbrt(scene.bodies[0].volume * 3 / (4 * M_PI));
   RecordProperty("laplace_over_exact", std::to_string(p / (2 * kTension / radius)));
@@ -117,6 +124,7 @@ TEST_P(Drop, IsRoundAndHasThePressureOfLaplace) {
   RecordProperty("radius_over_that_of_its_volume", std::to_string(radius / whole));
   RecordProperty("speed", std::to_string(simulation->output().health.max_speed));
   EXPECT_TRUE(within(p / (2 * kTension / radius) - 1, tol::kLaplace));
+  EXPECT_TRUE(within(gauge / (2 * kTension / radius) - 1, tol::kGauge));
   EXPECT_TRUE(within(longest - 1, tol::kRoundness));
   EXPECT_TRUE(within(radius / whole - 1, tol::kDropRadius));
 }

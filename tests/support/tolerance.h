@@ -90,6 +90,8 @@ inline constexpr Tolerance kLinearDrag{0.1, 0.1, "of the force: the slower tool 
 // surface tension
 inline constexpr Tolerance kLaplace{0.25, 0.25,
                                     "of 2 sigma / R: the share that pressure leaves is one number for all supports"};
+inline constexpr Tolerance kGauge{0.35, 0.35,
+                                  "of 2 sigma / R: as above, and from place to place 1 % of the attraction's 400 Pa"};
 inline constexpr Tolerance kRoundness{0.05, 0.05, "longest over shortest axis of inertia"};
 inline constexpr Tolerance kDropRadius{0.05, 0.05, "of the radius"};
 inline constexpr Tolerance kAngularMomentum{1e-4, 1e-5, "central forces; positions and velocities of different times"};
