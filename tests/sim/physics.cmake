@@ -43,7 +43,7 @@ function(physics_binary)
   endif()
 endfunction()
 
-physics_binary(NAME physics_unit_test CASES physics_unit physics_host LABELS unit TIMEOUT 120)
+physics_binary(NAME physics_unit_test CASES physics_unit physics_host LABELS unit TIMEOUT 300)
 physics_binary(NAME physics_test CASES physics LABELS physics TIMEOUT 300)
 physics_binary(NAME validation_test CASES validation LABELS validation TIMEOUT 1200)
 if(PALP_HAVE_CUDA)
