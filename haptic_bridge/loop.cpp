@@ -125,12 +125,13 @@ void HapticLoop::read_device(std::int64_t now_ns) {
   t_reading_ns_ = now_ns;
 }
 
-// A hand does not jump: neither the pose nor the twist may say so.
+// A hand does not jump: neither the pose nor the twist may say so. The arm's controller steps by a clock of its own, so
+// that one period more of its motion may lie between two readings than between the ticks that took them.
 bool HapticLoop::plausible(const HandleState<double>& next, std::int64_t now_ns) const {
   if (next.x.stableNorm() > kFarthest || next.v.norm() > config_.max_speed || next.w.norm() > config_.max_angular_speed)
     return false;
   if (!have_reading_) return true;
-  const double elapsed = std::max(period_, 1e-9 * static_cast<double>(now_ns - t_reading_ns_));
+  const double elapsed = period_ + std::max(period_, 1e-9 * static_cast<double>(now_ns - t_reading_ns_));
   return (next.x - reading_.state.x).norm() <= config_.max_speed * elapsed &&
          rotation_between(reading_.state.q, next.q).norm() <= config_.max_angular_speed * elapsed;
 }

@@ -43,7 +43,8 @@ class Invariants {
     good_ = in.was_read && plain(s.x) && plain(s.v) && plain(s.w) && plain(length) && std::abs(length - 1) <= 1e-3 &&
             s.x.stableNorm() <= kFarthest && s.v.norm() <= c_.max_speed && s.w.norm() <= c_.max_angular_speed;
     if (good_ && have_reading_) {
-      const double elapsed = seconds(std::max(c_.period_ns, in.now_ns - t_reading_ns_));
+      // one step of the arm's own clock more than ours
+      const double elapsed = seconds(c_.period_ns + std::max(c_.period_ns, in.now_ns - t_reading_ns_));
       const Eigen::Quaterniond q = s.q.normalized();
       const double angle = 2 * std::acos(std::min(1.0, std::abs(q.dot(q_))));
       good_ = (s.x - x_).norm() <= c_.max_speed * elapsed && angle <= c_.max_angular_speed * elapsed + 1e-6;

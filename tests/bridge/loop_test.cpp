@@ -315,6 +315,20 @@ TEST(Loop, ImpossibleReadingsCutTheForceAndNeverReachTheServer) {
   }
 }
 
+// The controller of the arm and the bridge tick by clocks of their own: two of its steps may lie between two readings.
+TEST(Loop, AFastHandKeepsItsForceWhereTheArmsClockIsNotTheBridges) {
+  Bench b;
+  b.engage();
+  HandleState<double>& hand = b.device.reading.state;
+  hand.v.y() = 4;
+  for (int i = 0; i < 40; ++i) {
+    for (int step = i % 2 == 0 ? 2 : 0; step > 0; --step) hand.x.y() += 1e-3 * hand.v.y();
+    b.tick();
+    ASSERT_FALSE(b.loop.record().cut) << "tick " << i;
+  }
+  EXPECT_EQ(b.loop.report().bad_readings, 0u);
+}
+
 TEST(Loop, AFailingDeviceIsAFaultForGood) {
   Bench b;
   b.engage();

@@ -77,12 +77,13 @@ struct FlightLimits {
 inline constexpr const char* kFlightLimits =
     "[limits]\nforce = 10\ntorque = 1\naxis_force = [9, 9, 8]\nforce_slew = 300\ntorque_slew = 30\npower = 5\n";
 
-// What a handle is to feel that is too fast or has only old samples: damping of 3 N s/m within the limits, and no more.
+// What a handle is to feel that is too fast or has only old samples: damping of 3 N s/m within the limits, so far as it
+// is engaged, and no more.
 inline Vec3 damping_only(const FlightTick& t) {
   const FlightLimits most;
-  Vec3 force = scaled(-3 * t.engagement, t.velocity);
+  Vec3 force = scaled(-3, t.velocity);
   for (std::size_t k = 0; k < 3; ++k) force[k] = std::clamp(force[k], -most.axis_force[k], most.axis_force[k]);
-  return length(force) > most.force ? scaled(most.force / length(force), force) : force;
+  return scaled(t.engagement * std::min(1.0, most.force / std::max(most.force, length(force))), force);
 }
 
 // No tick breaks a limit, and no tick without a hand, a reading or health has any force.
