@@ -2,10 +2,8 @@
 #pragma once
 
 #include <optional>
-#include <vector>
 
-#include "sim_server/point_grid.h"
-#include "sim_server/simulation.h"
+#include "sim_server/snapshot_points.h"
 
 namespace palp {
 
@@ -15,24 +13,17 @@ namespace palp {
 // whose pressure is the fluid's own, p_j = p_i. Elsewhere it is the pressure of state. Host, double precision.
 class FluidPressure {
  public:
-  explicit FluidPressure(const Scene& scene);  // keeps a reference
+  explicit FluidPressure(const Scene& scene) : scene_(scene) {}  // keeps a reference
 
   void load(const Snapshot* snapshot);      // which must outlive what is asked of it
   double of(std::uint32_t particle) const;  // of a fluid [Pa]
 
  private:
-  void list() const;
-  double volume(std::size_t particle) const;
   const MaterialConfig& material(std::size_t particle) const;
 
   const Scene& scene_;
-  PeriodicBox box_;
-  bool attracts_ = false;
   const Snapshot* snapshot_ = nullptr;
-  // particles that have a place; listed when the first attracted one is asked for
-  mutable std::vector<Eigen::Vector3d> position_;
-  mutable std::vector<std::uint32_t> index_;
-  mutable std::optional<PointGrid> grid_;
+  mutable std::optional<SnapshotPoints> points_;  // listed when the first attracted particle is asked for
 };
 
 }  // namespace palp

@@ -155,12 +155,11 @@ double lattice_sum() {
 }
 
 // Moves the active particles down the gradient of sum V W. True when they have come to rest.
-bool relax(const Packing& p, const std::vector<std::uint32_t>& active, const std::vector<double>& share,
-           std::vector<Vector3d>& x) {
+bool relax(const Packing& p, const std::vector<std::uint32_t>& active, const Neighbors& lists,
+           const std::vector<double>& share, std::vector<Vector3d>& x) {
   const double dx = p.dx, H = kSupport * dx;
   const double scale = kGain * dx * 21 / (2 * EIGEN_PI * std::pow(kSupport, 4));
   const double near = 0.2 / std::pow(kernel(1 / kSupport), 4);
-  const Neighbors lists = list_neighbors(p, active, x);
   const std::vector<Vector3d> start = x;
   std::vector<Vector3d> push(active.size());
   for (int round = 0; round < kRounds; ++round) {
@@ -189,8 +188,8 @@ bool relax(const Packing& p, const std::vector<std::uint32_t>& active, const std
   return false;
 }
 
-bool some_too_near(const Packing& p, const std::vector<std::uint32_t>& active, const std::vector<Vector3d>& x) {
-  const Neighbors lists = list_neighbors(p, active, x);
+bool some_too_near(const Packing& p, const std::vector<std::uint32_t>& active, const Neighbors& lists,
+                   const std::vector<Vector3d>& x) {
   for (std::size_t k = 0; k < active.size(); ++k)
     for (std::size_t e = lists.first[k]; e < lists.first[k + 1]; ++e)
       if (p.box.between(x[active[k]], x[lists.index[e]]).norm() < kTooNear * p.dx) return true;
@@ -227,8 +226,11 @@ void pack_fluids(Scene& scene, const std::vector<std::optional<Solid>>& solids) 
   const std::vector<Vector3d> open = open_sites(p, active);
   x.insert(x.end(), open.begin(), open.end());
   share.resize(x.size(), 1.0);
-  for (int list = 0; list < kMostLists && (list < kLists || some_too_near(p, active, x)); ++list)
-    if (relax(p, active, share, x)) break;
+  for (int list = 0; list < kMostLists; ++list) {
+    const Neighbors lists = list_neighbors(p, active, x);
+    if (list >= kLists && !some_too_near(p, active, lists, x)) break;
+    if (relax(p, active, lists, share, x)) break;
+  }
   share_space(p, active, x, share);
   for (const std::uint32_t i : active) {
     scene.position[i] = x[i];

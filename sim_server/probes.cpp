@@ -5,8 +5,6 @@
 #include <limits>
 #include <map>
 
-#include "sim_server/point_grid.h"
-
 namespace palp {
 
 namespace {
@@ -38,14 +36,6 @@ double effusivity(const MaterialConfig& m) { return std::sqrt(m.conductivity * m
 bool is_line(const ProbeConfig& probe) { return probe.points.size() > 1; }
 
 }  // namespace
-
-// The particles of a snapshot that have a place, and a grid to find them by.
-struct ProbeSampler::Fields {
-  bool ready = false;
-  std::vector<Eigen::Vector3d> position;
-  std::vector<std::uint32_t> index;
-  std::optional<PointGrid> grid;
-};
 
 std::vector<std::string> probe_columns(const ProbeConfig& probe) {
   std::vector<std::string> columns{"time_s"};
@@ -91,15 +81,14 @@ std::vector<std::string> probe_columns(const ProbeConfig& probe) {
 
 bool needs_snapshot(const ProbeConfig& probe) { return probe.quantity != Quantity::body; }
 
-ProbeSampler::ProbeSampler(const Scene& scene)
-    : scene_(scene), pressure_(scene), fluids_(std::make_unique<Fields>()), all_(std::make_unique<Fields>()) {}
-ProbeSampler::~ProbeSampler() = default;
+ProbeSampler::ProbeSampler(const Scene& scene) : scene_(scene), pressure_(scene) {}
 
 void ProbeSampler::load(const Snapshot* snapshot, const StepOutput& output) {
   snapshot_ = snapshot;
   pressure_.load(snapshot);
   output_ = &output;
-  fluids_->ready = all_->ready = false;
+  fluids_.reset();
+  all_.reset();
 }
 
 std::vector<ProbeRow> ProbeSampler::evaluate(const ProbeConfig& probe) const {
@@ -136,38 +125,17 @@ std::vector<ProbeRow> ProbeSampler::evaluate(const ProbeConfig& probe) const {
 // Whether its particles move each on its own.
 static bool is_deformable(const Body& body) { return body.type == BodyType::fluid || body.type == BodyType::elastic; }
 
-void ProbeSampler::build(Fields& fields, bool solids) const {
-  const double reach = kReachOverSpacing * scene_.spacing;
-  fields.position.clear();
-  fields.index.clear();
-  for (std::uint32_t i = 0; i < scene_.position.size(); ++i) {
-    if (gone(i) || (!solids && scene_.bodies[scene_.body[i]].type != BodyType::fluid)) continue;
-    const Eigen::Vector3d p = vector_at(snapshot_->position, i);
-    // far strays have no place in the grid and no weight anywhere inside the domain
-    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > 1e9 * reach) continue;
-    fields.position.push_back(p);
-    fields.index.push_back(i);
-  }
-  fields.grid.emplace(fields.position, PeriodicBox{scene_.bounds_min, scene_.bounds_max, scene_.config.periodic},
-                      reach);
-  fields.ready = true;
-}
-
 ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d& point) const {
-  const PeriodicBox box{scene_.bounds_min, scene_.bounds_max, scene_.config.periodic};
   const double reach = kReachOverSpacing * scene_.spacing;
   // a temperature goes on from the fluid into the solid
-  Fields& fields = probe.quantity == Quantity::temperature ? *all_ : *fluids_;
-  if (!fields.ready) build(fields, probe.quantity == Quantity::temperature);
+  const bool solids = probe.quantity == Quantity::temperature;
+  std::optional<SnapshotPoints>& points = solids ? all_ : fluids_;
+  if (!points) points.emplace(scene_, *snapshot_, reach, solids);
   double weights = 0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  fields.grid->near(point, [&](std::uint32_t n) {
-    const std::uint32_t i = fields.index[n];
+  points->near(point, [&](std::uint32_t i, double r) {
     const MaterialConfig& material = scene_.config.materials[scene_.bodies[scene_.body[i]].material];
-    const double rest = material.density;
-    const double density = snapshot_->density[i];
-    const double volume = density > 0 ? scene_.volume[i] * rest / density : scene_.volume[i];
-    double w = volume * wendland(box.between(point, fields.position[n]).norm() / reach);
+    double w = volume_of(scene_, *snapshot_, i) * wendland(r / reach);
     if (probe.quantity == Quantity::temperature) w *= effusivity(material);
     if (!(w > 0)) return;
     weights += w;
@@ -176,7 +144,7 @@ ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d&
         sum[0] += w * pressure_.of(i);
         break;
       case Quantity::density:
-        sum[0] += w * density;
+        sum[0] += w * snapshot_->density[i];
         break;
       case Quantity::temperature:
         sum[0] += snapshot_->temperature.empty() ? NAN : w * snapshot_->temperature[i];
@@ -193,10 +161,6 @@ ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d&
   return row;
 }
 
-bool ProbeSampler::gone(std::size_t particle) const {
-  return !snapshot_->gone.empty() && snapshot_->gone[particle] != 0;
-}
-
 bool ProbeSampler::counts(const ProbeConfig& probe, std::size_t body) const {
   return probe.body.empty() || scene_.bodies[body].name == probe.body;
 }
@@ -208,8 +172,8 @@ ProbeRow ProbeSampler::front(const ProbeConfig& probe) const {
     const Body& body = scene_.bodies[b];
     if (!is_deformable(body) || !counts(probe, b)) continue;
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {
-      if (gone(i)) continue;
-      const double value = sign * vector_at(snapshot_->position, i)[probe.axis];
+      if (is_gone(*snapshot_, i)) continue;
+      const double value = sign * place_of(*snapshot_, i)[probe.axis];
       if (value > best) best = value;
     }
   }
@@ -224,10 +188,10 @@ ProbeRow ProbeSampler::energy(const ProbeConfig& probe) const {
     if (is_deformable(body)) {
       const double density = scene_.config.materials[body.material].density;
       for (std::size_t i = body.first; i < body.first + body.count; ++i) {
-        if (gone(i)) continue;
+        if (is_gone(*snapshot_, i)) continue;
         const double mass = density * scene_.volume[i];
         kinetic += mass / 2 * vector_at(snapshot_->velocity, i).squaredNorm();
-        potential -= mass * scene_.config.gravity.dot(vector_at(snapshot_->position, i));
+        potential -= mass * scene_.config.gravity.dot(place_of(*snapshot_, i));
         if (!snapshot_->stored.empty()) stored += snapshot_->stored[i];
       }
       continue;
@@ -249,7 +213,7 @@ ProbeRow ProbeSampler::extremes(const ProbeConfig& probe) const {
     const Body& body = scene_.bodies[b];
     if (!is_deformable(body) || !counts(probe, b)) continue;
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {
-      if (gone(i)) continue;
+      if (is_gone(*snapshot_, i)) continue;
       speed = std::max(speed, vector_at(snapshot_->velocity, i).norm());
       if (body.type != BodyType::fluid) continue;
       const double p = pressure_.of(static_cast<std::uint32_t>(i));

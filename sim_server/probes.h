@@ -24,7 +24,6 @@ bool needs_snapshot(const ProbeConfig& probe);
 class ProbeSampler {
  public:
   explicit ProbeSampler(const Scene& scene);  // keeps a reference
-  ~ProbeSampler();
 
   // Before the first step give an output without bodies: their initial state is taken from the scene.
   // `snapshot` may be null when no probe to be evaluated needs it. Both must outlive the evaluation.
@@ -33,9 +32,7 @@ class ProbeSampler {
   std::vector<ProbeRow> evaluate(const ProbeConfig& probe) const;
 
  private:
-  struct Fields;
   ProbeRow at_point(const ProbeConfig& probe, const Eigen::Vector3d& point) const;
-  void build(Fields& fields, bool solids) const;
   ProbeRow front(const ProbeConfig& probe) const;
   ProbeRow energy(const ProbeConfig& probe) const;
   ProbeRow extremes(const ProbeConfig& probe) const;
@@ -44,14 +41,13 @@ class ProbeSampler {
   ProbeRow pieces(const ProbeConfig& probe) const;
   BodyOutput body_state(std::size_t index) const;
   bool counts(const ProbeConfig& probe, std::size_t body) const;
-  bool gone(std::size_t particle) const;  // has left the domain
 
   const Scene& scene_;
   FluidPressure pressure_;
   const Snapshot* snapshot_ = nullptr;
   const StepOutput* output_ = nullptr;
-  // of the fluid particles, and of all; each built when a point of it is first asked for
-  std::unique_ptr<Fields> fluids_, all_;
+  // of the fluid particles, and of all; each listed when a point of it is first asked for
+  mutable std::optional<SnapshotPoints> fluids_, all_;
 };
 
 // Writes one CSV file per probe, each at its own rate: probe NAME into FOLDER/NAME.csv.

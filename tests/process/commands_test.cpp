@@ -15,7 +15,9 @@ class Commands : public RunningSystem, public testing::WithParamInterface<Vendor
   }
 
   CommandReply ask(CommandKind kind, const std::string& name = {}, const std::string& value = {}) {
-    return client_->ask(kind, name, value);
+    const CommandReply reply = client_->ask(kind, name, value);
+    EXPECT_FALSE(reply.text.empty()) << "nobody answered\n" << said();
+    return reply;
   }
   bool refuses(CommandKind kind, const std::string& name, const std::string& value, const std::string& why) {
     const CommandReply reply = ask(kind, name, value);

@@ -36,9 +36,7 @@ TEST_F(Restart, ForceEndsWithin100MsOfTheServersDeathAndComesBackWithTheNextOne)
   double before = 0, dead = 0, after = 0;
   for (std::size_t i = 1; i < log["t_ns"].size(); ++i) {
     const std::int64_t t = std::stoll(log["t_ns"][i]);
-    const double force =
-        std::hypot(number_in(log["force_x"][i]), number_in(log["force_y"][i]), number_in(log["force_z"][i])) +
-        std::hypot(number_in(log["torque_x"][i]), number_in(log["torque_y"][i]), number_in(log["torque_z"][i]));
+    const double force = felt_in(log, i);
     ASSERT_TRUE(std::isfinite(force)) << "tick " << log["tick"][i];
     if (t > t_dead_ns && t < t_again_ns && log["sequence"][i] != log["sequence"][i - 1]) t_lost_ns = t;
     if (t <= t_dead_ns) before = std::max(before, force);

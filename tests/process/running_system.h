@@ -63,6 +63,15 @@ inline std::map<std::string, std::vector<std::string>> read_flight(const std::st
 // Not std::stod, which throws at a force that has faded below the smallest normal number.
 inline double number_in(const std::string& cell) { return std::strtod(cell.c_str(), nullptr); }
 
+// Force and torque of a tick of a flight log, their lengths added up.
+inline double felt_in(const std::map<std::string, std::vector<std::string>>& log, std::size_t tick) {
+  const auto length = [&](const std::string& vector) {
+    const auto along = [&](const char* axis) { return number_in(log.at(vector + axis)[tick]); };
+    return std::hypot(along("_x"), along("_y"), along("_z"));
+  };
+  return length("force") + length("torque");
+}
+
 // The number behind "name": in JSON text; NaN where there is none.
 inline double number_in_json(const std::string& json, const std::string& name) {
   const std::string key = "\"" + name + "\": ";

@@ -27,11 +27,6 @@ class VirtuoseProcess : public RunningSystem {
   }
 };
 
-double force_in(std::map<std::string, std::vector<std::string>>& log, std::size_t i) {
-  return std::hypot(number_in(log["force_x"][i]), number_in(log["force_y"][i]), number_in(log["force_z"][i])) +
-         std::hypot(number_in(log["torque_x"][i]), number_in(log["torque_y"][i]), number_in(log["torque_z"][i]));
-}
-
 TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure) {
   Watcher& watcher = watch();
   start_server();
@@ -52,7 +47,7 @@ TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure
   const double t_first = 1e-9 * number_in(log["t_ns"][0]);
   double before = 0, after = 0, t_released = 0;
   for (std::size_t i = 0; i < rows; ++i) {
-    const double t = 1e-9 * number_in(log["t_ns"][i]) - t_first, force = force_in(log, i);
+    const double t = 1e-9 * number_in(log["t_ns"][i]) - t_first, force = felt_in(log, i);
     const bool held = log["hand_on"][i] == "1" && log["good_reading"][i] == "1";
     if (!held) {
       ASSERT_EQ(force, 0) << "tick " << log["tick"][i];
@@ -64,7 +59,7 @@ TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure
   EXPECT_GT(before, 0.5);
   EXPECT_GT(after, 0.5);
   EXPECT_EQ(log["state"].back(), "fault");
-  EXPECT_EQ(force_in(log, rows - 1), 0);
+  EXPECT_EQ(felt_in(log, rows - 1), 0);
 }
 
 TEST_F(VirtuoseProcess, MechanismModeIsFeltToo) {
