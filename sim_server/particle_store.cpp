@@ -252,8 +252,7 @@ Medium make_medium(const Scene& scene, const Plan& plan) {
   m.diffusion = static_cast<real>(plan.diffusion);
   m.artificial = static_cast<real>(plan.artificial);
   m.tension = plan.tension;
-  m.uniform = !plan.solids && !plan.change;
-  for (const Body& body : scene.bodies) m.uniform = m.uniform && body.material == scene.bodies[0].material;
+  m.uniform = plan.one_fluid && !plan.solids && !plan.change;
   m.dt = static_cast<real>(plan.dt);
   return m;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -170,13 +171,14 @@ void plan_bodies(const Scene& scene, Plan& plan) {
       if (probe.quantity == Quantity::body && probe.body == scene.bodies[b].name) probed[b] = true;
   plan.probed = probed;
   bool solids = false;
+  std::set<std::uint32_t> fluids;
   plan.force_first.assign(scene.bodies.size(), kNone);
   plan_slots(scene, plan);
   plan_elastic(scene, plan);
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
     if (body.type == BodyType::fluid || plan.changes[b]) {
-      plan.fluid = true;
+      fluids.insert(body.material);
       continue;
     }
     solids = true;
@@ -188,6 +190,8 @@ void plan_bodies(const Scene& scene, Plan& plan) {
     plan.force_first[b] = plan.force_count;
     plan.force_count += body.count;
   }
+  plan.fluid = !fluids.empty();
+  plan.one_fluid = fluids.size() == 1;
   plan.solids = solids;
   plan.wrench = !plan.reactive.empty();
   plan.moving = !plan.rigid.empty();

@@ -18,6 +18,7 @@ struct Plan {
   // modules
   Method method = Method::accurate;
   bool fluid = false;
+  bool one_fluid = false;    // all of one material, what may melt included
   bool solids = false;       // any rigid or fixed particles
   bool wrench = false;       // a body whose wrench is asked for: rigid ones, and fixed ones with a probe
   bool moving = false;       // rigid bodies

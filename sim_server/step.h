@@ -92,20 +92,21 @@ void viscous_stages(B& back_end, const Plan& plan, const StepViews& v, real elap
   }
 }
 
-// bonds: NoBonds, or Bonded where something changes state.
-template <class B, class Bonds>
+// Fluids: OneFluid or ManyFluids. bonds: NoBonds, or Bonded where something changes state.
+template <class Fluids, class B, class Bonds>
 void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapsed, Bonds bonds) {
   const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
   const std::uint32_t n = v.particles;
   const Medium medium = plan.viscous_stages > 0 ? without_viscosity(v.medium) : v.medium;
   back_end.for_each_team("density", n,
-                         AdvanceDensity<Bonds>{v.sorted, v.state, v.grid, kernel, v.medium, v.forcing, bonds});
+                         AdvanceDensity<Fluids, Bonds>{v.sorted, v.state, v.grid, kernel, v.medium, v.forcing, bonds});
   if (plan.solids && plan.fluid)
     back_end.for_each_team("walls", n,
                            ExtrapolateToWalls<Bonds>{v.state, v.grid, kernel, v.medium, v.forcing, v.wall, bonds});
   if (plan.fluid)
     back_end.for_each_team(
-        "fluid force", n, FluidForce<Bonds>{v.state, v.wall, v.grid, kernel, medium, v.forcing, v.acceleration, bonds});
+        "fluid force", n,
+        FluidForce<Fluids, Bonds>{v.state, v.wall, v.grid, kernel, medium, v.forcing, v.acceleration, bonds});
   if (plan.wrench)
     back_end.for_each_team("solid force", n,
                            SolidForce<Bonds>{v.state, v.wall, v.body, v.grid, kernel, medium, plan.contact, bonds});
@@ -230,8 +231,10 @@ void meeting_stages(B& back_end, const Plan& plan, const StepViews& v, real elap
   const auto forces = [&](auto bonds) {
     if (plan.method == Method::paper)
       paper_stages(back_end, v, bonds);
+    else if (plan.one_fluid)
+      fluid_stages<OneFluid>(back_end, plan, v, elapsed, bonds);
     else
-      fluid_stages(back_end, plan, v, elapsed, bonds);
+      fluid_stages<ManyFluids>(back_end, plan, v, elapsed, bonds);
   };
   if (plan.change)
     forces(Bonded{v.change.group, v.change.shaped});

@@ -37,8 +37,17 @@ PALP_HD inline real yielding(const Medium& medium, Tag tag_i, Tag tag_j) {
   return real(2) * Z_j / (Z_i + Z_j);
 }
 
+// Whether fluids of different materials meet. Where a scene has but one, not to ask takes a sixth off the density's
+// pass.
+struct OneFluid {
+  PALP_HD static bool differ(Tag, Tag) { return false; }
+};
+struct ManyFluids {
+  PALP_HD static bool differ(Tag tag_i, Tag tag_j) { return tag_i.material() != tag_j.material(); }
+};
+
 // Advances the density of fluid particles by one sub-step and moves every particle from the sorted copy to the state.
-template <class Bonds>
+template <class Fluids, class Bonds>
 struct AdvanceDensity {
   ParticleView from, to;
   CellGrid grid;
@@ -56,10 +65,9 @@ struct AdvanceDensity {
     }
     const Packed xV_i = from.xV[i], vp_i = from.vp[i];
     const Vec3 x_i = xV_i.xyz(), v_i = vp_i.xyz();
-    const real c = medium.material[tag_i.material()].sound_speed, c2 = c * c;
-    const real rho0 = medium.material[tag_i.material()].density;
-    const real still = kStill * c * medium.spacing, stirred = real(1) / (still * still);
-    const Vec3 hydrostatic = forcing->level_gravity * rho0;  // gradient of p at rest
+    const Material& fluid = medium.material[tag_i.material()];
+    const real still = kStill * fluid.sound_speed * medium.spacing, stirred = real(1) / (still * still);
+    const Vec3 hydrostatic = forcing->level_gravity * fluid.density;  // gradient of p at rest
     const auto solid_i = bonds.solid(from, i);
     real divergence = 0, laplacian = 0;
     for_neighbors(
@@ -70,18 +78,18 @@ struct AdvanceDensity {
               xV_j.w * kernel.F(Eigen::numext::sqrt(r2)) * bonds.share(tag_i, solid_i, tag_j, bonds.solid(from, j));
           // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
           const Vec3 v_j = tag_j.kind() == Kind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
-          const bool same = tag_j.material() == tag_i.material();
-          const real yields = same || !tag_j.is_fluid() ? real(1) : yielding(medium, tag_i, tag_j);
+          const bool differ = Fluids::differ(tag_i, tag_j);
+          const real yields = differ && tag_j.is_fluid() ? yielding(medium, tag_i, tag_j) : real(1);
           const real apart = (v_i - v_j).dot(x_ij);
           divergence += yields * VF * apart;
-          if (tag_j.is_fluid() && same)
+          if (tag_j.is_fluid() && !differ)
             laplacian += VF * least(real(1), stirred * apart * apart) * (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
         });
     divergence = team.sum(divergence);
     laplacian = team.sum(laplacian);
     if (!team.leader()) return;
     // v_ij.gradW = -F v_ij.x_ij, so drho/dt = -rho * divergence; dp = c^2 drho
-    const real rho = rho0 + vp_i.w / c2;
+    const real c = fluid.sound_speed, c2 = c * c, rho0 = fluid.density, rho = rho0 + vp_i.w / c2;
     const real diffusion = medium.diffusion * kernel.support * c;  // delta 2 h c, h = H/2
     const real p = vp_i.w + medium.dt * (diffusion * laplacian - c2 * rho * divergence);
     copy_particle(from, i, to, i);
@@ -98,6 +106,7 @@ PALP_HD inline real artificial_pressure(const Medium& medium, const WendlandC2& 
 }
 
 // Force of fluid particle j on fluid particle i.
+template <class Fluids>
 PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& kernel, const Material& material_i,
                                      Tag tag_i, const Packed& xV_i, const Packed& vp_i, Tag tag_j, real V_j,
                                      const Packed& vp_j, const Vec3& x_ij, real r2) {
@@ -105,7 +114,7 @@ PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& ker
   const Vec3 v_ij = vp_i.xyz() - vp_j.xyz();
   real c = material_i.sound_speed, rho = material_i.density, mu = material_i.viscosity;
   real p_i = acting_pressure(medium, vp_i.w), p_j = acting_pressure(medium, vp_j.w);
-  if (tag_j.material() != tag_i.material()) {
+  if (Fluids::differ(tag_i, tag_j)) {
     const Material& b = medium.material[tag_j.material()];
     const real mu_sum = mu + b.viscosity, Z_i = impedance(material_i), Z_j = impedance(b), Z = Z_i + Z_j;
     p_i *= real(2) * Z_j / Z;
@@ -142,7 +151,7 @@ PALP_HD inline Vec3 wall_pair_force(const Medium& medium, const WendlandC2& kern
 }
 
 // Acceleration of fluid particles [m/s^2], into acceleration[i].
-template <class Bonds>
+template <class Fluids, class Bonds>
 struct FluidForce {
   ParticleView state;
   const Packed* wall;  // null without solids
@@ -158,7 +167,7 @@ struct FluidForce {
     const Tag tag_i = state.tag[i];
     if (!tag_i.is_fluid()) return;
     const Packed xV_i = state.xV[i], vp_i = state.vp[i];
-    const Material material_i = medium.material[tag_i.material()];
+    const Material& material_i = medium.material[tag_i.material()];
     const auto solid_i = bonds.solid(state, i);
     Vec3 force(0, 0, 0);
     for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
@@ -167,8 +176,8 @@ struct FluidForce {
                     const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
                     const real share = bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j));
                     if (tag_j.is_fluid())
-                      force += share * fluid_pair_force(medium, kernel, material_i, tag_i, xV_i, vp_i, tag_j, xV_j.w,
-                                                        vp_j, x_ij, r2);
+                      force += share * fluid_pair_force<Fluids>(medium, kernel, material_i, tag_i, xV_i, vp_i, tag_j,
+                                                                xV_j.w, vp_j, x_ij, r2);
                     else
                       force += share * wall_pair_force(medium, kernel, tag_i, xV_i, vp_i, xV_j.w, vp_j.xyz(),
                                                        fetch(wall + j), x_ij, r2);
