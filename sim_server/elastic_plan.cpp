@@ -76,6 +76,11 @@ double root_condition(const Scene& scene, const Plan& plan, double dt) {
 
 }  // namespace
 
+double elastic_damping(const Scene& scene, const Plan& plan, const MaterialConfig& m) {
+  if (plan.method != Method::paper) return m.damping;
+  return m.damping + 0.01 * std::sqrt(*m.young_modulus * m.density) * scene.spacing;
+}
+
 StepLimit limit_by_elasticity(const Scene& scene, const Plan& plan, bool changing) {
   const double dx = scene.spacing, ratio = plan.elastic_support / dx;
   StepLimit out;
@@ -91,7 +96,8 @@ StepLimit limit_by_elasticity(const Scene& scene, const Plan& plan, bool changin
     const double sound = plan.changes[b] ? sound_speed_in(scene, plan, m) : 0;
     const double waves = elastic_limit(ratio) * left * dx / std::hypot(pressure_wave_speed(m), sound);
     // the damping is central, as Monaghan's viscosity, whose limit is less than half that of Morris's
-    const double damped = m.damping > 0 ? 0.4 * viscous_limit(ratio) * dx * dx * m.density / m.damping : 1e30;
+    const double damping = elastic_damping(scene, plan, m);
+    const double damped = damping > 0 ? 0.4 * viscous_limit(ratio) * dx * dx * m.density / damping : 1e30;
     for (const auto& [limit, name] : {std::pair(waves, "elasticity"), std::pair(damped, "damping")}) {
       if (limit < out.dt) out = {limit, name};
     }

@@ -19,6 +19,12 @@ struct StepLimit {
   std::string by;
 };
 
+// Of an elastic material, its own [Pa s]. Method "paper" adds 0.01 rho c dx, c = sqrt(E / rho), since its elasticity
+// feeds motion: a neighbourhood's rotation is found with weights W and its strain with gradW, so that the forces are no
+// energy's gradient, and at surfaces vibrations of a few spacings grow by up to 0.009 c / dx. In all clamped blocks
+// that were tried this damping ended it, a third of it not in all (tools/papers_elasticity.py).
+double elastic_damping(const Scene& scene, const Plan& plan, const MaterialConfig& m);
+
 // Of explicit elastic bodies, or (changing) of the bonds of those that change state.
 StepLimit limit_by_elasticity(const Scene& scene, const Plan& plan, bool changing);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim_server/elastic_plan.h"
 #include "sim_server/heat_plan.h"
 #include "sim_server/pack_frame.h"
 
@@ -217,15 +218,15 @@ CellGrid make_grid(const Scene& scene, const Plan& plan) {
   return g;
 }
 
-Material to_material(const MaterialConfig& from, double sound_speed) {
+Material to_material(const Scene& scene, const Plan& plan, const MaterialConfig& from) {
   Material m{};
-  m.sound_speed = static_cast<real>(sound_speed);
+  m.sound_speed = static_cast<real>(sound_speed_in(scene, plan, from));
   m.density = static_cast<real>(from.density);
   m.viscosity = static_cast<real>(from.viscosity);
   if (!from.young_modulus) return m;
   m.shear = static_cast<real>(shear_modulus(from));
   m.lame = static_cast<real>(lame_lambda(from));
-  m.damping = static_cast<real>(from.damping);
+  m.damping = static_cast<real>(elastic_damping(scene, plan, from));
   m.yield = static_cast<real>(from.yield_stress.value_or(0));
   m.hardening = static_cast<real>(from.hardening);
   m.tear = static_cast<real>(from.tear_strain.value_or(0));
@@ -245,7 +246,7 @@ CohesionMedium make_cohesion(const Scene& scene, const Plan& plan) {
 Medium make_medium(const Scene& scene, const Plan& plan) {
   Medium m{};
   for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i)
-    m.material[i] = to_material(scene.config.materials[i], sound_speed_in(scene, plan, scene.config.materials[i]));
+    m.material[i] = to_material(scene, plan, scene.config.materials[i]);
   m.support = static_cast<real>(plan.support);
   m.spacing = static_cast<real>(scene.spacing);
   m.sound_speed = static_cast<real>(plan.sound_speed);
