@@ -70,10 +70,10 @@ PALP_HD inline bool meet_by_field(const BodyState& a, const BodyState& b) {
   return (a.shaped && (b.shaped || b.kind == Kind::elastic)) || (b.shaped && a.kind == Kind::elastic);
 }
 
-// Contact between solids that no distance field serves (elastic bodies among each other, bodies of loose particles,
-// method "paper"): a spring between particles closer than a spacing, damped, as stiff as the lighter body's mass allows
-// with this sub-step when all the contacts act that contact_mass reckons with: spring and damper then use
-// k dt^2/m + 2 b dt/m = 0.7 of the linear stability limit of 4, twice that between two bodies. Frictionless.
+// Contact between solids that no distance field serves (elastic bodies among each other, bodies of loose particles): a
+// spring between particles closer than a spacing, damped, as stiff as the lighter body's mass allows with this sub-step
+// when all the contacts act that contact_mass reckons with: spring and damper then use k dt^2/m + 2 b dt/m = 0.7 of the
+// linear stability limit of 4, twice that between two bodies. Frictionless.
 PALP_HD inline Vec3 contact_pair_force(const Medium& medium, const BodyState& a, const BodyState& b, const Vec3& v_ij,
                                        const Vec3& x_ij, real r2) {
   const real r = Eigen::numext::sqrt(r2);
