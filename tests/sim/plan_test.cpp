@@ -129,6 +129,18 @@ TEST(Plan, RefusesUnstableSubSteps) {
   }
 }
 
+TEST(Plan, KnowsWhetherFluidsOfSeveralMaterialsMeet) {
+  Scene scene = pool();
+  EXPECT_TRUE(make_plan(scene).one_fluid);
+  const auto other = add_material(scene, 900, 1e-2);
+  add_tray(scene, other, {-0.2, -0.2, 0}, {0.2, 0.2, 0.4}, 0.15);
+  EXPECT_TRUE(make_plan(scene).one_fluid) << "a solid of another material is no fluid";
+  add_body(scene, "more water", BodyType::fluid, 0, {-0.2, -0.2, 0.35}, {0.2, 0.2, 0.4});
+  EXPECT_TRUE(make_plan(scene).one_fluid);
+  add_body(scene, "oil", BodyType::fluid, other, {-0.2, -0.2, 0.45}, {0.2, 0.2, 0.5});
+  EXPECT_FALSE(make_plan(scene).one_fluid);
+}
+
 TEST(Plan, RefusesAShortPeriodicAxis) {
   Scene scene = pool();
   scene.config.periodic = {true, false, false};
