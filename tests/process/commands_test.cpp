@@ -15,7 +15,7 @@ class Commands : public RunningSystem, public testing::WithParamInterface<Vendor
   }
 
   CommandReply ask(CommandKind kind, const std::string& name = {}, const std::string& value = {}) {
-    const CommandReply reply = client_->ask(kind, name, value);
+    CommandReply reply = client_->ask(kind, name, value);
     EXPECT_FALSE(reply.text.empty()) << "nobody answered\n" << said();
     return reply;
   }
