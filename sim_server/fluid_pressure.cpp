@@ -11,13 +11,10 @@ void FluidPressure::load(const Snapshot* snapshot) {
   points_.reset();
 }
 
-const MaterialConfig& FluidPressure::material(std::size_t particle) const {
-  return scene_.config.materials[scene_.bodies[scene_.body[particle]].material];
-}
-
 double FluidPressure::of(std::uint32_t particle) const {
   const double p_i = snapshot_->pressure[particle], H = snapshot_->support;
-  const double tension = material(particle).surface_tension, adhesion = material(particle).adhesion;
+  const MaterialConfig& material = material_of(scene_, particle);
+  const double tension = material.surface_tension, adhesion = material.adhesion;
   if ((tension == 0 && adhesion == 0) || !(H > 0)) return p_i;
   if (!points_) points_.emplace(scene_, *snapshot_, H, true);
   const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(H));
@@ -27,7 +24,7 @@ double FluidPressure::of(std::uint32_t particle) const {
     if (j == particle || r >= H) return;
     const bool fluid = scene_.bodies[scene_.body[j]].type == BodyType::fluid;
     const double p_j = fluid ? snapshot_->pressure[j] : p_i;
-    const double strength = fluid ? std::min(tension, material(j).surface_tension) : adhesion;
+    const double strength = fluid ? std::min(tension, material_of(scene_, j).surface_tension) : adhesion;
     virial += volume_of(scene_, *snapshot_, j) * ((p_i + p_j) * kernel.F(static_cast<real>(r)) * r * r -
                                                   strength / norm * cohesion_phi(static_cast<real>(r / H)) * r);
   });

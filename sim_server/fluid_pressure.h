@@ -19,8 +19,6 @@ class FluidPressure {
   double of(std::uint32_t particle) const;  // of a fluid [Pa]
 
  private:
-  const MaterialConfig& material(std::size_t particle) const;
-
   const Scene& scene_;
   const Snapshot* snapshot_ = nullptr;
   mutable std::optional<SnapshotPoints> points_;  // listed when the first attracted particle is asked for

@@ -134,7 +134,7 @@ ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d&
   double weights = 0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   points->near(point, [&](std::uint32_t i, double r) {
-    const MaterialConfig& material = scene_.config.materials[scene_.bodies[scene_.body[i]].material];
+    const MaterialConfig& material = material_of(scene_, i);
     double w = volume_of(scene_, *snapshot_, i) * wendland(r / reach);
     if (probe.quantity == Quantity::temperature) w *= effusivity(material);
     if (!(w > 0)) return;

@@ -14,11 +14,14 @@ inline Eigen::Vector3d place_of(const Snapshot& s, std::size_t particle) {
 // Whether it has left the domain.
 inline bool is_gone(const Snapshot& s, std::size_t particle) { return !s.gone.empty() && s.gone[particle] != 0; }
 
+inline const MaterialConfig& material_of(const Scene& scene, std::size_t particle) {
+  return scene.config.materials[scene.bodies[scene.body[particle]].material];
+}
+
 // What it fills at its density [m^3].
 inline double volume_of(const Scene& scene, const Snapshot& s, std::size_t particle) {
-  const double rest = scene.config.materials[scene.bodies[scene.body[particle]].material].density;
   const double density = s.density[particle];
-  return density > 0 ? scene.volume[particle] * rest / density : scene.volume[particle];
+  return density > 0 ? scene.volume[particle] * material_of(scene, particle).density / density : scene.volume[particle];
 }
 
 class SnapshotPoints {
