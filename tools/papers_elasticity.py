@@ -23,6 +23,7 @@ class Block:
         wendland = 21 / (2 * np.pi * support**3)
         self.W = wendland * (1 - q) ** 4 * (1 + 4 * q)
         self.F = wendland * 20 * (1 - q) ** 3 / support**2
+        self.at_rest = self.summed(self.F[:, None, None] * self.rest[:, :, None] * self.rest[:, None, :])
         free = np.nonzero(self.place[:, 0] >= CLAMPED)[0]
         self.free = (3 * free[:, None] + np.arange(3)).ravel()
 
@@ -37,8 +38,7 @@ class Block:
         dyads = now[:, :, None] * self.rest[:, None, :]
         U, _, V = np.linalg.svd(self.summed(self.W[:, None, None] * dyads))
         R = U @ V
-        at_rest = self.summed(self.F[:, None, None] * self.rest[:, :, None] * self.rest[:, None, :])
-        G = R.transpose(0, 2, 1) @ self.summed(self.F[:, None, None] * dyads) - at_rest
+        G = R.transpose(0, 2, 1) @ self.summed(self.F[:, None, None] * dyads) - self.at_rest
         strain = (G + G.transpose(0, 2, 1)) / 2
         shear, lame = 1 / (2 + 2 * poisson), poisson / ((1 + poisson) * (1 - 2 * poisson))
         trace = np.trace(strain, axis1=1, axis2=2)[:, None, None]
