@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 #include <type_traits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -19,7 +20,8 @@ namespace {
 
 constexpr std::uint64_t kMagic = 0x0031'4b43'4954'4c50;  // "PLTICK1"
 constexpr std::uint64_t kMostTicks = 100'000'000;
-constexpr std::size_t kWord = 8;  // bytes
+constexpr std::size_t kWord = 8;                           // bytes
+constexpr std::int64_t kLatestNs = std::int64_t{1} << 60;  // 36 years; few such times add up without overflow
 
 // Each value as eight bytes. The same list of fields (fields(), below) writes and reads.
 class Writer {
@@ -200,6 +202,25 @@ std::string text_of(const TickResult& r) {
                      vector(r.sent.torque), r.gains_share);
 }
 
+// A sample's own stamps are not looked at: they came from the bus, and the loop's gate judges them.
+bool is_time(std::int64_t ns) { return -kLatestNs <= ns && ns <= kLatestNs; }
+bool has_times(const TickInput& i) {
+  return is_time(i.now_ns) && is_time(i.lateness_ns) && (!i.came || is_time(i.incoming.t_receive_ns));
+}
+
+// Whether each number of a configuration is one that a profile could have given: none is negative.
+struct Plausible {
+  template <class T>
+  void operator()(const T& value) {
+    if constexpr (std::is_same_v<T, double>) {
+      holds = holds && value >= 0;
+    } else if constexpr (std::is_same_v<T, std::int64_t>) {
+      holds = holds && value >= 0 && is_time(value);
+    }
+  }
+  bool holds = true;
+};
+
 // A run of so many ticks is no longer than this.
 std::size_t kept_bytes(std::size_t ticks) {
   fmt::memory_buffer head, tick;
@@ -266,11 +287,15 @@ KeptRun read_ticks(const std::string& path) {
   KeptRun run;
   read(run.first_tick);
   fields(read, run.config);
+  Plausible plausible;
+  fields(plausible, std::as_const(run.config));
+  if (!plausible.holds) read.fail("a configuration that cannot be");
   run.inputs.resize(ticks);
   run.results.resize(ticks);
   for (std::size_t i = 0; i < ticks; ++i) {
     fields(read, run.inputs[i]);
     fields(read, run.results[i]);
+    if (!has_times(run.inputs[i])) read.fail("a time that cannot be");
     if (run.inputs[i].told > LoopFault::unguarded) read.fail("a fault that there is not");
     if (run.results[i].state > LoopState::fault) read.fail("a state that there is not");
   }

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <random>
 #include <set>
 
@@ -227,12 +228,37 @@ TEST_F(RunAgain, ALogThatLacksTheBeginningIsRefused) {
   }
 }
 
+std::string bytes_of(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// Of times that no clock shows the loop's differences would overflow.
+TEST_F(RunAgain, TimesThatCannotBeAreRefused) {
+  SimulatedDevice arm(ArmModel{}, pressing_hand(), kHome, kHome);
+  const std::string path = keep(arm, 40, 40);
+  const std::string whole = bytes_of(path);
+  const std::int64_t now = read_ticks(path).inputs[20].now_ns;
+  const std::size_t word = sizeof now;
+  const std::size_t tick = whole.find(std::string(reinterpret_cast<const char*>(&now), word));
+  ASSERT_NE(tick, std::string::npos);
+  // the period follows magic word, number of ticks and first tick; lateness follows the time
+  for (const std::size_t at : {3 * word, tick, tick + word}) {
+    using Limits = std::numeric_limits<std::int64_t>;
+    for (const std::int64_t time : {Limits::min(), Limits::max()}) {
+      std::string bytes = whole;
+      bytes.replace(at, word, reinterpret_cast<const char*>(&time), word);
+      std::ofstream(path, std::ios::binary) << bytes;
+      EXPECT_THROW(read_ticks(path), ConfigError) << time << " at " << at;
+    }
+  }
+}
+
 // Bytes that lie: each is refused in one sentence, or is a run like any other.
 TEST_F(RunAgain, DamagedFilesAreRefusedOrReadAndNeverCrash) {
   SimulatedDevice arm(ArmModel{}, pressing_hand(), kHome, kHome);
   const std::string path = keep(arm, 40, 40);
-  std::ifstream in(path, std::ios::binary);
-  const std::string whole{std::istreambuf_iterator<char>(in), {}};
+  const std::string whole = bytes_of(path);
   ASSERT_NO_THROW(read_ticks(path));
   SCOPED_TRACE("seed " + std::to_string(seed_));
   std::mt19937 random(seed_);
