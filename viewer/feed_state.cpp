@@ -8,6 +8,14 @@ namespace {
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kForgetProxy = kSecond, kForgetStatus = 3 * kSecond, kForgetNotice = 6 * kSecond;
 
+// When a frame was sent, on this host's clock. Its stamp counts only if it can be true: a recording that is replayed
+// brings those of its own time, a hostile sender any.
+std::int64_t time_of(const ParticleFrame& frame, bool same_host) {
+  const bool can_be =
+      frame.t_send_ns > 0 && frame.t_send_ns <= frame.t_receive_ns && frame.t_receive_ns - frame.t_send_ns < kSecond;
+  return same_host && can_be ? frame.t_send_ns : frame.t_receive_ns;
+}
+
 }  // namespace
 
 bool FeedState::from_server(const Header& header) const {
@@ -55,7 +63,7 @@ void FeedState::show_frame() {
   // numbers that run backwards begin anew
   if (view_.frame && newest_->frame > view_.frame->frame) view_.lost_frames += newest_->frame - view_.frame->frame - 1;
   view_.frame = newest_;
-  view_.frame_time_ns = same_host_ ? newest_->t_send_ns : newest_->t_receive_ns;
+  view_.frame_time_ns = time_of(*newest_, same_host_);
   ++view_.frames;
 }
 

@@ -1,6 +1,7 @@
 // What the viewer makes of samples, sound ones and others, without a bus.
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <random>
 
 #include "idl/particle_frame.h"
@@ -69,6 +70,20 @@ TEST(FeedState, AgeCountsFromReceiptWhenTheSenderIsOnAnotherHost) {
   state.add(Received<SceneDescription>{scene_of(5, 10), 0});
   feed(state, chunks(5, 7, 10));
   EXPECT_EQ(state.view().frame_time_ns, 8 * kMs);
+}
+
+TEST(FeedState, AgeCountsFromReceiptWhenTheStampCannotBe) {
+  constexpr std::int64_t kReceived = 5000 * kMs;
+  using Limits = std::numeric_limits<std::int64_t>;
+  for (const std::int64_t sent :
+       {Limits::min(), Limits::max(), std::int64_t{0}, kReceived + 1, kReceived - 3000 * kMs}) {
+    FeedState state(true, 1);
+    state.add(Received<SceneDescription>{scene_of(5, 10), 0});
+    ParticleChunk chunk = chunks(5, 7, 10).front();
+    chunk.header.t_send_ns = sent;
+    state.add({chunk, kReceived});
+    EXPECT_EQ(state.view().frame_time_ns, kReceived) << sent;
+  }
 }
 
 TEST(FeedState, FramesMayComeBeforeTheirScene) {

@@ -21,6 +21,7 @@ using namespace std::chrono_literals;
 constexpr auto kSettle = 1000ms;  // a writer may know its reader before the reader knows the writer
 constexpr auto kLinger = 300ms;   // a Fast DDS reader drops what it has not taken yet when the writer goes
 constexpr std::int64_t kLongestSleepNs = 50'000'000;  // so that a stop is noticed
+constexpr double kMostNs = 1e18;                      // no recording is longer, whatever its stamps say
 
 class Replay {
  public:
@@ -137,12 +138,12 @@ class Replay {
             if (step_begins && !next_step()) return false;
             step_begins = options_.step == Step::message || &topic == &topic_of<ProxySample>();
           } else if (options_.rate > 0) {
-            if (first_log_ns == 0) {
+            if (start_ns == 0) {
               first_log_ns = m.log_time_ns;
               start_ns = now_ns();
             }
             const double since = static_cast<double>(m.log_time_ns - first_log_ns) / options_.rate;
-            if (!sleep_until(start_ns + static_cast<std::int64_t>(since))) return false;
+            if (!sleep_until(start_ns + static_cast<std::int64_t>(std::min(since, kMostNs)))) return false;
           }
           send(m);
           return true;
