@@ -58,13 +58,13 @@ TEST_P(LidCavity, HasTheVortexOfGhia) {
   } points[] = {{"back flow under the vortex", 0.5, 0.4531, 0, -0.21090},
                 {"upward flow at the left", 0.2344, 0.5, 2, 0.17527},
                 {"downward flow at the right", 0.8047, 0.5, 2, -0.24533}};
-  constexpr int settle = 1100, average = 100;
-  for (int k = 0; k < settle + average; ++k) {
+  constexpr int settle = 1100, every = 10, samples = 10;
+  for (int k = 0; k < settle + every * samples; ++k) {
     const StepOutput& out = simulation->step({});
     ASSERT_TRUE(out.health.ok) << out.health.cause;
-    if (k < settle || k % 10 != 0) continue;
+    if (k < settle || k % every != 0) continue;
     simulation->snapshot(s);
-    for (Point& p : points) p.found += mean_near(scene, s, p.x, p.z, p.axis) / (average / 10);
+    for (Point& p : points) p.found += mean_near(scene, s, p.x, p.z, p.axis) / samples;
   }
   for (const Point& p : points)
     EXPECT_TRUE(within(p.found / p.expected - 1, tol::kLidCavity,
