@@ -127,7 +127,9 @@ TEST_P(OddBodies, ThoseOfAFewParticlesFallLikeStones) {
 // Loose particles of a fluid as near as a scene may have them part, and nothing else happens.
 TEST_P(OddBodies, NearlyCoincidentParticlesStayFinite) {
   std::vector<Eigen::Vector3d> places;
-  for (int k = 0; k < 64; ++k) places.push_back(kSpacing * Eigen::Vector3d(k % 4, k / 4 % 4, k / 16));
+  for (const int z : {0, 1, 2, 3})
+    for (const int y : {0, 1, 2, 3})
+      for (const int x : {0, 1, 2, 3}) places.push_back(kSpacing * Eigen::Vector3d(x, y, z));
   places.push_back(places[21] + 0.002 * kSpacing * Eigen::Vector3d(0.6, 0.8, 0));
   for (const Matter& matter : kMatter) {
     if (!known(matter) || std::string(matter.type) != "fluid") continue;

@@ -122,7 +122,10 @@ TEST_F(Pieces, OfALumpAreFoundAtOnce) {
   std::vector<std::uint32_t> order(count_);
   std::iota(order.begin(), order.end(), 0);
   std::shuffle(order.begin(), order.end(), random_);
-  const auto at = [&](int x, int y, int z) { return order[static_cast<std::size_t>((z * kEdge + y) * kEdge + x)]; };
+  const auto at = [&](int x, int y, int z) {
+    const int place = (z * kEdge + y) * kEdge + x;
+    return order[static_cast<std::size_t>(place)];
+  };
   for (int z = 1; z < kEdge; ++z)
     for (int y = 1; y < kEdge; ++y)
       for (int x = 1; x < kEdge; ++x)
