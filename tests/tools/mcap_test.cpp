@@ -137,6 +137,12 @@ TEST(Mcap, WhatAKilledRecorderFlushedIsRecovered) {
   EXPECT_THROW(cut.read([](const McapMessage&) { return true; }), McapError);
 
   ASSERT_EQ(recovered_name(unfinished), folder / "a.mcap");
+  // by another spelling of its name the file that is read is still the one that is read
+  const std::string alias = folder / "alias.tmp~";
+  std::filesystem::create_symlink(unfinished, alias);
+  EXPECT_EQ(recover_recording(alias, folder / "a.mcap", true).messages, 1000u);
+  ASSERT_TRUE(std::filesystem::exists(unfinished));
+  std::filesystem::remove(folder / "a.mcap");
   const Recovery recovery = recover_recording(unfinished, folder / "a.mcap", false);
   EXPECT_EQ(recovery.messages, 1000u);
   ASSERT_EQ(recovery.damages.size(), 1u);

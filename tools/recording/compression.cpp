@@ -3,6 +3,7 @@
 #include <lz4frame.h>
 #include <zstd.h>
 
+#include <algorithm>
 #include <memory>
 
 namespace palp {
@@ -87,7 +88,7 @@ Bytes decompress(ByteView packed, Compression compression, std::size_t size) {
     if (n != size) throw std::runtime_error("damaged zstd data: it unpacks to another size");
   } else {
     if (packed.size() != size) throw std::runtime_error("an uncompressed chunk says two sizes");
-    std::memcpy(out.data(), packed.data(), size);
+    std::copy(packed.begin(), packed.end(), out.begin());
   }
   return out;
 }

@@ -24,6 +24,7 @@ inline constexpr std::array<std::uint8_t, 8> kMcapMagic{0x89, 'M', 'C', 'A', 'P'
 inline constexpr std::size_t kRecordHead = 9;                  // opcode and length
 inline constexpr std::size_t kFooterBytes = kRecordHead + 20;  // the whole footer record
 inline constexpr std::uint64_t kMaxChunkBytes = 256ull << 20;  // larger chunks are refused, packed or not
+inline constexpr std::uint64_t kMaxMessageBytes = kMaxChunkBytes / 2;
 inline constexpr std::uint64_t kMaxRecordBytes = kMaxChunkBytes + (1ull << 20);
 
 enum class Op : std::uint8_t {

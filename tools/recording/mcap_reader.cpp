@@ -16,6 +16,7 @@
 namespace palp {
 namespace {
 
+constexpr std::size_t kMostDamages = 1000;
 constexpr std::uint64_t kMaxLoadedBytes = 2ull << 30;  // of chunks whose times overlap
 
 std::uint32_t crc(std::uint32_t before, ByteView bytes) {
@@ -107,6 +108,8 @@ struct McapReader::Loaded {
   Chunk chunk;
   std::vector<McapMessage> messages;
   std::size_t next = 0;
+
+  std::uint64_t bytes() const { return chunk.records.size() + messages.capacity() * sizeof(McapMessage); }
 };
 
 McapReader::McapReader(std::string path, McapReaderOptions options) : path_(std::move(path)), options_(options) {
@@ -210,7 +213,11 @@ void McapReader::read_summary() {
       metadata_at_.emplace_back(offset, index.get<std::uint64_t>());
     }
   }
-  for (const McapChunkIndex& chunk : chunks_) check_chunk_index(chunk);
+  std::set<std::uint64_t> offsets;
+  for (const McapChunkIndex& chunk : chunks_) {
+    check_chunk_index(chunk);
+    if (!offsets.insert(chunk.offset).second) fail(chunk.offset, "the index names a chunk twice");
+  }
   std::uint64_t counted = 0;
   if (statistics_) counted = statistics_->messages;
   if (chunks_.empty() && counted > 0)
@@ -316,7 +323,7 @@ void McapReader::read(const std::function<bool(const McapMessage&)>& on_message,
     while (slot < to_load.size() && (heap.empty() || to_load[slot]->start_time_ns <= std::get<0>(heap.top()))) {
       Loaded next = load_messages(*to_load[slot], chosen);
       if (!next.messages.empty()) {
-        loaded_bytes += next.chunk.records.size();
+        loaded_bytes += next.bytes();
         if (loaded_bytes > kMaxLoadedBytes) fail(next.chunk.offset, "too many chunks overlap in time to be sorted");
         heap.emplace(next.messages.front().log_time_ns, next.chunk.offset, slot);
         loaded.emplace(slot, std::move(next));
@@ -331,7 +338,7 @@ void McapReader::read(const std::function<bool(const McapMessage&)>& on_message,
     if (++l.next < l.messages.size()) {
       heap.emplace(l.messages[l.next].log_time_ns, offset, first);
     } else {
-      loaded_bytes -= l.chunk.records.size();
+      loaded_bytes -= l.bytes();
       loaded.erase(first);
     }
   }
@@ -410,7 +417,8 @@ McapScan McapReader::scan(const McapVisitor& visitor) const {
       if (head.op == Op::footer) fail(at, "the footer comes before the end of the data section");
       scan_record(head.op, content, at, scan);
     } catch (const McapError& error) {
-      out.damages.emplace_back(error.what());
+      if (out.damages.size() < kMostDamages) out.damages.emplace_back(error.what());
+      if (out.damages.size() == kMostDamages) out.damages.push_back(path_ + ": further damages are not listed");
       if (out.complete) return out;
       // the length of a damaged record may be wrong: better go on at the next chunk that the index knows
       for (const McapChunkIndex& chunk : chunks_)

@@ -192,7 +192,10 @@ void McapWriter::write(const McapMessage& m) {
   if (!failure_.empty()) throw McapError(failure_);
   if (m.channel_id == 0 || m.channel_id > channels_.size())
     throw std::invalid_argument("unknown MCAP channel " + std::to_string(m.channel_id));
-  if (m.data.size() > kMaxChunkBytes / 2) throw std::invalid_argument("a message is too large for a recording");
+  if (m.data.size() > kMaxMessageBytes)
+    throw std::invalid_argument("a message of " + std::to_string(m.data.size()) +
+                                " bytes is too large for a recording, which has room for " +
+                                std::to_string(kMaxMessageBytes));
   const Compression compression = channel_compression_[m.channel_id - 1u];
   OpenChunk& chunk = open_[compression];
   if (chunk.records.empty()) {

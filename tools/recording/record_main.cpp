@@ -109,8 +109,9 @@ int record(const Options& o) {
     failure = error.what();
   }
   const TopicCounts total = counts.total();
+  if (!failure.empty()) fmt::print(stderr, "palp_record: {}\n", failure);
   if (!o.summary.empty()) write_json(o.summary, json_of(counts, failure.empty() && total.dropped == 0));
-  if (!failure.empty()) throw McapError(failure);
+  if (!failure.empty()) return 1;
   fmt::print("{}: {} messages, {:.1f} MB in {:.1f} s, {} dropped, {} lost on the way\n", o.recorder.path,
              total.messages, static_cast<double>(total.bytes) * 1e-6,
              std::chrono::duration<double>(Clock::now() - start).count(), total.dropped, total.lost);

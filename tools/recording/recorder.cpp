@@ -7,6 +7,7 @@
 #include <ctime>
 #include <utility>
 
+#include "idl/clock.h"
 #include "idl/idl_text.h"
 #include "tools/recording/topic_choice.h"
 
@@ -48,6 +49,7 @@ TopicCounts RecordingCounts::total() const {
 Recorder::Recorder(RecorderOptions options)
     : options_(std::move(options)),
       start_time_ns_(realtime_ns()),
+      started_ns_(now_ns()),
       bus_(open_raw_bus(options_.bus)),
       writer_(options_.path, writer_options(options_)) {
   for (const TopicRow* topic : options_.topics) {
@@ -71,7 +73,7 @@ void Recorder::poll(std::chrono::milliseconds timeout) {
   for (std::size_t i = 0; i < sources_.size(); ++i)
     sources_[i].reader->take([&](Payload payload, std::int64_t source_time_ns) {
       if (!wanted(sources_[i], payload)) return;
-      const std::uint64_t now = realtime_ns();
+      const std::uint64_t now = start_time_ns_ + static_cast<std::uint64_t>(now_ns() - started_ns_);
       taken_.push_back({i, now, source_time_ns > 0 ? static_cast<std::uint64_t>(source_time_ns) : now,
                         Bytes(payload.begin(), payload.end())});
     });
@@ -101,7 +103,7 @@ void Recorder::queue(Record record) {
   const std::size_t payload_bytes = record.payload.size();
   {
     const std::lock_guard lock(mutex_);
-    if (queued_bytes_ + payload_bytes + kRecordOverhead > options_.queue_bytes) {
+    if (payload_bytes > kMaxMessageBytes || queued_bytes_ + payload_bytes + kRecordOverhead > options_.queue_bytes) {
       ++counts.dropped;
       return;
     }

@@ -32,7 +32,7 @@ struct RecorderOptions {
 struct TopicCounts {
   std::uint64_t messages = 0;  // put in the queue
   std::uint64_t bytes = 0;     // of their payloads
-  std::uint64_t dropped = 0;   // because the queue was full
+  std::uint64_t dropped = 0;   // because the queue was full, or the message too large
   std::uint64_t lost = 0;      // before they reached us, as far as the vendor knows
 };
 
@@ -82,7 +82,9 @@ class Recorder {
   McapMetadata description() const;
 
   RecorderOptions options_;
+  // log times go on from here by the monotonic clock: who sets the other one does not reorder or bunch them
   std::uint64_t start_time_ns_;
+  std::int64_t started_ns_;
   std::unique_ptr<RawBus> bus_;
   McapWriter writer_;
   std::vector<Source> sources_;

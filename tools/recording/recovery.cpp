@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <map>
 
 #include "tools/recording/mcap_reader.h"
@@ -22,12 +23,18 @@ class Copier {
     v.channel = [this](const McapChannel& channel) { channels_.try_emplace(channel.id, channel); };
     v.metadata = [this](const McapMetadata& metadata) { out_.add_metadata(metadata); };
     v.message = [this](const McapMessage& message, Compression compression) {
+      if (message.data.size() > kMaxMessageBytes) {
+        too_large.push_back("a message of " + std::to_string(message.data.size()) + " bytes is too large and left out");
+        return;
+      }
       McapMessage copy = message;
       copy.channel_id = channel_id(message.channel_id, compression);
       out_.write(copy);
     };
     return v;
   }
+
+  std::vector<std::string> too_large;
 
  private:
   std::uint16_t schema_id(std::uint16_t from) {
@@ -53,6 +60,11 @@ class Copier {
   std::map<std::uint16_t, std::uint16_t> new_channels_;
 };
 
+bool are_one_file(const std::string& a, const std::string& b) {
+  std::error_code none;
+  return std::filesystem::equivalent(a, b, none) && !none;
+}
+
 }  // namespace
 
 Recovery recover_recording(const std::string& from, const std::string& to, bool overwrite) {
@@ -61,7 +73,7 @@ Recovery recover_recording(const std::string& from, const std::string& to, bool 
   options.library = in.library();
   options.overwrite = overwrite;
   // the unfinished file of the result must not be the one that is read
-  if (to + kUnfinishedSuffix == from) {
+  if (are_one_file(to + kUnfinishedSuffix, from)) {
     const std::string beside = to + ".recovering";
     Recovery recovery = recover_recording(from, beside, true);
     if (!overwrite && access(to.c_str(), F_OK) == 0)
@@ -73,7 +85,8 @@ Recovery recover_recording(const std::string& from, const std::string& to, bool 
   Copier copier(out);
   McapScan scan = in.scan(copier.visitor());
   out.close();
-  return {scan.messages, std::move(scan.damages)};
+  scan.damages.insert(scan.damages.end(), copier.too_large.begin(), copier.too_large.end());
+  return {scan.messages - copier.too_large.size(), std::move(scan.damages)};
 }
 
 std::string recovered_name(const std::string& path) {

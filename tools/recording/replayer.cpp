@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "idl/clock.h"
+#include "idl/histogram.h"
 #include "tools/recording/topic_choice.h"
 
 namespace palp {
@@ -49,12 +50,9 @@ class Replay {
     for (auto& [topic, out] : writers_)
       if (!stopped_ && topic->reliability == Reliability::reliable) out.writer->wait_acknowledged(1000ms);
     if (!stopped_) std::this_thread::sleep_for(kLinger);
-    std::sort(lateness_us_.begin(), lateness_us_.end());
-    if (!lateness_us_.empty()) {
-      counts_.lateness_p50_us = lateness_us_[lateness_us_.size() / 2];
-      counts_.lateness_p99_us = lateness_us_[lateness_us_.size() * 99 / 100];
-      counts_.lateness_max_us = lateness_us_.back();
-    }
+    counts_.lateness_p50_us = lateness_.quantile_us(0.5);
+    counts_.lateness_p99_us = lateness_.quantile_us(0.99);
+    counts_.lateness_max_us = lateness_.max_us();
     return counts_;
   }
 
@@ -160,7 +158,7 @@ class Replay {
     while (true) {
       const std::int64_t now = now_ns();
       if (now >= due_ns) {
-        lateness_us_.push_back(static_cast<float>(static_cast<double>(now - due_ns) * 1e-3));
+        lateness_.add(now - due_ns);
         return true;
       }
       const std::int64_t until = std::min(due_ns, now + kLongestSleepNs);
@@ -206,7 +204,7 @@ class Replay {
   std::set<std::uint16_t> chosen_;
   bool stopped_ = false;
   ReplayCounts counts_;
-  std::vector<float> lateness_us_;
+  Histogram lateness_;
   Bytes again_;
 };
 
