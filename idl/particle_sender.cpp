@@ -20,12 +20,9 @@ void sleep_until(std::int64_t t_ns) {
 
 // Returns when posted, or after kIdleNs.
 void wait_for_post(sem_t& semaphore) {
-  timespec t;
-  clock_gettime(CLOCK_REALTIME, &t);
-  t.tv_nsec += kIdleNs;
-  t.tv_sec += t.tv_nsec / 1'000'000'000;
-  t.tv_nsec %= 1'000'000'000;
-  sem_timedwait(&semaphore, &t);
+  const std::int64_t until = now_ns() + kIdleNs;
+  const timespec t{until / 1'000'000'000, until % 1'000'000'000};
+  sem_clockwait(&semaphore, CLOCK_MONOTONIC, &t);
 }
 
 bool sendable(const ParticleFrame& f) {

@@ -57,7 +57,7 @@ class Check {
 };
 
 void check_body(const BodyDescription& body, std::uint32_t particle_count, Check& check) {
-  check.text(body.name).sound(body.kind <= BodyKind::elastic);
+  check.sound(body.name.size() <= kMaxName && body.kind <= BodyKind::elastic);
   check.sound(std::uint64_t{body.first} + body.count <= particle_count);
   check.at_least(body.density, 0).all_finite(body.color);
   check.sound(std::all_of(body.color.begin(), body.color.end(), [](float c) { return c >= 0 && c <= 1; }));
@@ -96,7 +96,12 @@ Fault validate(const SceneDescription& m) {
   check.all_finite(m.bounds_min).all_finite(m.bounds_max).all_finite(m.gravity);
   for (int axis = 0; axis < 3; ++axis) check.sound(m.bounds_min[axis] <= m.bounds_max[axis]);
   if (check.fault() != Fault::none) return check.fault();
-  for (const BodyDescription& body : m.bodies) check_body(body, m.particle_count, check);
+  std::uint64_t count = 0;  // no particle is of two bodies
+  for (const BodyDescription& body : m.bodies) {
+    check_body(body, m.particle_count, check);
+    count += body.count;
+  }
+  check.sound(count <= m.particle_count);
   for (const ProxyDescription& proxy : m.proxies) {
     check.sound(proxy.device < kMaxDevices && proxy.body < m.bodies.size()).pose(proxy.pose);
   }

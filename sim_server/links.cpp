@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cerrno>
+#include <cmath>
 #include <ctime>
 
 #include "config/error.h"
@@ -13,6 +14,9 @@
 
 namespace palp {
 namespace {
+
+constexpr double kLongestPeriodNs = 1e18;
+constexpr std::size_t kMostCommands = 64;  // that wait; a peer that sends more, faster, waits itself
 
 std::uint64_t refused(const DropCounts& d) { return d.wrong_version + d.not_finite + d.malformed; }
 
@@ -108,7 +112,7 @@ FrameLink::FrameLink(Bus& bus, Simulation& simulation)
     : simulation_(simulation),
       sender_(bus.writer<ParticleChunk>()),
       poses_writer_(bus.writer<BodyPoses>()),
-      period_ns_(static_cast<std::int64_t>(1e9 / simulation.scene().config.stream.particle_rate_hz)),
+      rate_hz_(simulation.scene().config.stream.particle_rate_hz),
       scalar_(frame_scalar_from(simulation.scene().config.stream.scalar)) {
   sem_init(&begun_, 0, 0);
   thread_ = std::thread(&FrameLink::forward, this);
@@ -122,9 +126,11 @@ FrameLink::~FrameLink() {
 }
 
 void FrameLink::offer(const StepOutput& output, std::int64_t now_ns) {
-  if (now_ns < next_ns_ || busy_.load(std::memory_order_acquire) || !sender_.wanted()) return;
+  if (failed_.load(std::memory_order_acquire)) std::rethrow_exception(failure_);
+  if (!(rate_hz_ > 0) || now_ns < next_ns_ || busy_.load(std::memory_order_acquire) || !sender_.wanted()) return;
   if (!simulation_.begin_frame(scalar_)) return;
-  next_ns_ = std::max(next_ns_ + period_ns_, now_ns - period_ns_);
+  const auto period_ns = static_cast<std::int64_t>(std::min(1e9 / rate_hz_, kLongestPeriodNs));
+  next_ns_ = std::max(next_ns_ + period_ns, now_ns - period_ns);
   sending_ = scalar_;
   poses_ = body_poses(simulation_.scene(), output);
   busy_.store(true, std::memory_order_release);
@@ -135,7 +141,13 @@ void FrameLink::forward() {
   while (true) {
     wait_for(begun_);
     if (stop_) return;
-    while (!simulation_.take_frame(frame_)) std::this_thread::sleep_for(std::chrono::microseconds(100));
+    try {
+      while (!simulation_.take_frame(frame_)) std::this_thread::sleep_for(std::chrono::microseconds(100));
+    } catch (...) {
+      failure_ = std::current_exception();
+      failed_.store(true, std::memory_order_release);
+      return;
+    }
     ParticleFrame& out = sender_.frame();
     out.frame = ++frames_;
     out.sim_time = frame_.time;
@@ -185,7 +197,7 @@ void ControlLink::reply(const Command& to, bool ok, const std::string& text) {
   r.command_session = to.header.session;
   r.command_sequence = to.header.sequence;
   r.ok = ok;
-  r.text = text;
+  r.text = text.substr(0, kMaxText);
 }
 
 void ControlLink::event(Severity severity, double sim_time, const std::string& text) {
@@ -194,7 +206,12 @@ void ControlLink::event(Severity severity, double sim_time, const std::string& t
   e.process = "sim_server";
   e.severity = severity;
   e.sim_time = sim_time;
-  e.text = text;
+  e.text = text.substr(0, kMaxText);
+}
+
+bool ControlLink::is_full() {
+  const std::lock_guard lock(mutex_);
+  return commands_.size() >= kMostCommands;
 }
 
 void ControlLink::run() {
@@ -203,6 +220,10 @@ void ControlLink::run() {
     const bool last = stop_;
     send();
     if (last) return;
+    if (is_full()) {  // the reader keeps what its depth has room for
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      continue;
+    }
     reader_->wait(std::chrono::milliseconds(20));
     arrived.clear();
     reader_->take_all(arrived);
@@ -231,6 +252,8 @@ void ControlLink::status(const std::string& state, const std::string& text, std:
   s.process = "sim_server";
   s.state = state;
   s.text = text;
+  // one that is not finite would have every reader refuse the rest, too
+  std::erase_if(metrics, [](const Metric& m) { return !std::isfinite(m.value); });
   s.metrics = std::move(metrics);
   statuses_->publish(s);
 }

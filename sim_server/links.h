@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <deque>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -59,9 +60,10 @@ class FrameLink {
  public:
   FrameLink(Bus& bus, Simulation& simulation);
   ~FrameLink();
-  // Simulation's thread, after a step. Begins a frame if one is due, somebody looks and none is under way.
+  // Simulation's thread, after a step. Begins a frame if one is due, somebody looks and none is under way. Throws what
+  // the back end threw while the last frame was fetched.
   void offer(const StepOutput& output, std::int64_t now_ns);
-  void set_rate(double rate_hz) { period_ns_ = static_cast<std::int64_t>(1e9 / rate_hz); }
+  void set_rate(double rate_hz) { rate_hz_ = rate_hz; }
   void set_scalar(FrameScalar scalar) { scalar_ = scalar; }
   std::uint64_t sent() const { return sender_.counts().sent; }
 
@@ -72,11 +74,14 @@ class FrameLink {
   std::unique_ptr<Writer<BodyPoses>> poses_writer_;
   std::atomic<bool> busy_{false}, stop_{false};
   sem_t begun_;
-  std::int64_t next_ns_ = 0, period_ns_;
+  std::int64_t next_ns_ = 0;
+  double rate_hz_;  // 0: no frames
   FrameScalar scalar_ = FrameScalar::speed, sending_ = FrameScalar::speed;
   BodyPoses poses_;
   Frame frame_;
   std::uint64_t frames_ = 0;
+  std::exception_ptr failure_;  // of the thread; once failed_ is set
+  std::atomic<bool> failed_{false};
   std::thread thread_;
 };
 
@@ -98,6 +103,7 @@ class ControlLink {
  private:
   void run();
   void send();
+  bool is_full();
   std::unique_ptr<Reader<Command>> reader_;
   std::unique_ptr<Writer<CommandReply>> replies_;
   std::unique_ptr<Writer<Event>> events_;

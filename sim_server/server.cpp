@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <stop_token>
 #include <thread>
 
 #include "config/error.h"
@@ -22,6 +23,9 @@ namespace palp {
 namespace {
 
 using State = ServerState;
+
+constexpr int kCommandsAStep = 16;  // so that no flood of them keeps the simulation, or the end, waiting
+constexpr int kMostSingleSteps = 1000;
 
 const char* to_string(State state) {
   return state == State::running ? "running" : state == State::paused ? "paused" : "fault";
@@ -87,7 +91,7 @@ class Server {
   }
 
   ServerSummary run(const std::atomic<int>& stop) {
-    std::thread status(&Server::report, this);
+    std::jthread status([this](const std::stop_token& ended) { report(ended); });
     prctl(PR_SET_TIMERSLACK, 1000);
     // ahead of pictures and recordings where that is allowed, behind the bridge's real-time loop
     setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), -10);
@@ -96,7 +100,7 @@ class Server {
     Command command;
     while (!stop && !quit_ &&
            (options_.seconds <= 0 || 1e-9 * static_cast<double>(now_ns() - begin) < options_.seconds)) {
-      while (control_.take(command)) obey(command);
+      for (int k = 0; k < kCommandsAStep && !quit_ && control_.take(command); ++k) obey(command);
       const std::int64_t t0 = now_ns();
       if (gauges_.state == State::running || single_steps_ > 0)
         advance(t0);
@@ -106,7 +110,7 @@ class Server {
       gauges_.real_time_factor = pace.factor();
       if (gauges_.state == State::running) wall_ns_ += now_ns() - t0;
     }
-    done_ = true;
+    status.request_stop();
     status.join();
     return summary();
   }
@@ -184,19 +188,24 @@ class Server {
         if (gauges_.state == State::fault)
           throw ConfigError("the simulation has stopped " + cause_ + "; reset or quit");
         gauges_.state = State::paused;
+        single_steps_ = 0;
         return "paused";
       case CommandKind::resume:
         if (gauges_.state == State::fault)
           throw ConfigError("the simulation has stopped " + cause_ + "; reset or quit");
         gauges_.state = State::running;
+        single_steps_ = 0;
         return "running";
       case CommandKind::step:
         if (gauges_.state != State::paused) throw ConfigError("single steps are taken while paused; pause first");
+        if (single_steps_ >= kMostSingleSteps)
+          throw ConfigError(fmt::format("{} single steps are still to be taken; wait for them", single_steps_));
         ++single_steps_;
         return "one step";
       case CommandKind::reset:
         simulation_.reset();
         told_of_loss_ = false;
+        single_steps_ = 0;
         hands_ = {};
         show();
         if (gauges_.state == State::fault) gauges_.state = State::running;
@@ -226,9 +235,9 @@ class Server {
     return name + " is " + value;
   }
 
-  void report() {
+  void report(const std::stop_token& ended) {
     std::uint64_t last_slow = 0;
-    while (!done_) {
+    while (!ended.stop_requested()) {
       std::this_thread::sleep_for(std::chrono::milliseconds(200));
       const std::uint64_t slow = gauges_.slow_steps;
       const double factor = gauges_.real_time_factor;
@@ -291,7 +300,6 @@ class Server {
   int single_steps_ = 0;
   bool quit_ = false;
   bool told_of_loss_ = false;
-  std::atomic<bool> done_{false};
   std::int64_t wall_ns_ = 0;
   std::string cause_;  // of the first fault
 };

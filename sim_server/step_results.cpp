@@ -35,6 +35,11 @@ bool is_sane(const DeviceInput& in) {
   return turn > 0.5 && turn < 2 && std::isfinite(g.stiffness + g.damping + g.angular_stiffness + g.angular_damping);
 }
 
+bool is_finite(const BodyState& b) {
+  return b.x.allFinite() && b.q.coeffs().allFinite() && b.v.allFinite() && b.w.allFinite() && b.L.allFinite() &&
+         b.force_sum.allFinite() && b.torque_sum.allFinite() && b.coupling_sum.allFinite();
+}
+
 // What encoders make of a hand at rest, which tells the blend nothing.
 constexpr double kLeastWay = 1e-5;    // [m]
 constexpr double kLeastSpeed = 1e-3;  // [m/s]
@@ -87,18 +92,21 @@ void StepResults::read(const BodyState* bodies, const HealthSums& sums, std::uin
   for (std::uint32_t b : plan_.reactive) {
     // of what elastic bodies hold on to nothing is complete unless asked for
     if (scene_.bodies[b].type == BodyType::fixed && !plan_.probed[b]) continue;
-    read_body(b, bodies[b], out.bodies[b]);
+    if (is_finite(bodies[b])) read_body(b, bodies[b], out.bodies[b]);
   }
-  for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
-    read_proxy(p, input_[p], bodies[scene_.proxies[p].body], out.proxies[p]);
+  for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
+    const BodyState& state = bodies[scene_.proxies[p].body];
+    if (is_finite(state)) read_proxy(p, input_[p], state, out.proxies[p]);
+  }
   for (std::uint32_t b : plan_.rigid) {
     const BodyState& state = bodies[b];
-    out.health.kinetic_energy += 0.5 * state.mass * state.v.squaredNorm() + 0.5 * state.L.dot(state.w);
-    if (!state.x.allFinite() || !state.q.coeffs().allFinite() || !state.v.allFinite() || !state.w.allFinite()) {
-      out.health.ok = false;
-      out.health.cause =
-          fmt::format("body '{}' has a non-finite state: its contact or coupling is unstable", scene_.bodies[b].name);
+    if (is_finite(state)) {
+      out.health.kinetic_energy += 0.5 * state.mass * state.v.squaredNorm() + 0.5 * state.L.dot(state.w);
+      continue;
     }
+    out.health.ok = false;
+    out.health.cause =
+        fmt::format("body '{}' has a non-finite state: its contact or coupling is unstable", scene_.bodies[b].name);
   }
 }
 

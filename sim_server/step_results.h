@@ -24,7 +24,8 @@ class StepResults {
   void reset(const std::vector<BodyState>& bodies, StepOutput& out);
   // A device whose input is not finite, or no rotation, counts as not engaged for this step.
   void fill(const StepInput& input, double time, StepBlock& block);
-  // Of the step that was filled last. bodies: null when the plan asks for no wrench.
+  // Of the step that was filled last. bodies: null when the plan asks for no wrench. Of a body that is no longer finite
+  // what was read before stays, so that nothing non-finite gets out; its health says so.
   void read(const BodyState* bodies, const HealthSums& sums, std::uint32_t crowded, StepOutput& out);
 
  private:

@@ -20,6 +20,7 @@ constexpr float kCreaseCosine = 0.77f;            // 40 degrees
 constexpr double kWeldShare = 1e-6;               // of the size: vertices this close are one
 constexpr float kSmallestArea = 1e-11f;           // of the size squared: smaller triangles have no direction
 constexpr double kHollowShare = 0.15;             // of the area facing the inside, from which a body counts as hollow
+constexpr std::size_t kMostAround = 128;          // triangles at a vertex that its normal is the mean of
 constexpr std::size_t kMaxEdgeTriangles = 20000;  // finer surfaces are curved; lines on them are clutter
 
 struct Triangle {
@@ -98,7 +99,8 @@ class GeometryBuilder {
  public:
   explicit GeometryBuilder(const Surface& surface) : surface_(surface), around_(surface.vertices.size()) {
     for (unsigned t = 0; t < surface.triangles.size(); ++t) {
-      for (const unsigned v : surface.triangles[t].corner) around_[v].push_back(t);
+      for (const unsigned v : surface.triangles[t].corner)
+        if (around_[v].size() < kMostAround) around_[v].push_back(t);
     }
   }
 

@@ -1,4 +1,5 @@
 // Whatever goes wrong inside stops with a cause, never with a crash or with silence.
+#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -45,6 +46,27 @@ TEST(Health, NanStopsWithACause) {
     Snapshot s;
     simulation->snapshot(s);
   }
+}
+
+// Of what is no longer a number the last state that was one is given out, and the sums that status carries stay finite.
+TEST(Health, ABodyThatIsNoLongerFiniteGivesNothingNonFiniteOut) {
+  Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
+  add_material(scene, 1000, 1e-3);
+  const std::uint32_t stone = add_body(scene, "stone", BodyType::rigid, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
+  Proxy proxy;
+  proxy.body = stone;
+  scene.proxies.push_back(proxy);
+  scene.config.gravity.z() = std::numeric_limits<double>::quiet_NaN();
+  const auto simulation = simulate(scene);
+  StepInput input{};
+  input[0].engaged = true;
+  input[0].gains = proxy.limit;
+  const StepOutput& out = simulation->step(input);
+  EXPECT_FALSE(out.health.ok);
+  EXPECT_NE(out.health.cause.find("'stone'"), std::string::npos) << out.health.cause;
+  EXPECT_TRUE(std::isfinite(out.health.kinetic_energy));
+  EXPECT_TRUE(out.bodies[stone].state.position.allFinite() && out.bodies[stone].state.linear.allFinite());
+  EXPECT_TRUE(out.proxies[0].state.position.allFinite() && out.proxies[0].state.linear.allFinite());
 }
 
 TEST(Health, ParticlesOutsideTheDomainAreCounted) {

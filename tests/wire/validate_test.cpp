@@ -84,6 +84,7 @@ TEST(Validate, ParticleChunk) {
 TEST(Validate, SceneDescription) {
   SPOIL(SceneDescription, malformed, m.name = std::string(kMaxText + 1, 'x'));
   SPOIL(SceneDescription, malformed, m.particle_count = kMaxParticles + 1);
+  SPOIL(SceneDescription, malformed, m.bodies.resize(1000, m.bodies[0]));  // all of the same particles
   SPOIL(SceneDescription, malformed, m.spacing = 0);
   SPOIL(SceneDescription, not_finite, m.support_radius = kNan);
   SPOIL(SceneDescription, malformed, m.haptic_rate_hz = -1);
