@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <fstream>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -18,6 +19,7 @@
 
 #include "config/json_file.h"
 #include "config/number_between.h"
+#include "haptic_bridge/output_file.h"
 #include "idl/bus.h"
 #include "sim_server/scene_options.h"
 #include "tools/haptic_bench/bench_scenes.h"
@@ -209,18 +211,40 @@ std::vector<Cell> cells_of(const Arguments& a, const Metric& metric) {
   return cells;
 }
 
+void write_text(const std::string& what, const std::string& path, const std::string& text) {
+  write_whole_file(what, path, [&](OutputFile& file) {
+    fmt::memory_buffer bytes;
+    bytes.append(text);
+    file.write(bytes);
+  });
+}
+
+// Whether results can be written is found out before hours of measuring.
+class RoomForResults {
+ public:
+  explicit RoomForResults(const Arguments& a) {
+    constexpr std::size_t kMostBytes = std::size_t{4} << 20;
+    for (const std::string& path : {a.out, a.json, a.trace})
+      if (!path.empty()) rooms_.push_back(std::make_unique<ReservedRoom>("results", path, kMostBytes));
+  }
+
+ private:
+  std::vector<std::unique_ptr<ReservedRoom>> rooms_;
+};
+
 // One press of the first cell, tick by tick.
 void write_press(const Arguments& a, const Scene& wall) {
   const Cell cell = cells_of(a, metrics().front()).front();
   const Trace trace = run(wall_press(wall, cell, cell.profile.loop.gains.stiffness, a.dampings.front(), a.seed));
-  std::ofstream out(a.trace);
-  out << "t_s,z_m,v_m_s,turn_rad,force_z_N,force_x_N,torque_Nm,port_J,put_in_J,blend,delay_s,state,verdict,share,"
-         "energy_J,damping\n";
+  std::string text =
+      "t_s,z_m,v_m_s,turn_rad,force_z_N,force_x_N,torque_Nm,port_J,put_in_J,blend,delay_s,state,verdict,share,"
+      "energy_J,damping\n";
   for (const Tick& t : trace.ticks)
-    out << fmt::format(
+    text += fmt::format(
         "{:.3f},{:.7f},{:.5f},{:.6f},{:.4f},{:.4f},{:.5f},{:.6f},{:.6f},{:.3f},{:.5f},{},{},{:.3f},{:.6f},{:.3f}\n",
         t.t, t.x.z(), t.v.z(), t.turn.norm(), t.force.z(), t.force.x(), t.torque.norm(), t.port[0], t.put_in[0],
         t.blend, t.delay, palp::to_string(t.state), t.verdict, t.share, t.energy, t.damping);
+  write_text("trace", a.trace, text);
   fmt::print("{}: {} ticks, {} sub-steps a step{}\n", name_of(cell), trace.ticks.size(), trace.sub_steps,
              trace.trouble.empty() ? "" : ", " + trace.trouble);
 }
@@ -295,9 +319,13 @@ std::vector<Row> merged(const std::vector<std::string>& files, std::string& comm
   for (const std::string& file : files) {
     std::ifstream in(file);
     if (!in) throw std::invalid_argument("cannot read '" + file + "': give JSON files that --json has written");
-    const Json part = Json::parse(in);
-    commands += (commands.empty() ? "" : "`, `") + part.at("command").get<std::string>();
-    for (Row& r : rows_from(part.at("rows"))) all.push_back(std::move(r));
+    try {
+      const Json part = Json::parse(in);
+      commands += (commands.empty() ? "" : "`, `") + part.at("command").get<std::string>();
+      for (Row& r : rows_from(part.at("rows"))) all.push_back(std::move(r));
+    } catch (const Json::exception& error) {
+      throw std::invalid_argument(fmt::format("{}: {}; give JSON files that --json has written", file, error.what()));
+    }
   }
   std::stable_sort(all.begin(), all.end(), [](const Row& x, const Row& y) { return x.job < y.job; });
   return all;
@@ -312,6 +340,7 @@ int measure(Arguments a) {
     fmt::print("{}", markdown(tick_costs(profile_of(a), PALP_LIB_DIR "/libvirtuose_sim.so", a.ticks)));
     return 0;
   }
+  const RoomForResults room(a);
   std::vector<Row> rows;
   if (!a.merge.empty()) {
     a.command.clear();
@@ -329,7 +358,7 @@ int measure(Arguments a) {
   if (a.out.empty())
     fmt::print("{}", table);
   else
-    std::ofstream(a.out) << table;
+    write_text("table", a.out, table);
   if (!a.json.empty())
     write_json(a.json,
                {{"command", a.command}, {"processor", processor_name()}, {"seed", a.seed}, {"rows", json_of(rows)}});
@@ -356,7 +385,9 @@ int main(int argc, char** argv) {
   app.add_option("--variant", a.variants, "ours, held, spring")
       ->delimiter(',')
       ->check(CLI::IsMember({"ours", "held", "spring"}));
-  app.add_option("--damping", a.dampings, "Of the coupling, for the Z-width [N s/m]")->delimiter(',');
+  app.add_option("--damping", a.dampings, "Of the coupling, for the Z-width [N s/m]")
+      ->delimiter(',')
+      ->check(palp::number_between(0.0, 1e4));
   app.add_option("--seed", a.seed, "Of links and beats");
   app.add_option("--seeds", a.seeds, "How many to try; the worst counts")->check(CLI::Range(1, 1000));
   app.add_option("--jobs", a.jobs, "Threads")->check(CLI::Range(1, 1024));

@@ -80,13 +80,19 @@ BusTime receive(Vendor vendor, int domain, std::size_t samples) {
     throw std::runtime_error(name + ": the two processes have not met on the loopback interface: try another --domain");
   Histogram times;
   std::vector<Received<ProxySample>> batch;
+  std::uint64_t session = 0;
   auto last = steady_clock::now();
   // what is lost does not come: the end is when nothing more does
   while (times.count() < samples && steady_clock::now() - last < 2s) {
     batch.clear();
     if (!reader->wait(20ms) || reader->take_all(batch) == 0) continue;
     last = steady_clock::now();
-    for (const auto& r : batch) times.add(r.t_receive_ns - r.message.header.t_send_ns);
+    for (const auto& r : batch) {
+      if (session == 0) session = r.message.header.session;
+      const std::int64_t sent = r.message.header.t_send_ns;
+      // another program of this domain may say anything
+      if (r.message.header.session == session && sent > 0 && sent <= r.t_receive_ns) times.add(r.t_receive_ns - sent);
+    }
   }
   if (times.count() == 0) throw std::runtime_error(name + ": no sample arrived");
   return {

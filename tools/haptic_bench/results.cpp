@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
 namespace palp::bench {
@@ -44,7 +45,8 @@ std::vector<Row> rows_from(const Json& list) {
                                     {"note", &r.note}})
       *text = j.at(key).get<std::string>();
     r.rate_hz = j.at("rate_hz").get<double>();
-    r.result = j.at("result").get<double>();
+    const Json& result = j.at("result");
+    r.result = result.is_null() ? std::numeric_limits<double>::quiet_NaN() : result.get<double>();
     r.job = j.at("job").get<std::size_t>();
     if (j.contains("pass")) r.pass = j.at("pass").get<bool>();
     rows.push_back(r);
