@@ -1,7 +1,10 @@
 // Contact over longer times and in hollow solids: what rests stays, what is in stays in, nothing gains energy.
+#include <unistd.h>
+
 #include <algorithm>
 #include <fstream>
 
+#include "sim_server/contact_shape.h"
 #include "sim_server/plan.h"
 #include "sim_server/surface.h"
 #include "tests/sim/contact_scenes.h"
@@ -35,7 +38,7 @@ ShapeConfig cylinder(double radius, double height, const Vector3d& position = Ve
 
 // A closed mesh of the solid that the shapes make.
 ShapeConfig as_mesh(const std::vector<ShapeConfig>& shapes, const std::string& name, double spacing) {
-  const std::string file = ::testing::TempDir() + name;
+  const std::string file = ::testing::TempDir() + std::to_string(getpid()) + name;
   std::ofstream out(file);
   const SurfaceMesh mesh = solid_surface(make_solid(shapes), spacing);
   for (const Vector3d& v : mesh.vertices) out << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
@@ -93,6 +96,27 @@ TEST(ContactMotion, CupsHoldABall) {
     }
 }
 
+// Whether a body reaches into the walls at +-half, or is near another one: springs may hold something there even while
+// dampers cancel their forces.
+bool may_touch(const Scene& scene, const StepOutput& out, double half) {
+  std::vector<std::pair<Vector3d, double>> balls;  // centre, radius: around each body
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    if (scene.bodies[b].type != BodyType::rigid) continue;
+    if (out.bodies[b].force.norm() > 0) return true;
+    const RigidState& s = out.bodies[b].state;
+    double reach = 0;
+    for (const ContactPoint& p : scene.bodies[b].contact->points) {
+      const Vector3d x = s.position + s.orientation * p.position;
+      if (x.cwiseAbs().maxCoeff() + p.radius > half) return true;
+      reach = std::max(reach, p.position.norm() + p.radius);
+    }
+    for (const auto& [x, radius] : balls)
+      if ((s.position - x).norm() < reach + radius) return true;
+    balls.emplace_back(s.position, reach);
+  }
+  return false;
+}
+
 // Boxes tumble against walls and one another, rough or not: friction takes energy and gives none, and neither does a
 // bounce. What a contact stores while it lasts is not counted, so energy is only ever less than it was.
 TEST(ContactMotion, EnergyNeverGrows) {
@@ -123,10 +147,8 @@ TEST(ContactMotion, EnergyNeverGrows) {
       for (int k = 0; k < 2000; ++k) {
         const StepOutput& out = simulation->step({});
         ASSERT_TRUE(out.health.ok) << out.health.cause;
+        if (may_touch(scene, out, 0.25)) continue;  // what springs hold is not in the sum
         const double now = energy(scene, out);
-        bool touches = false;
-        for (const BodyOutput& b : out.bodies) touches = touches || b.force.norm() > 0;
-        if (touches) continue;  // what springs hold is not in the sum
         worst = std::max(worst, now - least);
         least = std::min(least, now);
       }

@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "sim_server/contact_shape.h"
 #include "sim_server/contact_store.h"
@@ -180,7 +181,7 @@ TEST_F(DistanceTest, OfACup) {
 
 // A mesh's stored distances and normals: errors that a smooth surface may have by the nodes' distance.
 TEST_F(DistanceTest, OfAMesh) {
-  const std::string file = ::testing::TempDir() + "contact_ball.obj";
+  const std::string file = ::testing::TempDir() + std::to_string(getpid()) + "contact_ball.obj";
   constexpr double R = 0.25;
   {
     std::ofstream out(file);

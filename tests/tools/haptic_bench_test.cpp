@@ -1,7 +1,5 @@
 // The bench itself: its links do what they are asked to, its runs repeat bit for bit, its arm obeys the theory of
 // sampled springs, and one press on the solver's wall holds.
-#include <unistd.h>
-
 #include <bit>
 #include <cmath>
 
@@ -11,7 +9,6 @@
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 #include "tools/haptic_bench/bench_scenes.h"
-#include "tools/haptic_bench/bus_time.h"
 #include "tools/haptic_bench/metrics.h"
 #include "tools/haptic_bench/series.h"
 #include "tools/haptic_bench/tick_cost.h"
@@ -53,9 +50,10 @@ TEST(HapticBenchLink, JitterLossAndRunsHaveTheirMeans) {
   const unsigned seed = palp::testing::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   // jitter far below the period: nothing overtakes, so what is missing was lost
-  const Arrivals a = play(link_of("delay=1,jitter=0.05,loss=0.1,loss_run=4"), seed);
+  constexpr int kSamples = 80000;
+  const Arrivals a = play(link_of("delay=1,jitter=0.05,loss=0.1,loss_run=4"), seed, kSamples);
   EXPECT_NEAR(mean(a.delay), 1.05, 0.005);
-  EXPECT_NEAR(1 - static_cast<double>(a.index.size()) / 20000, 0.1, 0.025);
+  EXPECT_NEAR(1 - static_cast<double>(a.index.size()) / kSamples, 0.1, 0.025);
   double runs = 0, lost = 0;
   for (std::size_t k = 1; k < a.index.size(); ++k) {
     const double gap = static_cast<double>(a.index[k] - a.index[k - 1] - 1);
@@ -203,20 +201,6 @@ TEST(HapticBench, TellsWhatATickCostsWithEachDevice) {
     EXPECT_LE(c.median_us, c.p99_us) << c.device;
     EXPECT_LE(c.p99_us, c.max_us) << c.device;
     EXPECT_GT(c.share_felt, 0.5) << c.device << ": a loop without force does not do all of its work";
-  }
-}
-
-TEST(HapticBench, TellsHowLongTheBusTakes) {
-  const int domain = 101 + getpid() % 100;
-  const std::vector<BusTime> times = bus_times(domain, 0.3);
-  ASSERT_EQ(times.size(), 2u);
-  for (const BusTime& t : times) {
-    EXPECT_EQ(t.sent, 300u) << t.vendor;
-    EXPECT_GT(t.received, 150u) << t.vendor;
-    EXPECT_GT(t.median_us, 0) << t.vendor;
-    EXPECT_LE(t.median_us, t.p99_us) << t.vendor;
-    EXPECT_LE(t.p99_us, t.p999_us) << t.vendor;
-    EXPECT_LE(t.p999_us, t.max_us) << t.vendor;
   }
 }
 
