@@ -10,6 +10,8 @@ namespace palp {
 
 namespace {
 
+constexpr Range kLength{"m", 0, 1e9, true};
+
 const std::vector<std::string> kBodyTypes{"fluid", "rigid", "static", "elastic"};
 const std::vector<std::string> kShapeTypes{"box", "sphere", "cylinder", "mesh", "particles"};
 constexpr double kPi = 3.14159265358979323846;
@@ -45,14 +47,14 @@ void read_shape_keys(TomlTable& table, const SceneConfig& scene, ShapeConfig& sh
     }
     return applies && row.required ? Need::required : Need::optional;
   };
-  if (const auto size = table.numbers("size", 3, positive("m"), need("size")))
+  if (const auto size = table.numbers("size", 3, kLength, need("size")))
     shape.size = {(*size)[0], (*size)[1], (*size)[2]};
-  shape.radius = table.number("radius", positive("m"), need("radius")).value_or(0);
-  shape.height = table.number("height", positive("m"), need("height")).value_or(0);
+  shape.radius = table.number("radius", kLength, need("radius")).value_or(0);
+  shape.height = table.number("height", kLength, need("height")).value_or(0);
   const std::string file = table.text("file", need("file")).value_or("");
   if (!file.empty()) shape.file = resolve_beside(scene.path, file);
   need("scale");
-  shape.scale = table.number("scale", positive("m per unit of the file")).value_or(1);
+  shape.scale = table.number("scale", {"m per unit of the file", 0, 1e9, true}).value_or(1);
 }
 
 ShapeConfig read_shape(TomlTable& table, const SceneConfig& scene) {
@@ -248,7 +250,7 @@ void read_materials(TomlTable& root, SceneConfig& scene) {
     material.viscosity = table.number("viscosity", {"Pa s", 0, 1e9}).value_or(material.viscosity);
     material.surface_tension = table.number("surface_tension", {"N/m", 0, 1e6}).value_or(0);
     material.adhesion = table.number("adhesion", {"N/m", 0, 1e6}).value_or(0);
-    material.young_modulus = table.number("young_modulus", {"Pa", 0, 1e12, true});
+    material.young_modulus = table.number("young_modulus", {"Pa", 1e-6, 1e12});
     material.poisson_ratio = table.number("poisson_ratio", {"", -0.9, 0.495}).value_or(material.poisson_ratio);
     material.damping = table.number("damping", {"Pa s", 0, 1e9}).value_or(material.damping);
     read_plastic_keys(table, material);

@@ -18,7 +18,8 @@ const std::vector<std::string> kAccuracies{"fast", "balanced", "accurate"};
 const std::vector<std::string> kScalars{"none", "speed", "density", "pressure", "temperature"};
 const std::vector<std::string> kViscosity{"explicit", "staged"};
 const std::vector<std::string> kElasticSolvers{"explicit", "implicit", "auto"};
-constexpr Range kSpacing{"m", 0, 1000, true};
+constexpr Range kSpacing{"m", 1e-6, 1000};  // squares of less are lost in single precision
+constexpr Range kSpeed{"m/s", 1e-6, 1e9};
 // The widest grid that a solver can lay over a periodic axis needs three cells of one support radius.
 constexpr double kCellsPerPeriod = 3;
 constexpr double kSmallestSupport = 1.8;  // support radius / spacing
@@ -64,7 +65,8 @@ void read_spacing(TomlTable& table, TomlTable& root, SceneConfig& scene, const S
     scene.numerics.spacing = table.number("spacing", kSpacing);
   } else if (!overrides.spacing) {
     const std::string missing =
-        "spacing is missing, expected a number in m above 0, or a table {fast = .., balanced = .., accurate = ..}";
+        "spacing is missing, expected a number in m from 1e-06 to 1000, or a table {fast = .., balanced = .., accurate "
+        "= ..}";
     table.exists() ? table.fault("", missing) : root.fault("", "numerics: " + missing);
   }
   if (overrides.spacing) scene.numerics.spacing = overrides.spacing;
@@ -76,8 +78,8 @@ void read_numerics(TomlTable& root, SceneConfig& scene, const SceneOverrides& ov
   NumericsConfig& n = scene.numerics;
   read_spacing(table, root, scene, overrides);
   n.support_over_spacing = table.number("support_over_spacing", {"", kSmallestSupport, 4});
-  n.sound_speed = table.number("sound_speed", positive("m/s"));
-  n.max_speed = table.number("max_speed", positive("m/s"));
+  n.sound_speed = table.number("sound_speed", kSpeed);
+  n.max_speed = table.number("max_speed", kSpeed);
   n.artificial_viscosity = table.number("artificial_viscosity", {"", 0, 1});
   n.density_diffusion = table.number("density_diffusion", {"", 0, 0.5});
   if (const auto scheme = table.choice("viscosity", kViscosity)) n.viscosity = static_cast<ViscosityScheme>(*scheme);

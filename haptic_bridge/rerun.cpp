@@ -3,8 +3,6 @@
 #include <bit>
 #include <concepts>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <type_traits>
 #include <utility>
@@ -12,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "config/error.h"
+#include "config/text_file.h"
 #include "haptic_bridge/output_file.h"
 
 namespace palp {
@@ -20,6 +19,7 @@ namespace {
 
 constexpr std::uint64_t kMagic = 0x0031'4b43'4954'4c50;  // "PLTICK1"
 constexpr std::uint64_t kMostTicks = 100'000'000;
+constexpr std::size_t kMostBytes = std::size_t{1} << 36;
 constexpr std::size_t kWord = 8;                           // bytes
 constexpr std::int64_t kLatestNs = std::int64_t{1} << 60;  // 36 years; few such times add up without overflow
 
@@ -274,9 +274,7 @@ LogRoom::LogRoom(const std::string& flight_log, std::size_t ticks)
       run("kept run", ticks_beside(flight_log), kept_bytes(ticks)) {}
 
 KeptRun read_ticks(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw ConfigError(path + ": cannot be opened for reading");
-  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const std::string bytes = read_text_file(path, kMostBytes);
   Reader read(bytes, path);
   std::uint64_t magic = 0, ticks = 0;
   read(magic);

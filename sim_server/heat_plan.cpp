@@ -114,7 +114,7 @@ void plan_heat(const Scene& scene, Plan& plan) {
   const double needed = std::ceil(plan.heat_interval * step / allowed * (1 - 1e-9));
   if (needed > 10000)
     throw ConfigError(fmt::format(
-        "{}: a haptic step of {:.3g} ms would need {:.0f} steps of heat; expected at most 10000: raise the spacing or "
+        "{}: a haptic step of {:.3g} ms would need {:.7g} steps of heat; expected at most 10000: raise the spacing or "
         "rate_hz, or lower conductivities or loss_to_air",
         config.path, 1e3 * step, needed));
   plan.heat_steps = std::max(1, static_cast<int>(needed));

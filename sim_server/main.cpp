@@ -37,6 +37,9 @@ void declare(CLI::App& app, Arguments& a) {
 
 int run(const Arguments& a) {
   const auto simulation = palp::open_simulation(a.scene);
+  // until here, which may take long, a signal simply ends the process
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
   if (a.scene.particles) spdlog::info("{}", palp::particle_choice(simulation->scene(), *a.scene.particles));
   spdlog::info("{}: {}", simulation->backend_name(), simulation->numerics());
   const auto bus = palp::open_bus(a.bus);
@@ -61,8 +64,6 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
   try {
     return run(arguments);
   } catch (const palp::ConfigError& error) {

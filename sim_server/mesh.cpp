@@ -151,18 +151,37 @@ SurfaceMesh load_mesh(const std::string& path, double scale) {
 
 ColumnMesh::ColumnMesh(SurfaceMesh mesh) : mesh_(std::move(mesh)) {
   for (const Eigen::Vector3d& v : mesh_.vertices) bounds_.extend(v);
+  // Bins of the triangle, with one further on each side, so that a shifted line finds it.
+  struct Bins {
+    int first[2], last[2];
+    std::size_t count() const {
+      return static_cast<std::size_t>(last[0] - first[0] + 1) * static_cast<std::size_t>(last[1] - first[1] + 1);
+    }
+  };
+  const auto bins_of = [this](const std::array<std::uint32_t, 3>& triangle) {
+    Eigen::AlignedBox3d box;
+    for (const std::uint32_t v : triangle) box.extend(mesh_.vertices[v]);
+    Bins b{};
+    for (int a = 0; a < 2; ++a) {
+      b.first[a] = std::max(0, bin(box.min()[a], a) - 1);
+      b.last[a] = std::min(bins_ - 1, bin(box.max()[a], a) + 1);
+    }
+    return b;
+  };
+  // fewer bins where many triangles span many of them: their lists would fill the memory
+  constexpr std::size_t kMostOfATriangle = 64;
+  const auto entries = [&] {
+    std::size_t sum = 0;
+    for (const auto& triangle : mesh_.triangles) sum += bins_of(triangle).count();
+    return sum;
+  };
   bins_ = std::clamp(static_cast<int>(std::sqrt(static_cast<double>(mesh_.triangles.size()))), 1, 512);
-  // count, sum up, fill
+  while (bins_ > 1 && entries() > kMostOfATriangle * mesh_.triangles.size()) bins_ /= 2;
   std::vector<std::vector<std::uint32_t>> bins(bin_index(0, bins_));
   for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-    Eigen::AlignedBox3d box;
-    for (const std::uint32_t v : mesh_.triangles[t]) box.extend(mesh_.vertices[v]);
-    // one bin further on each side, so that a shifted line finds its triangles
-    for (int j = std::max(0, bin(box.min().y(), 1) - 1); j <= std::min(bins_ - 1, bin(box.max().y(), 1) + 1); ++j) {
-      for (int i = std::max(0, bin(box.min().x(), 0) - 1); i <= std::min(bins_ - 1, bin(box.max().x(), 0) + 1); ++i) {
-        bins[bin_index(i, j)].push_back(static_cast<std::uint32_t>(t));
-      }
-    }
+    const Bins b = bins_of(mesh_.triangles[t]);
+    for (int j = b.first[1]; j <= b.last[1]; ++j)
+      for (int i = b.first[0]; i <= b.last[0]; ++i) bins[bin_index(i, j)].push_back(static_cast<std::uint32_t>(t));
   }
   bin_first_.push_back(0);
   for (const auto& list : bins) {

@@ -70,6 +70,10 @@ double matter_spacing(const SceneConfig& config, std::size_t wanted) {
     volume += part.volume;
     matter.push_back(std::move(part));
   }
+  if (!(volume > 0))
+    throw ConfigError(config.path +
+                      ": the bodies that particles are to be counted of hold no volume, expected some: make them "
+                      "larger, or cut less from them");
   const double start = std::cbrt(volume / static_cast<double>(wanted));
   if (static_cast<double>(wanted) > kManyParticles) return start;
   double best = start, off = 1e300;

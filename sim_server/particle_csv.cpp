@@ -35,7 +35,7 @@ std::string expected_of(std::size_t column, double default_volume) {
     return fmt::format("a number in m^3 from {:g} to {:g}, a thousandth to a thousand times the spacing cubed", low,
                        high);
   }
-  return "a finite number";
+  return fmt::format("a number from {:g} to {:g}", low, high);
 }
 
 std::vector<std::string_view> split(std::string_view line) {

@@ -254,7 +254,7 @@ void choose_sub_steps(const SceneConfig& config, Plan& plan) {
   const double needed = std::ceil(step / (config.numerics.safety * plan.dt_limit) - 1e-9);
   if (needed > 10000)
     throw ConfigError(fmt::format(
-        "{}: a haptic step of {:.3g} ms would need {:.0f} sub-steps (limited by {}); expected at most 10000: "
+        "{}: a haptic step of {:.3g} ms would need {:.7g} sub-steps (limited by {}); expected at most 10000: "
         "raise the spacing or rate_hz, or lower the sound speed or viscosity",
         config.path, 1e3 * step, needed, plan.limited_by));
   plan.sub_steps = std::max(1, static_cast<int>(needed));

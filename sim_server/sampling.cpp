@@ -15,7 +15,8 @@ constexpr std::size_t kManyParticles = 200000;  // have the solid's volume well 
 // Cells of one stretch after another along an axis: centre, width, and the stretch they belong to.
 struct Axis {
   std::vector<double> center, width;
-  std::vector<std::size_t> stretch;
+  std::vector<std::size_t> stretch;  // of each cell
+  std::vector<std::size_t> first;    // cell of each stretch, and past the last one
 };
 
 double cells_in(double length, double spacing) { return std::max(1.0, std::round(length / spacing)); }
@@ -24,12 +25,14 @@ Axis divide(const std::vector<double>& cuts, double spacing, std::size_t most) {
   Axis axis;
   for (std::size_t s = 0; s + 1 < cuts.size(); ++s) {
     const double length = cuts[s + 1] - cuts[s], count = cells_in(length, spacing);
+    axis.first.push_back(axis.center.size());
     for (double i = 0; i < count && axis.center.size() <= most; ++i) {
       axis.center.push_back(cuts[s] + (i + 0.5) * (length / count));
       axis.width.push_back(length / count);
       axis.stretch.push_back(s);
     }
   }
+  axis.first.push_back(axis.center.size());
   return axis;
 }
 
@@ -38,13 +41,25 @@ Particles fill_boxes(const BoxCells& cells, double spacing, std::size_t max_part
   const Axis z = divide(cells.cuts[2], spacing, max_particles);
   Particles out;
   out.exact = true;
+  // what is empty is left out by the stretch: bodies far apart have far more of it than particles
+  const auto row_is_empty = [&](std::size_t t, std::size_t u) {
+    for (std::size_t s = 0; s < cells.count(0); ++s)
+      if (cells.at(s, t, u)) return false;
+    return true;
+  };
   for (std::size_t k = 0; k < z.center.size(); ++k) {
-    for (std::size_t j = 0; j < y.center.size(); ++j) {
-      for (std::size_t i = 0; i < x.center.size(); ++i) {
-        if (!cells.at(x.stretch[i], y.stretch[j], z.stretch[k])) continue;
-        out.position.emplace_back(x.center[i], y.center[j], z.center[k]);
-        out.volume.push_back(x.width[i] * y.width[j] * z.width[k]);
-        if (out.position.size() > max_particles) return out;
+    const std::size_t u = z.stretch[k];
+    for (std::size_t t = 0; t < cells.count(1); ++t) {
+      if (row_is_empty(t, u)) continue;
+      for (std::size_t j = y.first[t]; j < y.first[t + 1]; ++j) {
+        for (std::size_t s = 0; s < cells.count(0); ++s) {
+          if (!cells.at(s, t, u)) continue;
+          for (std::size_t i = x.first[s]; i < x.first[s + 1]; ++i) {
+            out.position.emplace_back(x.center[i], y.center[j], z.center[k]);
+            out.volume.push_back(x.width[i] * y.width[j] * z.width[k]);
+            if (out.position.size() > max_particles) return out;
+          }
+        }
       }
     }
   }

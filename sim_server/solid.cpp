@@ -131,19 +131,36 @@ Moments moments_by_boxes(const Solid& solid) {
   return sum;
 }
 
+// Strips of the solid's extent along an axis. They end where parts do, and a thin part has enough of them.
+std::vector<Interval> strips(const Solid& solid, int axis) {
+  constexpr double kStrips = 700, kLeast = 48;
+  const double low = solid.bounds.min()[axis], high = solid.bounds.max()[axis];
+  std::vector<double> cuts{low, high};
+  for (const Part& part : solid.parts)
+    for (const double end : {part.bounds.min()[axis], part.bounds.max()[axis]})
+      cuts.push_back(std::clamp(end, low, high));
+  std::sort(cuts.begin(), cuts.end());
+  const double least = std::clamp(kStrips / static_cast<double>(cuts.size()), 1.0, kLeast);
+  std::vector<Interval> out;
+  for (std::size_t c = 0; c + 1 < cuts.size(); ++c) {
+    const double length = cuts[c + 1] - cuts[c];
+    if (!(length > 1e-9 * (high - low))) continue;
+    const double count = std::ceil(std::max(least, kStrips * length / (high - low)));
+    for (double i = 0; i < count; ++i)
+      out.push_back({cuts[c] + i / count * length, cuts[c] + (i + 1) / count * length});
+  }
+  return out;
+}
+
 // Midpoint rule over x and y, exact along z.
 Moments moments_by_lines(const Solid& solid) {
-  constexpr int kLines = 700;
-  const Eigen::Vector3d low = solid.bounds.min(), size = solid.bounds.sizes();
-  const double hx = size.x() / kLines, hy = size.y() / kLines;
+  const std::vector<Interval> along_x = strips(solid, 0), along_y = strips(solid, 1);
   Moments sum;
   std::vector<Interval> inside;
-  for (int j = 0; j < kLines; ++j) {
-    for (int i = 0; i < kLines; ++i) {
-      const double x = low.x() + (i + 0.5) * hx, y = low.y() + (j + 0.5) * hy;
-      solid.column(x, y, inside);
-      for (const Interval& z : inside)
-        sum += box_between({x - hx / 2, y - hy / 2, z.low}, {x + hx / 2, y + hy / 2, z.high});
+  for (const Interval& y : along_y) {
+    for (const Interval& x : along_x) {
+      solid.column((x.low + x.high) / 2, (y.low + y.high) / 2, inside);
+      for (const Interval& z : inside) sum += box_between({x.low, y.low, z.low}, {x.high, y.high, z.high});
     }
   }
   return sum;

@@ -77,7 +77,7 @@ double largest_rate(const Scene& scene, const Plan& plan) {
 }
 
 int stages_for(double rate_dt) {
-  int s = std::max(1, static_cast<int>(2 * std::sqrt(rate_dt)) - 3);
+  int s = std::max(1, static_cast<int>(std::min(2 * std::sqrt(rate_dt), kMostStages + 4.0)) - 3);
   while (s <= kMostStages && stage_reach(s) < rate_dt) ++s;
   return s;
 }

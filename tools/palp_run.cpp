@@ -40,6 +40,9 @@ void declare(CLI::App& app, Arguments& a) {
 int run(Arguments& a) {
   if (!a.path.empty()) a.run.path = palp::read_path(a.path);
   const auto simulation = palp::open_simulation(a.scene);
+  // until here, which may take long, a signal simply ends the process
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
   const palp::Scene& scene = simulation->scene();
   if (a.scene.particles) fmt::print(stderr, "{}\n", palp::particle_choice(scene, *a.scene.particles));
   fmt::print(stderr, "{}: {} particles, {}; {}\n", scene.config.name, scene.position.size(), simulation->backend_name(),
@@ -67,8 +70,6 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
   try {
     return run(arguments);
   } catch (const palp::ConfigError& error) {

@@ -23,8 +23,8 @@ PathPoint read_point(std::string_view line, const std::string& where) {
     }
     const auto number = parse_number(line.substr(0, comma));
     if (!number || std::abs(*number) > 1e9) {
-      throw ConfigError(
-          fmt::format("{}: '{}' is not a finite number", where, line.substr(0, std::min<std::size_t>(comma, 40))));
+      throw ConfigError(fmt::format("{}: '{}' is no number from -1e9 to 1e9", where,
+                                    line.substr(0, std::min<std::size_t>(comma, 40))));
     }
     value[cell] = *number;
     if (cell < 7) line.remove_prefix(comma + 1);

@@ -2,10 +2,11 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
+#include <sstream>
 #include <stdexcept>
 
 #include "config/error.h"
+#include "config/text_file.h"
 #include "haptic_bridge/filters.h"
 
 namespace palp {
@@ -14,6 +15,7 @@ namespace {
 
 constexpr const char* kHeader = "time,x,y,z,qx,qy,qz,qw";
 constexpr std::size_t kMaxLines = 10'000'000;
+constexpr std::size_t kMaxBytes = std::size_t{1} << 31;
 
 // The eight numbers of a line; a fault is thrown as ConfigError.
 std::array<double, 8> parse_line(const std::string& line, const std::string& where) {
@@ -46,8 +48,7 @@ Trajectory make_path(const std::string& file, bool loop) {
 }  // namespace
 
 std::vector<Keyframe> read_pose_path(const std::string& file) {
-  std::ifstream in(file);
-  if (!in) throw ConfigError(file + ": cannot be opened for reading");
+  std::istringstream in(read_text_file(file, kMaxBytes));
   std::vector<Keyframe> path;
   std::string line;
   for (std::size_t number = 1; std::getline(in, line); ++number) {
@@ -69,7 +70,6 @@ std::vector<Keyframe> read_pose_path(const std::string& file) {
     path.push_back(k);
     path.back().q.normalize();
   }
-  if (in.bad()) throw ConfigError(file + ": reading failed");
   if (path.empty())
     throw ConfigError(file + ": no poses; expected the line \"" + std::string(kHeader) + "\" and then poses");
   return path;

@@ -179,7 +179,7 @@ void Arm::trace() {
 
 unsigned Arm::bounds() const {
   double value = 0;
-  unsigned bits = is_on(EventKind::bound, &value) ? static_cast<unsigned>(value) : 0;
+  unsigned bits = is_on(EventKind::bound, &value) ? bits_of(value) : 0;
   const Vec3 since = to_arm(Vec3(state_.x - home().x));
   const Vec3 turned = to_arm(rotation_between(home().q, state_.q));
   // one bit for each side of each axis; the axes of a real arm are its joints
@@ -195,7 +195,7 @@ unsigned Arm::bounds() const {
 
 unsigned Arm::alarms() const {
   double value = 0;
-  unsigned bits = is_on(EventKind::alarm, &value) ? static_cast<unsigned>(value) : 0;
+  unsigned bits = is_on(EventKind::alarm, &value) ? bits_of(value) : 0;
   if (motors_.hot()) bits |= kVirtOverheat;
   if (t_saturated_ >= 0 && time() - t_saturated_ < kSaturatedFor) bits |= kVirtSaturated;
   return bits;

@@ -26,6 +26,9 @@ struct Command {
   Vector target_speed{};
 };
 
+// Of a script's number, which may be negative.
+inline unsigned bits_of(double value) { return static_cast<unsigned>(static_cast<long long>(value)); }
+
 class Arm {
  public:
   explicit Arm(const Script& script);

@@ -76,7 +76,7 @@ PALP_EXPORT int virtGetAlarm(VirtContext context, unsigned* bits) {
 PALP_EXPORT int virtGetFailure(VirtContext context, unsigned* bits) {
   return read<unsigned>("virtGetFailure", context, bits, [](const Device& d) {
     double value = 0;
-    return d.arm.is_on(palp::fake::EventKind::failure, &value) ? static_cast<unsigned>(value) : 0u;
+    return d.arm.is_on(palp::fake::EventKind::failure, &value) ? palp::fake::bits_of(value) : 0u;
   });
 }
 

@@ -96,10 +96,12 @@ void VirtuoseSession::configure(const VirtuoseSetup& setup) {
 // The far end of the spring begins where the handle is, so nothing pulls.
 void VirtuoseSession::attach(const VirtuoseSetup& setup) {
   const CouplingGains& k = setup.gains;
-  if (!(k.stiffness > 0 && k.angular_stiffness > 0))
+  constexpr double kSoftest = 1, kSoftestTurn = 1e-3;  // what is softer puts the target out of the arm's world
+  if (!(k.stiffness >= kSoftest && k.angular_stiffness >= kSoftestTurn))
     throw ConfigError(
-        "Virtuose in mode virtmech: coupling.stiffness and coupling.angular_stiffness must be above 0, for the arm's "
-        "controller renders force by them");
+        fmt::format("Virtuose in mode virtmech: coupling.stiffness is {:g} N/m and coupling.angular_stiffness {:g} N "
+                    "m/rad, expected at least {:g} and {:g}, for the arm's controller renders force by them",
+                    k.stiffness, k.angular_stiffness, kSoftest, kSoftestTurn));
   ArmPose here = kArmOrigin;
   ArmVector still{};
   must(api_.get_avatar, here.data());

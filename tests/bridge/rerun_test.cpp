@@ -288,6 +288,7 @@ TEST_F(RunAgain, DamagedFilesAreRefusedOrReadAndNeverCrash) {
   }
   EXPECT_GT(refused, 200);
   EXPECT_THROW(read_ticks((folder_ / "nowhere").string()), ConfigError);
+  EXPECT_THROW(read_ticks("/dev/zero"), ConfigError);
 }
 
 }  // namespace

@@ -249,8 +249,8 @@ TEST(ParticleCsv, NamesFaultsWithTheirLine) {
             "p.csv:1: unknown column 'mass', expected columns x,y,z and if wanted vx,vy,vz,temperature,volume");
   EXPECT_EQ(csv_fault("x,y,z,vx\n"), "p.csv:1: expected all of vx, vy and vz, or none");
   EXPECT_EQ(csv_fault("x,y,z\n1,2\n"), "p.csv:2: the row has 2 cells, expected 3 as in the header");
-  EXPECT_EQ(csv_fault("x,y,z\n1,2,3\n1,nan,3\n"), "p.csv:3: y is 'nan', expected a finite number");
-  EXPECT_EQ(csv_fault("x,y,z\n1,2,\n"), "p.csv:2: z is '', expected a finite number");
+  EXPECT_EQ(csv_fault("x,y,z\n1,2,3\n1,nan,3\n"), "p.csv:3: y is 'nan', expected a number from -1e+09 to 1e+09");
+  EXPECT_EQ(csv_fault("x,y,z\n1,2,\n"), "p.csv:2: z is '', expected a number from -1e+09 to 1e+09");
   const std::string sizes = "a number in m^3 from 0.001 to 1000, a thousandth to a thousand times the spacing cubed";
   for (const char* volume : {"0", "-1", "1e-300", "0.0009", "1001", "1e9", "big"})
     EXPECT_EQ(csv_fault(std::string("x,y,z,volume\n1,2,3,") + volume + "\n"),

@@ -256,7 +256,7 @@ TEST_F(FileScene, ParticlesComeFromCsvWithPoseAndVelocity) {
   config.bodies[0].shapes[0].file = write("apart.csv", "x,y,z\n0,0,0\n0.051,0,0\n0.2,0,0\n");
   EXPECT_EQ(fault_of(config), "");
   config.bodies[0].shapes[0].file = write("bad.csv", "x,y,z\n0,0,zero\n");
-  EXPECT_NE(fault_of(config).find("bad.csv:2: z is 'zero', expected a finite number"), std::string::npos);
+  EXPECT_NE(fault_of(config).find("bad.csv:2: z is 'zero', expected a number from -1e+09 to 1e+09"), std::string::npos);
 }
 
 // Particles in, particles out: how many and how they lie does not depend on where the body is.

@@ -158,6 +158,29 @@ TEST_F(SolidTest, CombinedSolidsAreWithinTheStatedError) {
   }
 }
 
+// Three rods that cross, as thin as lines in the box around them.
+TEST_F(SolidTest, ThinRodsThatCrossAreWithinTheStatedError) {
+  const double radius = 1e-3, length = 1.5;
+  std::vector<ShapeConfig> rods;
+  const Eigen::Vector3d turned_about[] = {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}};  // to lie along x, y, z
+  for (const Eigen::Vector3d& axis : turned_about) {
+    ShapeConfig rod = sphere();
+    rod.type = ShapeType::cylinder;
+    rod.radius = radius;
+    rod.height = length;
+    rod.position.setZero();
+    rod.orientation = Eigen::AngleAxisd(M_PI / 2, axis);
+    rods.push_back(rod);
+  }
+  // two and three cylinders in one place (Steinmetz): 16/3 and 8 (2 - sqrt 2) r^3
+  const double r3 = std::pow(radius, 3), one = M_PI * radius * radius * length;
+  const double jack = 3 * one - 3 * 16.0 / 3 * r3 + 8 * (2 - std::sqrt(2)) * r3;
+  EXPECT_NEAR(solid_moments(make_solid(rods)).volume, jack, 1e-3 * jack);
+  rods.pop_back();
+  const double cross = 2 * one - 16.0 / 3 * r3;
+  EXPECT_NEAR(solid_moments(make_solid(rods)).volume, cross, 1e-3 * cross);
+}
+
 TEST_F(SolidTest, BoxesAreFilledExactly) {
   for (int round = 0; round < 20; ++round) {
     ShapeConfig outer = posed(box());

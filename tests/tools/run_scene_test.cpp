@@ -230,7 +230,7 @@ TEST_F(RunTest, BadPathsAreNamedWithTheirLine) {
   EXPECT_EQ(fault(head), ": no points, expected a header time,x,y,z,qx,qy,qz,qw and rows of numbers");
   EXPECT_EQ(fault(head + "0,0,0,0,0,0,0\n"), ":2: expected 8 cells: time,x,y,z,qx,qy,qz,qw");
   EXPECT_EQ(fault(head + "0,0,0,0,0,0,0,1,1\n"), ":2: expected 8 cells: time,x,y,z,qx,qy,qz,qw");
-  EXPECT_EQ(fault(head + "0,0,inf,0,0,0,0,1\n"), ":2: 'inf' is not a finite number");
+  EXPECT_EQ(fault(head + "0,0,inf,0,0,0,0,1\n"), ":2: 'inf' is no number from -1e9 to 1e9");
   EXPECT_EQ(fault(head + "0,0,0,0,0,0,0,2\n"), ":2: the quaternion has length 2, expected 1");
   EXPECT_EQ(fault(head + "1,0,0,0,0,0,0,1\n1,0,0,0,0,0,0,1\n"),
             ":3: time is 1, expected more than that of the row before");
