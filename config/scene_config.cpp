@@ -18,7 +18,7 @@ const std::vector<std::string> kAccuracies{"fast", "balanced", "accurate"};
 const std::vector<std::string> kScalars{"none", "speed", "density", "pressure", "temperature"};
 const std::vector<std::string> kViscosity{"explicit", "staged"};
 const std::vector<std::string> kElasticSolvers{"explicit", "implicit", "auto"};
-constexpr Range kSpacing{"m", 1e-6, 1000};  // squares of less are lost in single precision
+constexpr Range kSpacing{"m", 1e-7, 1000};  // inertias of less are lost in single precision
 constexpr Range kSpeed{"m/s", 1e-6, 1e9};
 // The widest grid that a solver can lay over a periodic axis needs three cells of one support radius.
 constexpr double kCellsPerPeriod = 3;
@@ -65,7 +65,7 @@ void read_spacing(TomlTable& table, TomlTable& root, SceneConfig& scene, const S
     scene.numerics.spacing = table.number("spacing", kSpacing);
   } else if (!overrides.spacing) {
     const std::string missing =
-        "spacing is missing, expected a number in m from 1e-06 to 1000, or a table {fast = .., balanced = .., accurate "
+        "spacing is missing, expected a number in m from 1e-07 to 1000, or a table {fast = .., balanced = .., accurate "
         "= ..}";
     table.exists() ? table.fault("", missing) : root.fault("", "numerics: " + missing);
   }
@@ -161,9 +161,9 @@ SceneConfig read_scene(TomlFile& file, const std::string& path, const SceneOverr
   TomlTable root = file.root();
   read_general(root, scene, overrides);
   read_domain(root, scene);
-  if (overrides.spacing && !(*overrides.spacing > 0 && *overrides.spacing <= kSpacing.max)) {
-    file.fault(0, fmt::format("spacing on the command line is {}, expected a number in m above 0 and at most {}",
-                              *overrides.spacing, kSpacing.max));
+  if (overrides.spacing && !(*overrides.spacing >= kSpacing.min && *overrides.spacing <= kSpacing.max)) {
+    file.fault(0, fmt::format("spacing on the command line is {}, expected a number in m from {} to {}",
+                              *overrides.spacing, kSpacing.min, kSpacing.max));
   }
   read_numerics(root, scene, overrides);
   check_domain(root, scene);

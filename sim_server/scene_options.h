@@ -9,7 +9,6 @@
 #include <optional>
 #include <string>
 
-#include "config/number_between.h"
 #include "sim_server/particle_count.h"
 #include "sim_server/scene_files.h"
 #include "sim_server/simulation.h"
@@ -53,8 +52,7 @@ inline void add_scene_options(CLI::App& app, SceneOptions& options) {
       ->type_name("paper|accurate");
   add_accuracy_option(app, options.overrides.accuracy);
   CLI::Option* spacing =
-      app.add_option("--spacing", options.overrides.spacing, "particle spacing in metres, instead of the scene's")
-          ->check(number_between(1e-6, 1000.0));
+      app.add_option("--spacing", options.overrides.spacing, "particle spacing in metres, instead of the scene's");
   app.add_option(
          "--particles", options.particles,
          "choose the spacing so that fluids, elastic and free rigid bodies (else static ones) have about so many")

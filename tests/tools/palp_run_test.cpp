@@ -64,7 +64,7 @@ TEST_F(PalpRun, RefusesBadInputWithOneMessage) {
       {"poiseuille --accuracy best --out " + folder_, "--accuracy"},
       {"poiseuille --duration -1 --out " + folder_, "--duration"},
       {"poiseuille --spacing nan --out " + folder_, "spacing on the command line is nan"},
-      {"poiseuille --spacing 2e-8 --out " + folder_, "memory here allows"},
+      {"poiseuille --spacing 2e-7 --out " + folder_, "memory here allows"},
       {"poiseuille --path /nowhere.csv --out " + folder_, "palp_run: /nowhere.csv: no such file"},
       {bad + " --out " + folder_, "bad.toml:2: [scene]: rate_hz is -1, expected a number in Hz from 1 to 1000000"},
   };
