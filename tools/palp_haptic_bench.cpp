@@ -11,7 +11,6 @@
 #include <cstdio>
 #include <fstream>
 #include <functional>
-#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -19,12 +18,12 @@
 
 #include "config/json_file.h"
 #include "config/number_between.h"
-#include "haptic_bridge/output_file.h"
 #include "idl/bus.h"
 #include "sim_server/scene_options.h"
 #include "tools/haptic_bench/bench_scenes.h"
 #include "tools/haptic_bench/bus_time.h"
 #include "tools/haptic_bench/metrics.h"
+#include "tools/haptic_bench/results.h"
 #include "tools/haptic_bench/tick_cost.h"
 
 namespace palp::bench {
@@ -211,27 +210,6 @@ std::vector<Cell> cells_of(const Arguments& a, const Metric& metric) {
   return cells;
 }
 
-void write_text(const std::string& what, const std::string& path, const std::string& text) {
-  write_whole_file(what, path, [&](OutputFile& file) {
-    fmt::memory_buffer bytes;
-    bytes.append(text);
-    file.write(bytes);
-  });
-}
-
-// Whether results can be written is found out before hours of measuring.
-class RoomForResults {
- public:
-  explicit RoomForResults(const Arguments& a) {
-    constexpr std::size_t kMostBytes = std::size_t{4} << 20;
-    for (const std::string& path : {a.out, a.json, a.trace})
-      if (!path.empty()) rooms_.push_back(std::make_unique<ReservedRoom>("results", path, kMostBytes));
-  }
-
- private:
-  std::vector<std::unique_ptr<ReservedRoom>> rooms_;
-};
-
 // One press of the first cell, tick by tick.
 void write_press(const Arguments& a, const Scene& wall) {
   const Cell cell = cells_of(a, metrics().front()).front();
@@ -340,7 +318,7 @@ int measure(Arguments a) {
     fmt::print("{}", markdown(tick_costs(profile_of(a), PALP_LIB_DIR "/libvirtuose_sim.so", a.ticks)));
     return 0;
   }
-  const RoomForResults room(a);
+  const RoomForResults room({a.out, a.json, a.trace});
   std::vector<Row> rows;
   if (!a.merge.empty()) {
     a.command.clear();

@@ -54,4 +54,18 @@ std::vector<Row> rows_from(const Json& list) {
   return rows;
 }
 
+void write_text(const std::string& what, const std::string& path, const std::string& text) {
+  write_whole_file(what, path, [&](OutputFile& file) {
+    fmt::memory_buffer bytes;
+    bytes.append(text);
+    file.write(bytes);
+  });
+}
+
+RoomForResults::RoomForResults(const std::vector<std::string>& paths) {
+  constexpr std::size_t kMostBytes = std::size_t{4} << 20;
+  for (const std::string& path : paths)
+    if (!path.empty()) rooms_.push_back(std::make_unique<ReservedRoom>("results", path, kMostBytes));
+}
+
 }  // namespace palp::bench

@@ -1,11 +1,13 @@
 // One line of the table: what was measured where, beside its reference and target.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "config/json_file.h"
+#include "haptic_bridge/output_file.h"
 
 namespace palp::bench {
 
@@ -23,5 +25,18 @@ std::string markdown(const std::vector<Row>& rows, const std::vector<std::string
 Json json_of(const std::vector<Row>& rows);
 // Of a file as json_of made it. Throws what the JSON library throws where it is another.
 std::vector<Row> rows_from(const Json& list);
+
+// Replaces the file, or leaves it as it was. Throws std::runtime_error with one sentence.
+void write_text(const std::string& what, const std::string& path, const std::string& text);
+
+// Made before hours of measuring, to find out whether the results can be written where they are to go. Empty paths are
+// skipped. Throws as write_text.
+class RoomForResults {
+ public:
+  explicit RoomForResults(const std::vector<std::string>& paths);
+
+ private:
+  std::vector<std::unique_ptr<ReservedRoom>> rooms_;
+};
 
 }  // namespace palp::bench
