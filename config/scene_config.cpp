@@ -65,8 +65,7 @@ void read_spacing(TomlTable& table, TomlTable& root, SceneConfig& scene, const S
     scene.numerics.spacing = table.number("spacing", kSpacing);
   } else if (!overrides.spacing) {
     const std::string missing =
-        "spacing is missing, expected a number in m from 1e-07 to 1000, or a table {fast = .., balanced = .., accurate "
-        "= ..}";
+        "spacing is missing, expected " + describe(kSpacing) + ", or a table {fast = .., balanced = .., accurate = ..}";
     table.exists() ? table.fault("", missing) : root.fault("", "numerics: " + missing);
   }
   if (overrides.spacing) scene.numerics.spacing = overrides.spacing;
@@ -162,8 +161,8 @@ SceneConfig read_scene(TomlFile& file, const std::string& path, const SceneOverr
   read_general(root, scene, overrides);
   read_domain(root, scene);
   if (overrides.spacing && !(*overrides.spacing >= kSpacing.min && *overrides.spacing <= kSpacing.max)) {
-    file.fault(0, fmt::format("spacing on the command line is {}, expected a number in m from {} to {}",
-                              *overrides.spacing, kSpacing.min, kSpacing.max));
+    file.fault(0,
+               fmt::format("spacing on the command line is {}, expected {}", *overrides.spacing, describe(kSpacing)));
   }
   read_numerics(root, scene, overrides);
   check_domain(root, scene);

@@ -46,6 +46,8 @@ std::string describe(const toml::node& node) {
   return "a date or time";
 }
 
+}  // namespace
+
 std::string describe(const Range& range) {
   std::string text = "a number";
   if (range.unit[0] != '\0') text += fmt::format(" in {}", range.unit);
@@ -57,6 +59,8 @@ std::string describe(const Range& range) {
   if (high) return text + fmt::format(" of at most {}", range.max);
   return text;
 }
+
+namespace {
 
 std::optional<double> number_in(const toml::node& node, const Range& range) {
   if (!node.is_integer() && !node.is_floating_point()) return {};

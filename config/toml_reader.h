@@ -32,6 +32,9 @@ struct Range {
 inline Range positive(const char* unit) { return {unit, 0, std::numeric_limits<double>::infinity(), true}; }
 inline Range not_negative(const char* unit) { return {unit, 0, std::numeric_limits<double>::infinity(), false}; }
 
+// "a number in m from 1 to 2"
+std::string describe(const Range& range);
+
 enum class Need { optional, required };
 
 struct TomlState;

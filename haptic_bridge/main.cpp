@@ -47,7 +47,7 @@ class StopSignal {
   }
   // True once one of them has come.
   bool wait(std::int64_t timeout_ns) {
-    const timespec timeout{timeout_ns / 1'000'000'000, timeout_ns % 1'000'000'000};
+    const timespec timeout = to_timespec(timeout_ns);
     const int signal = sigtimedwait(&set_, nullptr, &timeout);
     if (signal == SIGINT || signal == SIGTERM) stopped_ = true;
     return stopped_;

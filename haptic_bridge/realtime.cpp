@@ -19,7 +19,6 @@ namespace palp {
 namespace {
 
 constexpr std::size_t kStackToTouch = 256 * 1024;
-constexpr std::int64_t kSecond = 1'000'000'000;
 
 void add_trouble(RealtimeReport& report, const std::string& what) {
   report.trouble += (report.trouble.empty() ? "" : "; ") + what;
@@ -44,8 +43,6 @@ std::string kernel_name() {
   }
   return std::string("kernel ") + name.release + " " + kind;
 }
-
-timespec to_timespec(std::int64_t t_ns) { return {t_ns / kSecond, t_ns % kSecond}; }
 
 }  // namespace
 

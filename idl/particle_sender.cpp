@@ -13,15 +13,14 @@ namespace {
 constexpr std::int64_t kIdleNs = 100'000'000;
 
 void sleep_until(std::int64_t t_ns) {
-  const timespec t{t_ns / 1'000'000'000, t_ns % 1'000'000'000};
+  const timespec t = to_timespec(t_ns);
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
   }
 }
 
 // Returns when posted, or after kIdleNs.
 void wait_for_post(sem_t& semaphore) {
-  const std::int64_t until = now_ns() + kIdleNs;
-  const timespec t{until / 1'000'000'000, until % 1'000'000'000};
+  const timespec t = to_timespec(now_ns() + kIdleNs);
   sem_clockwait(&semaphore, CLOCK_MONOTONIC, &t);
 }
 

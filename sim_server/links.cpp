@@ -35,7 +35,7 @@ void wait_for(sem_t& semaphore) {
 
 // The same, but not past a time on the monotonic clock. False: there was no post.
 bool wait_until(sem_t& semaphore, std::int64_t t_ns) {
-  const timespec until{t_ns / 1'000'000'000, t_ns % 1'000'000'000};
+  const timespec until = to_timespec(t_ns);
   while (sem_clockwait(&semaphore, CLOCK_MONOTONIC, &until) != 0)
     if (errno != EINTR) return false;
   swallow_posts(semaphore);

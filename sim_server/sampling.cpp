@@ -12,11 +12,11 @@ constexpr double kMisfit = 0.005;  // of a curved solid's volume, that its parti
 constexpr int kMostPercent = 4;    // that its lattice is made finer or coarser for it
 constexpr std::size_t kManyParticles = 200000;  // have the solid's volume well enough
 
-// Cells of one stretch after another along an axis: centre, width, and the stretch they belong to.
+// Cells of one stretch after another along an axis: centre, width, and the first of each stretch, past the last one
+// too.
 struct Axis {
   std::vector<double> center, width;
-  std::vector<std::size_t> stretch;  // of each cell
-  std::vector<std::size_t> first;    // cell of each stretch, and past the last one
+  std::vector<std::size_t> first;
 };
 
 double cells_in(double length, double spacing) { return std::max(1.0, std::round(length / spacing)); }
@@ -29,7 +29,6 @@ Axis divide(const std::vector<double>& cuts, double spacing, std::size_t most) {
     for (double i = 0; i < count && axis.center.size() <= most; ++i) {
       axis.center.push_back(cuts[s] + (i + 0.5) * (length / count));
       axis.width.push_back(length / count);
-      axis.stretch.push_back(s);
     }
   }
   axis.first.push_back(axis.center.size());
@@ -47,22 +46,24 @@ Particles fill_boxes(const BoxCells& cells, double spacing, std::size_t max_part
       if (cells.at(s, t, u)) return false;
     return true;
   };
-  for (std::size_t k = 0; k < z.center.size(); ++k) {
-    const std::size_t u = z.stretch[k];
-    for (std::size_t t = 0; t < cells.count(1); ++t) {
-      if (row_is_empty(t, u)) continue;
-      for (std::size_t j = y.first[t]; j < y.first[t + 1]; ++j) {
-        for (std::size_t s = 0; s < cells.count(0); ++s) {
-          if (!cells.at(s, t, u)) continue;
-          for (std::size_t i = x.first[s]; i < x.first[s + 1]; ++i) {
-            out.position.emplace_back(x.center[i], y.center[j], z.center[k]);
-            out.volume.push_back(x.width[i] * y.width[j] * z.width[k]);
-            if (out.position.size() > max_particles) return out;
-          }
-        }
+  const auto fill_row = [&](std::size_t j, std::size_t k, std::size_t t, std::size_t u) {
+    for (std::size_t s = 0; s < cells.count(0); ++s) {
+      if (!cells.at(s, t, u)) continue;
+      for (std::size_t i = x.first[s]; i < x.first[s + 1] && out.position.size() <= max_particles; ++i) {
+        out.position.emplace_back(x.center[i], y.center[j], z.center[k]);
+        out.volume.push_back(x.width[i] * y.width[j] * z.width[k]);
       }
     }
-  }
+  };
+  for (std::size_t u = 0; u < cells.count(2); ++u)
+    for (std::size_t k = z.first[u]; k < z.first[u + 1]; ++k)
+      for (std::size_t t = 0; t < cells.count(1); ++t) {
+        if (row_is_empty(t, u)) continue;
+        for (std::size_t j = y.first[t]; j < y.first[t + 1]; ++j) {
+          fill_row(j, k, t, u);
+          if (out.position.size() > max_particles) return out;
+        }
+      }
   return out;
 }
 

@@ -54,7 +54,7 @@ class Pace {
   void wait(bool paced) {
     const std::int64_t now = now_ns();
     if (paced && now < next_ns_) {
-      const timespec until{next_ns_ / 1'000'000'000, next_ns_ % 1'000'000'000};
+      const timespec until = to_timespec(next_ns_);
       clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
     }
     next_ns_ = std::max(next_ns_ + period_ns_, now - kMakeUp * period_ns_);
@@ -153,13 +153,18 @@ class Server {
                    "fluid has left the domain and is let go: it takes no part any more; a reset brings it back");
   }
 
+  // Single steps that were still to be taken are void.
+  void enter(State state) {
+    gauges_.state = state;
+    single_steps_ = 0;
+  }
+
   void judge() {
     show();
     tell_of_loss();
     const Health& h = output_->health;
     if (h.ok) return;
-    gauges_.state = State::fault;
-    single_steps_ = 0;
+    enter(State::fault);
     if (cause_.empty()) cause_ = fmt::format("at {:.3f} s: {}", output_->time, h.cause);
     spdlog::error("the simulation stopped {}", cause_);
     control_.event(Severity::fault, output_->time, "the simulation stopped " + cause_ + "; reset or quit");
@@ -187,14 +192,12 @@ class Server {
       case CommandKind::pause:
         if (gauges_.state == State::fault)
           throw ConfigError("the simulation has stopped " + cause_ + "; reset or quit");
-        gauges_.state = State::paused;
-        single_steps_ = 0;
+        enter(State::paused);
         return "paused";
       case CommandKind::resume:
         if (gauges_.state == State::fault)
           throw ConfigError("the simulation has stopped " + cause_ + "; reset or quit");
-        gauges_.state = State::running;
-        single_steps_ = 0;
+        enter(State::running);
         return "running";
       case CommandKind::step:
         if (gauges_.state != State::paused) throw ConfigError("single steps are taken while paused; pause first");
@@ -205,10 +208,9 @@ class Server {
       case CommandKind::reset:
         simulation_.reset();
         told_of_loss_ = false;
-        single_steps_ = 0;
         hands_ = {};
         show();
-        if (gauges_.state == State::fault) gauges_.state = State::running;
+        enter(gauges_.state == State::fault ? State::running : gauges_.state.load());
         return "reset";
       case CommandKind::quit:
         quit_ = true;

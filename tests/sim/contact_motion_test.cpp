@@ -1,13 +1,10 @@
 // Contact over longer times and in hollow solids: what rests stays, what is in stays in, nothing gains energy.
-#include <unistd.h>
-
 #include <algorithm>
-#include <fstream>
 
 #include "sim_server/contact_shape.h"
 #include "sim_server/plan.h"
-#include "sim_server/surface.h"
 #include "tests/sim/contact_scenes.h"
+#include "tests/sim/mesh_shape.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/scene_files.h"
 #include "tests/support/seed.h"
@@ -17,6 +14,7 @@ namespace palp::testing {
 namespace {
 
 using Eigen::Vector3d;
+using testing_support::as_mesh;
 using testing_support::body;
 using testing_support::box;
 using testing_support::sphere;
@@ -33,19 +31,6 @@ ShapeConfig cylinder(double radius, double height, const Vector3d& position = Ve
   shape.type = ShapeType::cylinder;
   shape.radius = radius;
   shape.height = height;
-  return shape;
-}
-
-// A closed mesh of the solid that the shapes make.
-ShapeConfig as_mesh(const std::vector<ShapeConfig>& shapes, const std::string& name, double spacing) {
-  const std::string file = ::testing::TempDir() + std::to_string(getpid()) + name;
-  std::ofstream out(file);
-  const SurfaceMesh mesh = solid_surface(make_solid(shapes), spacing);
-  for (const Vector3d& v : mesh.vertices) out << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
-  for (const auto& t : mesh.triangles) out << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
-  ShapeConfig shape = box(Vector3d::Zero());
-  shape.type = ShapeType::mesh;
-  shape.file = file;
   return shape;
 }
 

@@ -1,14 +1,11 @@
 // Signed distances of solids against their definition: the nearest point of the surface, by every triangle or by a
 // formula of its own.
-#include <fstream>
-
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "sim_server/contact_shape.h"
 #include "sim_server/contact_store.h"
 #include "sim_server/plan.h"
-#include "sim_server/surface.h"
+#include "tests/sim/mesh_shape.h"
 #include "tests/sim/scene_builder.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
@@ -17,6 +14,7 @@ namespace palp::testing {
 namespace {
 
 using Eigen::Vector3d;
+using testing_support::as_mesh;
 using testing_support::box;
 using testing_support::sphere;
 
@@ -181,18 +179,8 @@ TEST_F(DistanceTest, OfACup) {
 
 // A mesh's stored distances and normals: errors that a smooth surface may have by the nodes' distance.
 TEST_F(DistanceTest, OfAMesh) {
-  const std::string file = ::testing::TempDir() + std::to_string(getpid()) + "contact_ball.obj";
   constexpr double R = 0.25;
-  {
-    std::ofstream out(file);
-    const SurfaceMesh mesh = solid_surface(make_solid({sphere(R)}), 0.01);
-    for (const Vector3d& v : mesh.vertices) out << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
-    for (const auto& t : mesh.triangles) out << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
-  }
-  ShapeConfig mesh = box(Vector3d::Zero());
-  mesh.type = ShapeType::mesh;
-  mesh.file = file;
-  const Field field({mesh}, 0.02);
+  const Field field({as_mesh({sphere(R)}, "contact_ball.obj", 0.01)}, 0.02);
   double worst = 0, worst_normal = 0;
   for (int k = 0; k < 2000; ++k) {
     const Vector3d x = R * uniform(random_, 0.9, 1.1) * random_vector(random_, 1).normalized();

@@ -417,8 +417,10 @@ McapScan McapReader::scan(const McapVisitor& visitor) const {
       if (head.op == Op::footer) fail(at, "the footer comes before the end of the data section");
       scan_record(head.op, content, at, scan);
     } catch (const McapError& error) {
-      if (out.damages.size() < kMostDamages) out.damages.emplace_back(error.what());
-      if (out.damages.size() == kMostDamages) out.damages.push_back(path_ + ": further damages are not listed");
+      if (out.damages.size() < kMostDamages)
+        out.damages.emplace_back(error.what());
+      else if (out.damages.size() == kMostDamages)
+        out.damages.push_back(path_ + ": further damages are not listed");
       if (out.complete) return out;
       // the length of a damaged record may be wrong: better go on at the next chunk that the index knows
       for (const McapChunkIndex& chunk : chunks_)

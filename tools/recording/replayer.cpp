@@ -161,8 +161,7 @@ class Replay {
         lateness_.add(now - due_ns);
         return true;
       }
-      const std::int64_t until = std::min(due_ns, now + kLongestSleepNs);
-      const timespec t{static_cast<time_t>(until / 1'000'000'000), static_cast<long>(until % 1'000'000'000)};
+      const timespec t = to_timespec(std::min(due_ns, now + kLongestSleepNs));
       clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr);
       if (hooks_.stop()) {
         stopped_ = true;
