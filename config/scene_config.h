@@ -128,7 +128,7 @@ struct ProbeConfig {
   std::string where;
 };
 
-// Overrides of what the accuracy level expands to. Unset: derived (sim_server/plan.h says how).
+// Overrides of what the accuracy level expands to. Unset: derived (sim_server/solver/plan.h says how).
 struct NumericsConfig {
   std::optional<double> spacing;                // particle spacing dx [m], after the accuracy level is applied
   std::optional<double> support_over_spacing;   // H / dx, 1.8..4

@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "haptic_bridge/realtime.h"
+#include "haptic_bridge/guard/realtime.h"
 #include "haptic_bridge/run.h"
 #include "idl/bus.h"
 #include "idl/histogram.h"

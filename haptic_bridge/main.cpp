@@ -14,15 +14,15 @@
 
 #include "config/error.h"
 #include "haptic_bridge/bus_link.h"
-#include "haptic_bridge/crash_log.h"
+#include "haptic_bridge/device/profile.h"
 #include "haptic_bridge/device/replay.h"
 #include "haptic_bridge/device/virtuose.h"
-#include "haptic_bridge/herald.h"
+#include "haptic_bridge/guard/supervisor.h"
+#include "haptic_bridge/log/crash_log.h"
+#include "haptic_bridge/log/rerun.h"
 #include "haptic_bridge/options.h"
-#include "haptic_bridge/profile.h"
 #include "haptic_bridge/report.h"
-#include "haptic_bridge/rerun.h"
-#include "haptic_bridge/supervisor.h"
+#include "haptic_bridge/status_reporter.h"
 #include "idl/clock.h"
 
 namespace palp {

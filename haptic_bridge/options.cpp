@@ -10,7 +10,7 @@
 
 #include "config/error.h"
 #include "config/number_between.h"
-#include "haptic_bridge/local_model.h"
+#include "haptic_bridge/loop/local_model.h"
 #include "idl/bus_options.h"
 
 namespace palp {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "haptic_bridge/realtime.h"
-#include "haptic_bridge/virtuose/session.h"
+#include "haptic_bridge/device/virtuose/session.h"
+#include "haptic_bridge/guard/realtime.h"
 #include "idl/bus.h"
 #include "idl/coupling.h"
 #include "idl/messages.h"

@@ -4,10 +4,10 @@
 #include <atomic>
 #include <cstdint>
 
-#include "haptic_bridge/flight_log.h"
-#include "haptic_bridge/heartbeat.h"
-#include "haptic_bridge/loop.h"
-#include "haptic_bridge/realtime.h"
+#include "haptic_bridge/guard/heartbeat.h"
+#include "haptic_bridge/guard/realtime.h"
+#include "haptic_bridge/log/flight_log.h"
+#include "haptic_bridge/loop/loop.h"
 #include "idl/histogram.h"
 #include "idl/latest.h"
 

@@ -5,10 +5,10 @@
 #include <stdexcept>
 #include <unordered_map>
 
-#include "idl/backend.h"
 #include "idl/clock.h"
 #include "idl/topics.h"
 #include "idl/validate.h"
+#include "idl/vendor.h"
 
 namespace palp {
 namespace {

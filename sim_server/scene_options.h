@@ -9,9 +9,9 @@
 #include <optional>
 #include <string>
 
-#include "sim_server/particle_count.h"
-#include "sim_server/scene_files.h"
-#include "sim_server/simulation.h"
+#include "sim_server/scene/particle_count.h"
+#include "sim_server/scene/scene_files.h"
+#include "sim_server/solver/simulation.h"
 
 namespace palp {
 

@@ -15,9 +15,9 @@
 #include "config/error.h"
 #include "idl/clock.h"
 #include "idl/histogram.h"
-#include "sim_server/hand.h"
-#include "sim_server/links.h"
-#include "sim_server/to_messages.h"
+#include "sim_server/bus_links.h"
+#include "sim_server/device_tracker.h"
+#include "sim_server/messages_from_state.h"
 
 namespace palp {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "config/json_file.h"
 #include "idl/bus.h"
-#include "sim_server/simulation.h"
+#include "sim_server/solver/simulation.h"
 
 namespace palp {
 

@@ -15,8 +15,8 @@
 
 #include "config/json_file.h"
 #include "config/number_between.h"
-#include "sim_server/plan.h"
 #include "sim_server/scene_options.h"
+#include "sim_server/solver/plan.h"
 
 namespace {
 

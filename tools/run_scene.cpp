@@ -11,7 +11,7 @@
 
 #include "config/error.h"
 #include "config/json_file.h"
-#include "sim_server/probes.h"
+#include "sim_server/probes/probes.h"
 
 namespace palp {
 

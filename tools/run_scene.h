@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "sim_server/simulation.h"
+#include "sim_server/solver/simulation.h"
 
 namespace palp {
 

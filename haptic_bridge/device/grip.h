@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "haptic_bridge/loop_state.h"
+#include "haptic_bridge/loop/loop_state.h"
 
 namespace palp {
 

@@ -7,7 +7,7 @@
 
 #include "config/error.h"
 #include "config/text_file.h"
-#include "haptic_bridge/filters.h"
+#include "haptic_bridge/loop/filters.h"
 
 namespace palp {
 

@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "haptic_bridge/device/device.h"
 #include "haptic_bridge/device/grip.h"
 #include "haptic_bridge/device/trajectory.h"
+#include "haptic_bridge/loop/haptic_device.h"
 
 namespace palp {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "config/error.h"
-#include "haptic_bridge/filters.h"
-#include "haptic_bridge/rotation.h"
+#include "haptic_bridge/loop/filters.h"
+#include "idl/rotation.h"
 
 namespace palp {
 

@@ -8,10 +8,10 @@
 #include <memory>
 #include <random>
 
-#include "haptic_bridge/device/device.h"
 #include "haptic_bridge/device/grip.h"
 #include "haptic_bridge/device/motors.h"
 #include "haptic_bridge/device/trajectory.h"
+#include "haptic_bridge/loop/haptic_device.h"
 
 namespace palp {
 

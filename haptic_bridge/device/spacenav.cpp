@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 
 #include "config/error.h"
-#include "haptic_bridge/filters.h"
-#include "haptic_bridge/rotation.h"
+#include "haptic_bridge/loop/filters.h"
+#include "idl/rotation.h"
 
 namespace palp {
 

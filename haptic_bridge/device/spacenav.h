@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "haptic_bridge/device/device.h"
 #include "haptic_bridge/device/grip.h"
+#include "haptic_bridge/loop/haptic_device.h"
 
 namespace palp {
 

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "haptic_bridge/rotation.h"
+#include "idl/rotation.h"
 
 namespace palp {
 

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "haptic_bridge/rotation.h"
+#include "idl/rotation.h"
 
 namespace palp {
 

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <string>
 
-#include "haptic_bridge/device/device.h"
-#include "haptic_bridge/virtuose/frames.h"
-#include "haptic_bridge/virtuose/session.h"
+#include "haptic_bridge/device/virtuose/frames.h"
+#include "haptic_bridge/device/virtuose/session.h"
+#include "haptic_bridge/loop/haptic_device.h"
 
 namespace palp {
 

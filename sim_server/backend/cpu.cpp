@@ -7,8 +7,8 @@
 #include <memory>
 #include <new>
 
-#include "sim_server/backend/make.h"
-#include "sim_server/simulation_on.h"
+#include "sim_server/solver/make_simulation.h"
+#include "sim_server/solver/simulation_on.h"
 
 namespace palp {
 namespace {

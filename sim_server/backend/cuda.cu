@@ -3,8 +3,8 @@
 #include <stdexcept>
 
 #include "sim_server/backend/cuda_lists.cuh"
-#include "sim_server/backend/make.h"
-#include "sim_server/simulation_on.h"
+#include "sim_server/solver/make_simulation.h"
+#include "sim_server/solver/simulation_on.h"
 
 namespace palp {
 namespace {

@@ -1,7 +1,7 @@
 // Stands in for cuda.cu in a build without CUDA.
 #include <stdexcept>
 
-#include "sim_server/backend/make.h"
+#include "sim_server/solver/make_simulation.h"
 
 namespace palp {
 

@@ -20,7 +20,7 @@
 namespace palp {
 
 // In random order, a lump of 27,000 particles takes one change, a chain of 10,000 two, one of 100,000 three
-// (tests/sim/pieces_test.cpp).
+// (tests/sim_server/physics/pieces_test.cpp).
 inline constexpr std::uint32_t kPieceRounds = 8;
 
 // Solid fraction above which a particle counts as solid.

@@ -13,7 +13,8 @@
 //
 // Bonds go on within the piece and keep their strain and pressure, with which it was in balance with what pushes it. So
 // once it is deformable again it is so still, and what was strained springs back. Had its bonds taken their rest shape
-// anew, the force on a rod held in it would have jumped by 60 % of the lift (tests/sim/change_motion_test.cpp).
+// anew, the force on a rod held in it would have jumped by 60 % of the lift
+// (tests/sim_server/physics/change_motion_test.cpp).
 //
 // A piece that holds a tool never becomes rigid: the tool's mass, which its coupling is made for, would change under
 // the hand. Nor does one that reaches further than half of a periodic axis from its first particle, where it has no one

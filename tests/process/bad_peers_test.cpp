@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 
-#include "idl/backend.h"
+#include "idl/vendor.h"
+#include "tests/idl/valid_messages.h"
 #include "tests/process/running_system.h"
-#include "tests/wire/sound.h"
 #include "tools/recording/raw_bus.h"
 
 namespace palp::test {

@@ -73,7 +73,7 @@ std::vector<ArmEvent> random_releases(unsigned seed, double from, double to) {
 }
 
 TEST_F(FaultArm, SwitchesAlarmsAndReadings) {
-  const unsigned seed = ::palp::testing::drawn_seed();
+  const unsigned seed = ::palp::test::drawn_seed();
   SCOPED_TRACE("PALP_SEED=" + std::to_string(seed));
   const ArmRow open_hand{"dead-man open", at(1.8, {"dead_man_up", 0, 0.1, 0, ""})};
   const std::vector<ArmRow> cuts{

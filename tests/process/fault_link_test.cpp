@@ -4,7 +4,7 @@
 #include <mutex>
 #include <thread>
 
-#include "idl/backend.h"
+#include "idl/vendor.h"
 #include "tests/process/fault_system.h"
 
 namespace palp::test {

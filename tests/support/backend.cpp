@@ -1,6 +1,6 @@
 #include "tests/support/backend.h"
 
-namespace palp::testing {
+namespace palp::test {
 namespace {
 
 class NeedsDevice : public ::testing::Environment {
@@ -23,4 +23,4 @@ Backend tested_backend() {
 #endif
 }
 
-}  // namespace palp::testing
+}  // namespace palp::test

@@ -6,11 +6,11 @@
 
 #include <gtest/gtest.h>
 
-#include "sim_server/backend/make.h"
-#include "sim_server/simulation.h"
+#include "sim_server/solver/make_simulation.h"
+#include "sim_server/solver/simulation.h"
 #include "tests/support/validation.h"
 
-namespace palp::testing {
+namespace palp::test {
 
 // The GPU where backend.cpp was compiled with PALP_TEST_CUDA, else the CPU: nothing else differs between the binaries.
 Backend tested_backend();
@@ -21,4 +21,4 @@ inline std::unique_ptr<Simulation> simulate(const Scene& scene, Backend backend 
   return simulation;
 }
 
-}  // namespace palp::testing
+}  // namespace palp::test

@@ -5,7 +5,7 @@
 #include "tests/support/scene_files.h"
 #include "tests/support/scenes.h"
 
-namespace palp::testing {
+namespace palp::test {
 
 inline constexpr double kSpacing = 0.01;
 inline constexpr double kMelting = 300;  // [K]
@@ -80,4 +80,4 @@ inline Scene on_a_floor(BodyType type, double temperature) {
   return scene;
 }
 
-}  // namespace palp::testing
+}  // namespace palp::test

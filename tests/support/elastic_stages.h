@@ -4,12 +4,12 @@
 #include <functional>
 #include <vector>
 
-#include "sim_server/elastic_store.h"
-#include "sim_server/particle_store.h"
 #include "sim_server/physics/tear.h"
+#include "sim_server/solver/elastic_store.h"
+#include "sim_server/solver/particle_store.h"
 #include "tests/support/scenes.h"
 
-namespace palp::testing {
+namespace palp::test {
 
 // The elastic stages of a scene on the host, with whatever displacements a test asks for.
 class Elastic {
@@ -107,4 +107,4 @@ class Elastic {
   std::vector<real> bearing_;
 };
 
-}  // namespace palp::testing
+}  // namespace palp::test

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace palp::testing {
+namespace palp::test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -382,4 +382,4 @@ Vector3d spiky_gradient(const Vector3d& x, double H) {
 }
 double viscosity_laplacian(double r, double H) { return r < H ? 45 / (M_PI * std::pow(H, 6)) * (H - r) : 0; }
 
-}  // namespace palp::testing
+}  // namespace palp::test

@@ -6,10 +6,10 @@
 
 #include <Eigen/Dense>
 
-#include "sim_server/plan.h"
-#include "sim_server/simulation.h"
+#include "sim_server/solver/plan.h"
+#include "sim_server/solver/simulation.h"
 
-namespace palp::testing {
+namespace palp::test {
 
 // One rigid body; its proxy's handle if it has one.
 struct RestatedBody {
@@ -48,4 +48,4 @@ double poly6(double r, double H);
 Eigen::Vector3d spiky_gradient(const Eigen::Vector3d& x, double H);
 double viscosity_laplacian(double r, double H);
 
-}  // namespace palp::testing
+}  // namespace palp::test

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "haptic_bridge/device/profile.h"
 #include "haptic_bridge/device/trajectory.h"
-#include "haptic_bridge/profile.h"
 #include "tests/support/backend.h"
 #include "tests/support/scene_files.h"
 
-namespace palp::testing {
+namespace palp::test {
 
 class PlayedScene {
  public:
@@ -70,4 +70,4 @@ class PlayedScene {
   StepInput input_;
 };
 
-}  // namespace palp::testing
+}  // namespace palp::test

@@ -8,7 +8,7 @@
 
 #include "tests/support/seed.h"
 
-namespace palp::testing {
+namespace palp::test {
 
 using Random = std::mt19937;
 
@@ -44,4 +44,4 @@ class RandomCase : public ::testing::Test {
   ::testing::ScopedTrace trace_{__FILE__, __LINE__, ::testing::Message() << "seed " << seed_};
 };
 
-}  // namespace palp::testing
+}  // namespace palp::test

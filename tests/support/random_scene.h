@@ -2,11 +2,11 @@
 // and a proxy that touch each other. Particles sit on a jittered lattice.
 #pragma once
 
-#include "sim_server/simulation.h"
+#include "sim_server/solver/simulation.h"
 #include "tests/support/random.h"
 #include "tests/support/scenes.h"
 
-namespace palp::testing {
+namespace palp::test {
 
 // A body of given particles. Its frame lies away from its centre of mass and is turned.
 inline std::uint32_t add_points(Scene& scene, const std::string& name, BodyType type, std::uint32_t material,
@@ -119,4 +119,4 @@ inline StepInput random_input(Random& random, const Scene& scene) {
   return input;
 }
 
-}  // namespace palp::testing
+}  // namespace palp::test

@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include "sim_server/simulation.h"
+#include "sim_server/solver/simulation.h"
 
-namespace palp::testing {
+namespace palp::test {
 
 // A file of the source tree, or of the one that PALP_SOURCE_DIR names where the tests run elsewhere than they were
 // built.
@@ -35,4 +35,4 @@ inline void run_until(Simulation& simulation, double time) {
   }
 }
 
-}  // namespace palp::testing
+}  // namespace palp::test

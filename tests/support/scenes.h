@@ -5,9 +5,9 @@
 #include <functional>
 #include <string>
 
-#include "sim_server/scene.h"
+#include "sim_server/scene/scene.h"
 
-namespace palp::testing {
+namespace palp::test {
 
 inline Scene empty_scene(double spacing, const Eigen::Vector3d& min, const Eigen::Vector3d& max) {
   Scene scene;
@@ -97,4 +97,4 @@ inline std::uint32_t add_tray(Scene& scene, std::uint32_t material, const Eigen:
   });
 }
 
-}  // namespace palp::testing
+}  // namespace palp::test

@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-namespace palp::testing {
+namespace palp::test {
 
 // A seed of its own for each run; PALP_SEED, as a failed run printed it, repeats that run's cases.
 inline unsigned drawn_seed() {
@@ -13,4 +13,4 @@ inline unsigned drawn_seed() {
   return given != nullptr ? static_cast<unsigned>(std::stoul(given)) : std::random_device{}();
 }
 
-}  // namespace palp::testing
+}  // namespace palp::test

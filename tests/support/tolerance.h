@@ -10,7 +10,7 @@
 
 #include "sim_server/physics/real.h"
 
-namespace palp::testing {
+namespace palp::test {
 
 struct Tolerance {
   double in_float;
@@ -201,4 +201,4 @@ inline constexpr Tolerance kSampledSpring{0.05, 0.05, "of the bound, which is th
 inline constexpr Tolerance kCouplingEnergy{2e-3, 1e-3, "first-order time integration of the device's motion"};
 }  // namespace tol
 
-}  // namespace palp::testing
+}  // namespace palp::test

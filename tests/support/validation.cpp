@@ -10,7 +10,7 @@
 
 #include "tests/support/backend.h"
 
-namespace palp::testing {
+namespace palp::test {
 namespace {
 
 struct Reported {
@@ -77,4 +77,4 @@ std::string quantity(double value, const std::string& unit) {
 
 void computed_with(const std::string& numerics) { reports().numerics = numerics; }
 
-}  // namespace palp::testing
+}  // namespace palp::test

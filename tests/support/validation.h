@@ -10,7 +10,7 @@
 #include "config/scene_config.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::testing {
+namespace palp::test {
 
 // A row of the table, and a cell in it. Both methods of a case have the same name.
 struct ValidationCase {
@@ -41,4 +41,4 @@ std::string quantity(double value, const std::string& unit);
 // The numerics of what is reported from here on, as a simulation prints them; simulate() of backend.h calls it.
 void computed_with(const std::string& numerics);
 
-}  // namespace palp::testing
+}  // namespace palp::test

@@ -47,7 +47,7 @@ TEST(HapticBenchLink, DelaysByWhatItIsAskedTo) {
 }
 
 TEST(HapticBenchLink, JitterLossAndRunsHaveTheirMeans) {
-  const unsigned seed = palp::testing::drawn_seed();
+  const unsigned seed = palp::test::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   // jitter far below the period: nothing overtakes, so what is missing was lost
   constexpr int kSamples = 80000;
@@ -64,7 +64,7 @@ TEST(HapticBenchLink, JitterLossAndRunsHaveTheirMeans) {
 }
 
 TEST(HapticBenchLink, HandsOnOnlyNewerSamplesUnlessAskedToReorder) {
-  const unsigned seed = palp::testing::drawn_seed();
+  const unsigned seed = palp::test::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   const auto steps_back = [&](const std::string& text) {
     const Arrivals a = play(link_of(text), seed);
@@ -138,8 +138,7 @@ TEST(HapticBench, SampledSpringIsStableUpToColgatesBound) {
   for (const double damping : {1.0, 4.0})
     for (const int late : {0, 1, 3}) {
       const double bound = damping / (1e-3 * (0.5 + late));
-      EXPECT_TRUE(
-          palp::testing::within(largest_stable_spring(damping, late) / bound - 1, palp::testing::tol::kSampledSpring))
+      EXPECT_TRUE(palp::test::within(largest_stable_spring(damping, late) / bound - 1, palp::test::tol::kSampledSpring))
           << damping << " N s/m, " << late << " ticks late";
     }
 }

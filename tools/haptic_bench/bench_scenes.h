@@ -2,7 +2,7 @@
 // limits of their coupling are far beyond what the bench asks for, so that none of it is clipped.
 #pragma once
 
-#include "sim_server/scene.h"
+#include "sim_server/scene/scene.h"
 
 namespace palp::bench {
 

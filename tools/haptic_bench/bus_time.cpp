@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "haptic_bridge/realtime.h"
+#include "haptic_bridge/guard/realtime.h"
 #include "idl/bus.h"
 #include "idl/histogram.h"
 

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "config/error.h"
-#include "sim_server/scene_files.h"
+#include "sim_server/scene/scene_files.h"
 #include "tools/haptic_bench/bench_scenes.h"
 #include "tools/haptic_bench/cells.h"
 #include "tools/haptic_bench/series.h"

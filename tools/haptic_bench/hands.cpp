@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "haptic_bridge/rotation.h"
+#include "idl/rotation.h"
 
 namespace palp::bench {
 

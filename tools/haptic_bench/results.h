@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "config/json_file.h"
-#include "haptic_bridge/output_file.h"
+#include "haptic_bridge/log/output_file.h"
 
 namespace palp::bench {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "sim_server/hand.h"
-#include "sim_server/to_messages.h"
+#include "sim_server/device_tracker.h"
+#include "sim_server/messages_from_state.h"
 
 namespace palp::bench {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "haptic_bridge/profile.h"
-#include "sim_server/simulation.h"
+#include "haptic_bridge/device/profile.h"
+#include "sim_server/solver/simulation.h"
 #include "tools/haptic_bench/link.h"
 
 namespace palp::bench {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_bridge/profile.h"
+#include "haptic_bridge/device/profile.h"
 
 namespace palp::bench {
 

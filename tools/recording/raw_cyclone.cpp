@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "idl/cyclone_participant.h"
+#include "idl/dds/cyclone_participant.h"
 #include "tools/recording/raw_bus.h"
 
 static_assert(DDS_VERSION_MAJOR == 0 && DDS_VERSION_MINOR == 10, "raw_cyclone.cpp is written for Cyclone DDS 0.10");

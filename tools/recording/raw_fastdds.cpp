@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "idl/fastdds_participant.h"
+#include "idl/dds/fastdds_participant.h"
 #include "tools/recording/raw_bus.h"
 
 namespace palp {

@@ -1,0 +1,42 @@
+// Between the arm's space and the scene's: motion is scaled, force is scaled, and a clutch moves the one against the
+// other. The world axes are the same in both; a device turns its own into them.
+//   x_sim = x_0 + s (x_dev - x_ref), F_dev = f F_sim: a hand feels s f K of a stiffness K, and f / s of a work
+#pragma once
+
+#include "haptic_bridge/loop/filters.h"
+
+namespace palp {
+
+struct WorkspaceConfig {
+  double motion_scale = 1;  // s: the tool's way over the arm's
+  double force_scale = 1;   // f: force and torque on the hand over those of the simulation
+  bool relative = false;    // a hand that takes hold begins at the tool; false: the arm's space is the scene's
+};
+
+class Workspace {
+ public:
+  explicit Workspace(const WorkspaceConfig& config) : config_(config) {}
+
+  // From now on the arm at this pose means the tool at that pose.
+  void reference(const HandleState<double>& arm, const HandleState<double>& tool) {
+    offset_ = tool.x - config_.motion_scale * arm.x;
+    turn_ = (arm.q.conjugate() * tool.q).normalized();
+  }
+  HandleState<double> to_scene(const HandleState<double>& arm) const {
+    return {offset_ + config_.motion_scale * arm.x, (arm.q * turn_).normalized(), config_.motion_scale * arm.v, arm.w};
+  }
+  Wrench<double> to_arm(const Wrench<double>& w) const {
+    return {config_.force_scale * w.force, config_.force_scale * w.torque};
+  }
+  // Of the hand's work over the simulation's.
+  double linear_work() const { return config_.force_scale / config_.motion_scale; }
+  double angular_work() const { return config_.force_scale; }
+  const WorkspaceConfig& config() const { return config_; }
+
+ private:
+  WorkspaceConfig config_;
+  Eigen::Vector3d offset_ = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();  // of the tool in the handle
+};
+
+}  // namespace palp

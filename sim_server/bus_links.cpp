@@ -1,0 +1,261 @@
+#include "sim_server/bus_links.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cerrno>
+#include <cmath>
+#include <ctime>
+
+#include "config/error.h"
+#include "idl/clock.h"
+#include "idl/topics.h"
+#include "idl/validate.h"
+#include "sim_server/messages_from_state.h"
+
+namespace palp {
+namespace {
+
+constexpr double kLongestPeriodNs = 1e18;
+constexpr std::size_t kMostCommands = 64;  // that wait; a peer that sends more, faster, waits itself
+
+std::uint64_t refused(const DropCounts& d) { return d.wrong_version + d.not_finite + d.malformed; }
+
+// Of posts that came meanwhile only the newest matters.
+void swallow_posts(sem_t& semaphore) {
+  while (sem_trywait(&semaphore) == 0) {
+  }
+}
+
+// Waits for a post.
+void wait_for(sem_t& semaphore) {
+  while (sem_wait(&semaphore) != 0) {
+  }
+  swallow_posts(semaphore);
+}
+
+// The same, but not past a time on the monotonic clock. False: there was no post.
+bool wait_until(sem_t& semaphore, std::int64_t t_ns) {
+  const timespec until = to_timespec(t_ns);
+  while (sem_clockwait(&semaphore, CLOCK_MONOTONIC, &until) != 0)
+    if (errno != EINTR) return false;
+  swallow_posts(semaphore);
+  return true;
+}
+
+}  // namespace
+
+HapticLink::HapticLink(Bus& bus, const Scene& scene)
+    : scene_(scene), reader_(bus.reader<DeviceSample>()), writer_(bus.writer<ProxySample>()) {
+  sem_init(&ready_, 0, 0);
+  receiver_ = std::thread(&HapticLink::receive, this);
+  sender_ = std::thread(&HapticLink::send, this);
+}
+
+HapticLink::~HapticLink() {
+  stop_ = true;
+  sem_post(&ready_);
+  receiver_.join();
+  sender_.join();
+  sem_destroy(&ready_);
+}
+
+std::string HapticLink::foreign_peer() {
+  DropCounts drops;
+  drops.wrong_version = wrong_version_;
+  drops.other_version = other_version_;
+  const std::string sentence = wrong_version_sentence(topic_of<DeviceSample>().name, drops);
+  if (drops.wrong_version != wrong_version_told_) {
+    if (wrong_version_told_ == 0) spdlog::warn("{}", sentence);
+    wrong_version_told_ = drops.wrong_version;
+    tell_until_ns_ = now_ns() + 5'000'000'000;
+  }
+  return now_ns() < tell_until_ns_ ? sentence : "";
+}
+
+void HapticLink::receive() {
+  std::vector<Received<DeviceSample>> samples;
+  while (!stop_) {
+    reader_->wait(std::chrono::milliseconds(50));  // what cannot be decoded is counted, but wakes nobody
+    samples.clear();
+    reader_->take_all(samples);
+    for (const Received<DeviceSample>& s : samples)
+      for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
+        if (scene_.proxies[p].device == s.message.device) devices_[p].put({s.message, s.t_receive_ns});
+    const DropCounts drops = reader_->drops();
+    dropped_ = refused(drops);
+    other_version_ = drops.other_version;
+    wrong_version_ = drops.wrong_version;
+  }
+}
+
+void HapticLink::send() {
+  std::array<ProxySample, kMaxProxies> newest{};
+  int repeats = kMostRepeats;
+  while (!stop_) {
+    if (repeats == kMostRepeats) {
+      wait_for(ready_);
+      repeats = 0;
+    } else if (wait_until(ready_, now_ns() + kRepeatAfterNs)) {
+      repeats = 0;
+    } else {
+      for (ProxySample& s : newest)
+        if (repeat(s, repeats)) writer_->publish(s);
+      ++repeats;
+      continue;
+    }
+    for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
+      if (proxies_[p].take(newest[p])) writer_->publish(newest[p]);
+  }
+}
+
+FrameLink::FrameLink(Bus& bus, Simulation& simulation)
+    : simulation_(simulation),
+      sender_(bus.writer<ParticleChunk>()),
+      poses_writer_(bus.writer<BodyPoses>()),
+      rate_hz_(simulation.scene().config.stream.particle_rate_hz),
+      scalar_(frame_scalar_from(simulation.scene().config.stream.scalar)) {
+  sem_init(&begun_, 0, 0);
+  thread_ = std::thread(&FrameLink::forward, this);
+}
+
+FrameLink::~FrameLink() {
+  stop_ = true;
+  sem_post(&begun_);
+  thread_.join();
+  sem_destroy(&begun_);
+}
+
+void FrameLink::offer(const StepOutput& output, std::int64_t now_ns) {
+  if (failed_.load(std::memory_order_acquire)) std::rethrow_exception(failure_);
+  if (!(rate_hz_ > 0) || now_ns < next_ns_ || busy_.load(std::memory_order_acquire) || !sender_.wanted()) return;
+  if (!simulation_.begin_frame(scalar_)) return;
+  const auto period_ns = static_cast<std::int64_t>(std::min(1e9 / rate_hz_, kLongestPeriodNs));
+  next_ns_ = std::max(next_ns_ + period_ns, now_ns - period_ns);
+  sending_ = scalar_;
+  poses_ = body_poses(simulation_.scene(), output);
+  busy_.store(true, std::memory_order_release);
+  sem_post(&begun_);
+}
+
+void FrameLink::forward() {
+  while (true) {
+    wait_for(begun_);
+    if (stop_) return;
+    try {
+      while (!simulation_.take_frame(frame_)) std::this_thread::sleep_for(std::chrono::microseconds(100));
+    } catch (...) {
+      failure_ = std::current_exception();
+      failed_.store(true, std::memory_order_release);
+      return;
+    }
+    ParticleFrame& out = sender_.frame();
+    out.frame = ++frames_;
+    out.sim_time = frame_.time;
+    out.field = static_cast<ScalarField>(sending_);
+    std::swap(out.positions, frame_.position);
+    std::swap(out.scalars, frame_.scalar);
+    sender_.submit();
+    if (!poses_.body.empty()) poses_writer_->publish(poses_);
+    busy_.store(false, std::memory_order_release);
+  }
+}
+
+FrameScalar frame_scalar_from(const std::string& name) {
+  if (name == "none") return FrameScalar::none;
+  if (name == "speed") return FrameScalar::speed;
+  if (name == "density") return FrameScalar::density;
+  if (name == "pressure") return FrameScalar::pressure;
+  if (name == "temperature") return FrameScalar::temperature;
+  throw ConfigError("stream.scalar is '" + name + "'; expected none, speed, density, pressure or temperature");
+}
+
+ControlLink::ControlLink(Bus& bus)
+    : reader_(bus.reader<Command>()),
+      replies_(bus.writer<CommandReply>()),
+      events_(bus.writer<Event>()),
+      statuses_(bus.writer<Status>()) {
+  thread_ = std::thread(&ControlLink::run, this);
+}
+
+ControlLink::~ControlLink() {
+  stop_ = true;
+  thread_.join();
+}
+
+bool ControlLink::take(Command& out) {
+  if (!some_.load(std::memory_order_acquire)) return false;
+  const std::lock_guard lock(mutex_);
+  out = std::move(commands_.front());
+  commands_.pop_front();
+  some_.store(!commands_.empty(), std::memory_order_release);
+  return true;
+}
+
+void ControlLink::reply(const Command& to, bool ok, const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  CommandReply& r = answers_.emplace_back();
+  r.command_session = to.header.session;
+  r.command_sequence = to.header.sequence;
+  r.ok = ok;
+  r.text = text.substr(0, kMaxText);
+}
+
+void ControlLink::event(Severity severity, double sim_time, const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  Event& e = news_.emplace_back();
+  e.process = "sim_server";
+  e.severity = severity;
+  e.sim_time = sim_time;
+  e.text = text.substr(0, kMaxText);
+}
+
+bool ControlLink::is_full() {
+  const std::lock_guard lock(mutex_);
+  return commands_.size() >= kMostCommands;
+}
+
+void ControlLink::run() {
+  std::vector<Received<Command>> arrived;
+  while (true) {
+    const bool last = stop_;
+    send();
+    if (last) return;
+    if (is_full()) {  // the reader keeps what its depth has room for
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      continue;
+    }
+    reader_->wait(std::chrono::milliseconds(20));
+    arrived.clear();
+    reader_->take_all(arrived);
+    const DropCounts drops = reader_->drops();
+    dropped_ = refused(drops);
+    const std::lock_guard lock(mutex_);
+    for (Received<Command>& c : arrived) commands_.push_back(std::move(c.message));
+    some_.store(!commands_.empty(), std::memory_order_release);
+  }
+}
+
+void ControlLink::send() {
+  std::vector<CommandReply> answers;
+  std::vector<Event> news;
+  {
+    const std::lock_guard lock(mutex_);
+    std::swap(answers, answers_);
+    std::swap(news, news_);
+  }
+  for (CommandReply& r : answers) replies_->publish(r);
+  for (Event& e : news) events_->publish(e);
+}
+
+void ControlLink::status(const std::string& state, const std::string& text, std::vector<Metric> metrics) {
+  Status s;
+  s.process = "sim_server";
+  s.state = state;
+  s.text = text;
+  // one that is not finite would have every reader refuse the rest, too
+  std::erase_if(metrics, [](const Metric& m) { return !std::isfinite(m.value); });
+  s.metrics = std::move(metrics);
+  statuses_->publish(s);
+}
+
+}  // namespace palp

@@ -1,0 +1,116 @@
+#include "sim_server/messages_from_state.h"
+
+namespace palp {
+namespace {
+
+std::array<double, 3> to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+BodyDescription describe_body(const Scene& scene, const Body& body) {
+  BodyDescription out;
+  out.name = body.name;
+  out.kind = static_cast<BodyKind>(body.type);
+  out.first = body.first;
+  out.count = body.count;
+  out.density = scene.config.materials[body.material].density;
+  out.color = body.color;
+  out.vertices.reserve(3 * body.surface.vertices.size());
+  // fixed bodies have no pose on the bus: their surface is given where it is
+  const bool fixed = body.type == BodyType::fixed;
+  for (const Eigen::Vector3d& v : body.surface.vertices) {
+    const Eigen::Vector3f x = (fixed ? Eigen::Vector3d(body.position + body.orientation * v) : v).cast<float>();
+    out.vertices.insert(out.vertices.end(), {x.x(), x.y(), x.z()});
+  }
+  out.triangles.reserve(3 * body.surface.triangles.size());
+  for (const auto& t : body.surface.triangles) out.triangles.insert(out.triangles.end(), t.begin(), t.end());
+  return out;
+}
+
+}  // namespace
+
+PoseD to_pose(const RigidState& s) {
+  const Eigen::Quaterniond q = s.orientation.normalized();
+  return {to_array(s.position), {q.x(), q.y(), q.z(), q.w()}};
+}
+
+TwistD to_twist(const RigidState& s) { return {to_array(s.linear), to_array(s.angular)}; }
+
+RigidState to_rigid_state(const PoseD& pose, const TwistD& twist) {
+  RigidState s;
+  s.position = Eigen::Vector3d(pose.position.data());
+  s.orientation =
+      Eigen::Quaterniond(pose.orientation[3], pose.orientation[0], pose.orientation[1], pose.orientation[2]);
+  s.orientation.normalize();
+  s.linear = Eigen::Vector3d(twist.linear.data());
+  s.angular = Eigen::Vector3d(twist.angular.data());
+  return s;
+}
+
+SceneDescription describe_scene(const Simulation& simulation) {
+  const Scene& scene = simulation.scene();
+  SceneDescription out;
+  out.name = scene.config.name;
+  out.method = to_string(scene.config.method);
+  out.numerics = simulation.numerics();
+  out.scene_hash = scene.config.hash;
+  out.particle_count = static_cast<std::uint32_t>(scene.position.size());
+  out.spacing = scene.spacing;
+  out.support_radius = simulation.support_radius();
+  out.haptic_rate_hz = scene.config.rate_hz;
+  out.bounds_min = to_array(scene.bounds_min);
+  out.bounds_max = to_array(scene.bounds_max);
+  out.gravity = to_array(scene.config.gravity);
+  for (const Body& body : scene.bodies) out.bodies.push_back(describe_body(scene, body));
+  for (const Proxy& proxy : scene.proxies) {
+    const Body& body = scene.bodies[proxy.body];
+    RigidState handle;
+    handle.position = body.position + body.orientation * proxy.handle;
+    handle.orientation = body.orientation;
+    out.proxies.push_back({proxy.device, proxy.body, to_pose(handle)});
+  }
+  return out;
+}
+
+BodyPoses body_poses(const Scene& scene, const StepOutput& output) {
+  BodyPoses out;
+  out.sim_time = output.time;
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    if (scene.bodies[b].type != BodyType::rigid) continue;
+    out.body.push_back(b);
+    out.pose.push_back(to_pose(output.bodies[b].state));
+  }
+  return out;
+}
+
+ProxySample answer(const ProxyOutput& proxy, std::uint32_t device_number, const DeviceSample& device, bool engaged,
+                   ServerState state, double sim_time) {
+  const bool running = state == ServerState::running;
+  ProxySample s;
+  s.device = device_number;
+  s.flags = (state != ServerState::fault ? kHealthy : 0u) | (state == ServerState::paused ? kPaused : 0u) |
+            (engaged && running ? kEngaged : 0u);
+  s.sim_time = sim_time;
+  s.device_session = device.header.session;
+  s.device_sequence = device.header.sequence;
+  s.t_device_ns = device.t_device_ns;
+  s.device_pose = to_pose(proxy.device);
+  s.device_twist = to_twist(proxy.device);
+  s.proxy_pose = to_pose(proxy.state);
+  s.proxy_twist = to_twist(proxy.state);
+  if (running) {
+    s.wrench = {to_array(proxy.force), to_array(proxy.torque)};
+    s.blend = proxy.blend;
+  }
+  // of a proxy without a hand: none, so that no bridge finds them beyond those it asked for
+  if (engaged)
+    s.gains = {proxy.gains.stiffness, proxy.gains.damping, proxy.gains.angular_stiffness, proxy.gains.angular_damping};
+  s.energy = proxy.energy;
+  return s;
+}
+
+bool repeat(ProxySample& sample, int times) {
+  if (!(sample.flags & kEngaged) || times >= kMostRepeats) return false;
+  sample.flags |= kRepeated;
+  return true;
+}
+
+}  // namespace palp

@@ -1,0 +1,91 @@
+// Rigid bodies at the start of the viscous stages (physics/viscosity.h): what moves each of them besides viscosity, the
+// mass that viscosity moves, which includes the coupling of a body that a hand holds, and its bound on the stages.
+#pragma once
+
+#include "sim_server/physics/proxy.h"
+#include "sim_server/physics/viscosity.h"
+
+namespace palp {
+
+// Bound on K / m of a body that turns, too: of its velocities scaled by the roots of mass and inertia, the parts that
+// move and that turn it, and what ties these together. moment = sum K r, turning = sum K (r^2 - r r^T).
+template <class M, class V, class S>
+PALP_HD inline S body_viscous_rate(S mass, const M& inverse_inertia, S sum, const V& moment, const M& turning) {
+  const S lightest = inverse_inertia.cwiseAbs().rowwise().sum().maxCoeff();
+  const S turns = (inverse_inertia * turning).cwiseAbs().rowwise().sum().maxCoeff();
+  const S moves = sum / mass;
+  return (moves > turns ? moves : turns) + moment.norm() * Eigen::numext::sqrt(lightest / mass);
+}
+
+// One team for each rigid body.
+struct BeginViscousBodies {
+  BodyViews bodies;
+  const std::uint32_t* rigid;
+  const ProxyInput* proxy;
+  const Forcing* forcing;
+  ViscosityViews viscosity;
+  real dt, elapsed, reach;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t k, Team team) const {
+    BodyState body = bodies.body[rigid[k]];
+    const Mat3 R = body.q.toRotationMatrix();
+    Vec3 force(0, 0, 0), torque(0, 0, 0), moment(0, 0, 0), squares(0, 0, 0), products(0, 0, 0);
+    real sum = 0;
+    for (std::uint32_t p = body.force_first + team.lane(); p < body.force_first + body.count; p += team.size()) {
+      const Vec3 f = bodies.force[p].xyz(), r = R * bodies.local[p].xyz();
+      const real K = viscosity.solid[p].w;
+      force += f;
+      torque += r.cross(f);
+      sum += K;
+      moment += K * r;
+      squares += K * r.cwiseProduct(r);
+      products += K * Vec3(r.y() * r.z(), r.z() * r.x(), r.x() * r.y());
+    }
+    body.force = team.sum(force);
+    body.torque = team.sum(torque);
+    sum = team.sum(sum);
+    moment = team.sum(moment);
+    squares = team.sum(squares);
+    products = team.sum(products);
+    if (!team.leader()) return;
+    Mat3 turning;
+    turning << squares.y() + squares.z(), -products.z(), -products.y(), -products.z(), squares.z() + squares.x(),
+        -products.x(), -products.y(), -products.x(), squares.x() + squares.y();
+    ViscousBody& b = viscosity.body[rigid[k]];
+    begin(body, b);
+    const real rate = dt * body_viscous_rate(body.mass, world_inverse_inertia(body, body.q), sum, moment, turning);
+    b.limit = rate > reach ? reach / rate : real(1);
+  }
+
+  PALP_HD void begin(const BodyState& body, ViscousBody& b) const {
+    b.dt = dt;
+    Vec3 v(0, 0, 0), w(0, 0, 0);
+    b.v[0] = body.v;
+    b.w[0] = body.w;
+    const Vec3 gravity = forcing->gravity + forcing->body_force;
+    if (body.proxy < 0) {
+      const Mat3 R = body.q.toRotationMatrix();
+      b.mass = {Mat3::Identity() / body.mass, Mat3::Zero(), world_inverse_inertia(body, body.q)};
+      const Vec3 turn = body.torque - body.w.cross(R * body.inertia * R.transpose() * body.w);
+      b.mass.solve(dt * (body.force + body.mass * gravity), dt * turn, v, w);
+      b.dv = v;
+      b.dw = w;
+    } else if (proxy[body.proxy].engaged) {
+      const ProxyInput& p = proxy[body.proxy];
+      const ProxyStep s = begin_proxy(body, device_after(p, elapsed), p.gains, gravity, no_resistance(), dt);
+      b.mass = s.mass;
+      s.mass.solve(s.p, s.l, v, w);
+      b.dv = v - body.v;
+      b.dw = w - body.w;
+    } else {
+      // held: nothing moves it
+      b.mass = {Mat3::Zero(), Mat3::Zero(), Mat3::Zero()};
+      b.v[0] = b.w[0] = b.dv = b.dw = Vec3(0, 0, 0);
+    }
+    b.v[1] = b.v[0];
+    b.w[1] = b.w[0];
+  }
+};
+
+}  // namespace palp

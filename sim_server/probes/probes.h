@@ -1,0 +1,77 @@
+// What a scene's [[probe]]s measure, on the host, from one state of the simulation. See config/scenes/README.md for the
+// quantities. Not for the real-time thread: a snapshot waits for the device.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/csv_file.h"
+#include "sim_server/probes/fluid_pressure.h"
+
+namespace palp {
+
+using ProbeRow = std::vector<std::optional<double>>;  // a missing value: nothing there to measure
+
+// Column names with units, the time first.
+std::vector<std::string> probe_columns(const ProbeConfig& probe);
+// False when StepOutput alone gives the probe's values.
+bool needs_snapshot(const ProbeConfig& probe);
+
+// Evaluates probes on one state. Fields at a point are interpolated over the fluid particles (temperature: over all)
+// within two spacings (Wendland C2 weights, divided by their sum), across periodic boundaries; missing where there are
+// none.
+class ProbeSampler {
+ public:
+  explicit ProbeSampler(const Scene& scene);  // keeps a reference
+
+  // Before the first step give an output without bodies: their initial state is taken from the scene.
+  // `snapshot` may be null when no probe to be evaluated needs it. Both must outlive the evaluation.
+  void load(const Snapshot* snapshot, const StepOutput& output);
+  // One row, or for a line one per point.
+  std::vector<ProbeRow> evaluate(const ProbeConfig& probe) const;
+
+ private:
+  ProbeRow at_point(const ProbeConfig& probe, const Eigen::Vector3d& point) const;
+  ProbeRow front(const ProbeConfig& probe) const;
+  ProbeRow energy(const ProbeConfig& probe) const;
+  ProbeRow extremes(const ProbeConfig& probe) const;
+  ProbeRow body(const ProbeConfig& probe) const;
+  ProbeRow heat(const ProbeConfig& probe) const;
+  ProbeRow pieces(const ProbeConfig& probe) const;
+  BodyOutput body_state(std::size_t index) const;
+  bool counts(const ProbeConfig& probe, std::size_t body) const;
+
+  const Scene& scene_;
+  FluidPressure pressure_;
+  const Snapshot* snapshot_ = nullptr;
+  const StepOutput* output_ = nullptr;
+  // of the fluid particles, and of all; each listed when a point of it is first asked for
+  mutable std::optional<SnapshotPoints> fluids_, all_;
+};
+
+// Writes one CSV file per probe, each at its own rate: probe NAME into FOLDER/NAME.csv.
+class ProbeRecorder {
+ public:
+  // Keeps a reference to the scene. Throws std::runtime_error when a file cannot be made.
+  ProbeRecorder(const Scene& scene, const std::string& folder);
+  // Whether some probe is due after step `step` (0: the initial state), and whether it needs a snapshot.
+  bool due(std::uint64_t step) const;
+  bool due_with_snapshot(std::uint64_t step) const;
+  // Writes the probes that are due after output.step. Throws when the disk is full.
+  void record(const Snapshot* snapshot, const StepOutput& output);
+  // Writes what is buffered. Throws when the disk is full.
+  void close();
+
+ private:
+  bool due(const ProbeConfig& probe, std::uint64_t step) const;
+
+  const Scene& scene_;
+  ProbeSampler sampler_;
+  std::vector<CsvFile> files_;  // by probe
+};
+
+// True when sample number floor(step * rate / base_rate) begins at `step`: how all slower rates follow the steps.
+bool rate_due(std::uint64_t step, double rate_hz, double base_rate_hz);
+
+}  // namespace palp

@@ -1,0 +1,241 @@
+#include "sim_server/scene/packing.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim_server/geometry/point_grid.h"
+
+namespace palp {
+
+namespace {
+
+using Eigen::Vector3d;
+
+// All lengths in spacings.
+constexpr double kSupport = 2.2;         // of the kernel
+constexpr double kTouching = 1.6;        // particles of two bodies this near must share a lattice, or are packed
+constexpr double kOffLattice = 0.03;     // how far from sites of one lattice is still on it
+constexpr double kDepth = 3;             // of the layer around them that is packed
+constexpr double kMargin = 0.3;          // that a particle moves at most before neighbours are listed anew
+constexpr double kFilled = 0.75;         // a site nearer than this to a particle is not open
+constexpr int kLists = 3, kRounds = 20;  // that often neighbours are listed, and particles moved for each list
+constexpr int kMostLists = 12;           // while two particles are still too near
+constexpr double kTooNear = 0.88;
+constexpr double kGain = 0.2;         // of the displacement, over spacing^2 sum V gradW
+constexpr double kStep = 0.1;         // a displacement at most
+constexpr double kStill = 2e-3;       // a largest displacement at which packing ends
+constexpr double kMostVolume = 0.25;  // change of a particle's volume
+
+// Wendland C2 over its value at 0.
+double kernel(double q) {
+  const double u = std::max(0.0, 1 - q), u2 = u * u;
+  return u2 * u2 * (4 * q + 1);
+}
+double kernel_slope_over_q(double q) {
+  const double u = std::max(0.0, 1 - q);
+  return 20 * u * u * u;
+}
+
+struct Packing {
+  Scene& scene;
+  const std::vector<std::optional<Solid>>& solids;
+  PeriodicBox box;
+  double dx;
+
+  const Body& body_of(std::size_t i) const { return scene.bodies[scene.body[i]]; }
+  bool movable(std::size_t i) const { return body_of(i).type == BodyType::fluid && solids[scene.body[i]].has_value(); }
+  // Axes of the lattice that particle i was laid in.
+  Eigen::Matrix3d axes(std::size_t i) const {
+    return body_of(i).orientation.toRotationMatrix() * solids[scene.body[i]]->frame.linear();
+  }
+};
+
+bool on_lattice(const Vector3d& steps) { return ((steps.array() - steps.array().round()).abs() < kOffLattice).all(); }
+
+// Particles to move: those near a place where a fluid meets another body off its lattice.
+std::vector<std::uint32_t> misfits(const Packing& p) {
+  const std::vector<Vector3d>& x = p.scene.position;
+  const PointGrid grid(x, p.box, kTouching * p.dx);
+  std::vector<Vector3d> places;
+  for (std::uint32_t i = 0; i < x.size(); ++i) {
+    if (!p.movable(i)) continue;
+    bool fits = true;
+    const Eigen::Matrix3d to_lattice = p.axes(i).transpose() / p.dx;
+    grid.near(x[i], [&](std::uint32_t j) {
+      if (!fits || p.scene.body[i] == p.scene.body[j]) return;
+      const Vector3d d = to_lattice * p.box.between(x[j], x[i]);
+      if (d.norm() < kTouching) fits = on_lattice(d);
+    });
+    if (!fits) places.push_back(x[i]);
+  }
+  std::vector<std::uint32_t> active;
+  if (places.empty()) return active;
+  const PointGrid near(places, p.box, kDepth * p.dx);
+  for (std::uint32_t i = 0; i < x.size(); ++i) {
+    if (!p.movable(i)) continue;
+    bool found = false;
+    near.near(x[i], [&](std::uint32_t k) { found = found || p.box.between(places[k], x[i]).norm() < kDepth * p.dx; });
+    if (found) active.push_back(i);
+  }
+  return active;
+}
+
+bool inside_a_body(const Packing& p, const Vector3d& place) {
+  for (std::size_t b = 0; b < p.solids.size(); ++b) {
+    if (!p.solids[b]) continue;
+    const Body& body = p.scene.bodies[b];
+    const Eigen::Isometry3d to_world = Eigen::Translation3d(body.position) * body.orientation * p.solids[b]->frame;
+    const Vector3d local = to_world.inverse() * place;
+    if (p.solids[b]->bounds.contains(local) && p.solids[b]->contains(local)) return true;
+  }
+  return false;
+}
+
+// Number c of the steps of a cube that reaches as many steps to either side.
+Vector3d lattice_steps(int c, int reach) {
+  const int edge = 2 * reach + 1, x = c % edge, y = c / edge % edge, z = c / (edge * edge);
+  return Vector3d(x, y, z) - Vector3d::Constant(reach);
+}
+
+// The lattice of the active particles goes on into open space, so that they do not spread into it.
+std::vector<Vector3d> open_sites(const Packing& p, const std::vector<std::uint32_t>& active) {
+  const std::vector<Vector3d>& x = p.scene.position;
+  const PointGrid grid(x, p.box, kFilled * p.dx);
+  std::vector<Vector3d> candidates, sites;
+  for (const std::uint32_t i : active) {
+    const Eigen::Matrix3d axes = p.axes(i) * p.dx;
+    for (int c = 0; c < 125; ++c) {
+      const Vector3d steps = lattice_steps(c, 2);
+      if (steps.norm() > kSupport) continue;
+      const Vector3d site = p.box.wrapped(x[i] + axes * steps);
+      bool filled = false;
+      grid.near(site, [&](std::uint32_t j) { filled = filled || p.box.between(x[j], site).norm() < kFilled * p.dx; });
+      if (!filled) candidates.push_back(site);
+    }
+  }
+  const PointGrid among(candidates, p.box, kFilled * p.dx);
+  for (std::uint32_t k = 0; k < candidates.size(); ++k) {
+    bool first = true;
+    among.near(candidates[k], [&](std::uint32_t j) {
+      first = first && (j >= k || p.box.between(candidates[j], candidates[k]).norm() >= kFilled * p.dx);
+    });
+    if (first && !inside_a_body(p, candidates[k])) sites.push_back(candidates[k]);
+  }
+  return sites;
+}
+
+// Neighbours of the active particles among particles and, counted on from those, open sites.
+struct Neighbors {
+  std::vector<std::size_t> first;
+  std::vector<std::uint32_t> index;
+};
+
+Neighbors list_neighbors(const Packing& p, const std::vector<std::uint32_t>& active, const std::vector<Vector3d>& all) {
+  const double reach = (kSupport + 2 * kMargin) * p.dx;
+  const PointGrid grid(all, p.box, reach);
+  Neighbors lists;
+  lists.first.push_back(0);
+  for (const std::uint32_t i : active) {
+    grid.near(all[i], [&](std::uint32_t j) {
+      if (j != i && p.box.between(all[i], all[j]).norm() < reach) lists.index.push_back(j);
+    });
+    lists.first.push_back(lists.index.size());
+  }
+  return lists;
+}
+
+// What a lattice with these steps has for sum W over a particle's neighbourhood, itself included.
+double lattice_sum() {
+  double sum = 0;
+  for (int c = 0; c < 343; ++c) {
+    const Vector3d steps = lattice_steps(c, 3);
+    sum += kernel(steps.norm() / kSupport);
+  }
+  return sum;
+}
+
+// Moves the active particles down the gradient of sum V W. True when they have come to rest.
+bool relax(const Packing& p, const std::vector<std::uint32_t>& active, const Neighbors& lists,
+           const std::vector<double>& share, std::vector<Vector3d>& x) {
+  const double dx = p.dx, H = kSupport * dx;
+  const double scale = kGain * dx * 21 / (2 * EIGEN_PI * std::pow(kSupport, 4));
+  const double near = 0.2 / std::pow(kernel(1 / kSupport), 4);
+  const std::vector<Vector3d> start = x;
+  std::vector<Vector3d> push(active.size());
+  for (int round = 0; round < kRounds; ++round) {
+    double farthest = 0;
+    for (std::size_t k = 0; k < active.size(); ++k) {
+      push[k].setZero();
+      for (std::size_t e = lists.first[k]; e < lists.first[k + 1]; ++e) {
+        const std::uint32_t j = lists.index[e];
+        const Vector3d d = p.box.between(x[active[k]], x[j]) / H;
+        const double q2 = d.squaredNorm();
+        if (q2 >= 1) continue;
+        const double q = std::sqrt(q2), W = kernel(q);
+        // Monaghan 2000: particles nearer than a spacing are pushed harder
+        push[k] += scale * share[j] * (1 + near * W * W * W * W) * kernel_slope_over_q(q) * d;
+      }
+      push[k] *= std::min(1.0, kStep * dx / std::max(push[k].norm(), 1e-300));
+      farthest = std::max(farthest, push[k].norm());
+    }
+    for (std::size_t k = 0; k < active.size(); ++k) {
+      const std::uint32_t i = active[k];
+      const Vector3d moved = p.box.between(x[i] + push[k], start[i]);
+      x[i] = p.box.wrapped(start[i] + moved * std::min(1.0, kMargin * dx / std::max(moved.norm(), 1e-300)));
+    }
+    if (farthest < kStill * dx) return true;
+  }
+  return false;
+}
+
+bool some_too_near(const Packing& p, const std::vector<std::uint32_t>& active, const Neighbors& lists,
+                   const std::vector<Vector3d>& x) {
+  for (std::size_t k = 0; k < active.size(); ++k)
+    for (std::size_t e = lists.first[k]; e < lists.first[k + 1]; ++e)
+      if (p.box.between(x[active[k]], x[lists.index[e]]).norm() < kTooNear * p.dx) return true;
+  return false;
+}
+
+// Volumes that share the space out: V = V0 / sum V W, relative to what a lattice has for the sum.
+void share_space(const Packing& p, const std::vector<std::uint32_t>& active, const std::vector<Vector3d>& x,
+                 std::vector<double>& share) {
+  const double H = kSupport * p.dx, full = lattice_sum();
+  const Neighbors lists = list_neighbors(p, active, x);
+  std::vector<double> next(active.size());
+  for (int round = 0; round < 4; ++round) {
+    for (std::size_t k = 0; k < active.size(); ++k) {
+      double sum = share[active[k]];
+      for (std::size_t e = lists.first[k]; e < lists.first[k + 1]; ++e)
+        sum += share[lists.index[e]] * kernel(p.box.between(x[active[k]], x[lists.index[e]]).norm() / H);
+      next[k] = std::clamp(share[active[k]] * full / sum, 1 - kMostVolume, 1 + kMostVolume);
+    }
+    for (std::size_t k = 0; k < active.size(); ++k) share[active[k]] = next[k];
+  }
+}
+
+}  // namespace
+
+void pack_fluids(Scene& scene, const std::vector<std::optional<Solid>>& solids) {
+  const double cell = std::pow(scene.spacing, 3);
+  const Packing p{scene, solids, {scene.bounds_min, scene.bounds_max, scene.config.periodic}, scene.spacing};
+  const std::vector<std::uint32_t> active = misfits(p);
+  if (active.empty()) return;
+  std::vector<Vector3d> x = scene.position;
+  std::vector<double> share(x.size());  // volume over that of a cell
+  for (std::size_t i = 0; i < x.size(); ++i) share[i] = scene.volume[i] / cell;
+  const std::vector<Vector3d> open = open_sites(p, active);
+  x.insert(x.end(), open.begin(), open.end());
+  share.resize(x.size(), 1.0);
+  for (int list = 0; list < kMostLists; ++list) {
+    const Neighbors lists = list_neighbors(p, active, x);
+    if (list >= kLists && !some_too_near(p, active, lists, x)) break;
+    if (relax(p, active, lists, share, x)) break;
+  }
+  share_space(p, active, x, share);
+  for (const std::uint32_t i : active) {
+    scene.position[i] = x[i];
+    scene.volume[i] = share[i] * cell;
+  }
+}
+
+}  // namespace palp

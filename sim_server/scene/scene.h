@@ -1,0 +1,69 @@
+// A scene sampled into particles and bodies: the host's input to the simulation. Double precision; the back end rounds.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "config/scene_config.h"
+#include "sim_server/geometry/surface_mesh.h"
+
+namespace palp {
+
+struct ContactShape;
+
+struct Body {
+  std::string name;
+  BodyType type = BodyType::fluid;
+  std::uint32_t material = 0;  // index into Scene::config.materials
+  std::uint32_t first = 0;     // particles [first, first + count)
+  std::uint32_t count = 0;
+  double volume = 0;                                      // exact volume of the shape [m^3]
+  double mass = 0;                                        // [kg]
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();       // centre of mass in the body frame [m]
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Identity();  // about the centre of mass, body axes [kg m^2]
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();     // of the body frame in the world, at the start [m]
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // of the centre of mass [m/s]
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // world axes [rad/s]
+  bool holds_temperature = false;                              // of each of its particles, as at the start
+  std::vector<std::uint32_t> bonded_to;                        // of an elastic body: bodies it holds on to
+  std::array<float, 3> color{};
+  SurfaceMesh surface;  // for the viewer; empty for fluids
+  // What contact.h needs (contact_shape.h); none for fluids, elastic bodies, loose particles and method "paper".
+  std::shared_ptr<const ContactShape> contact;
+};
+
+struct Proxy {
+  std::uint32_t device = 0;
+  std::uint32_t body = 0;                            // index into Scene::bodies, a rigid one
+  Eigen::Vector3d handle = Eigen::Vector3d::Zero();  // coupling point in the body frame [m]
+  CouplingConfig limit;
+};
+
+// Particles in the scene's order: body after body. World frame.
+struct Scene {
+  SceneConfig config;
+  double spacing = 0;  // dx [m]
+  std::vector<Body> bodies;
+  std::vector<Proxy> proxies;
+  std::vector<Eigen::Vector3d> position;                 // [m]
+  std::vector<Eigen::Vector3d> velocity;                 // [m/s]
+  std::vector<double> volume;                            // rest volume [m^3]
+  std::vector<std::uint32_t> body;                       // index into bodies
+  std::vector<double> temperature;                       // [K]; empty when no body has one
+  Eigen::Vector3d bounds_min = Eigen::Vector3d::Zero();  // of the domain
+  Eigen::Vector3d bounds_max = Eigen::Vector3d::Zero();
+};
+
+// Samples the scene's bodies at the spacing that the accuracy level gives. Throws ConfigError with every fault found:
+// open or missing mesh, overlapping bodies, a body or shape without particles, a particle outside the domain, more
+// particles than max_particles (what memory allows).
+Scene sample_scene(const SceneConfig& config, std::size_t max_particles);
+
+}  // namespace palp

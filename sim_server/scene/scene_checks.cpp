@@ -1,0 +1,121 @@
+#include "sim_server/scene/scene_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "sim_server/geometry/point_grid.h"
+
+namespace palp {
+
+namespace {
+
+constexpr double kNearest = 0.5;      // of a spacing, between bodies
+constexpr double kCoincident = 1e-3;  // of a spacing, within a body
+constexpr double kElastic = 0.5;      // of a spacing, within an elastic body: nearer ones are too stiff for a step
+constexpr double kSurface = 1e-6;     // of a spacing, the rounding of a place on a surface
+
+std::string place(const Eigen::Vector3d& p) { return fmt::format("({:.4g}, {:.4g}, {:.4g}) m", p.x(), p.y(), p.z()); }
+
+PeriodicBox box_of(const Scene& scene) { return {scene.bounds_min, scene.bounds_max, scene.config.periodic}; }
+
+// Remembers which pairs of bodies were reported.
+class Pairs {
+ public:
+  Pairs(const Scene& scene, std::vector<std::string>& faults) : scene_(scene), faults_(faults) {}
+  void overlap(std::uint32_t a, std::uint32_t b, const Eigen::Vector3d& at) {
+    if (!seen_.insert(std::minmax(a, b)).second) return;
+    const auto& bodies = scene_.config.bodies;
+    const std::uint32_t later = std::max(a, b);
+    const std::string text =
+        a == b
+            ? crowded(bodies[a], at)
+            : fmt::format("body '{}' overlaps body '{}' near {}; move one of them or subtract the one from the other",
+                          bodies[later].name, bodies[std::min(a, b)].name, place(at));
+    faults_.push_back(bodies[later].where + ": " + text);
+  }
+
+ private:
+  std::string crowded(const BodyConfig& body, const Eigen::Vector3d& at) const {
+    const bool loose = body.shapes.front().type == ShapeType::particles;
+    const auto& periodic = scene_.config.periodic;
+    const bool wraps = std::find(periodic.begin(), periodic.end(), true) != periodic.end();
+    return fmt::format("body '{}' has two particles {}, near {}{}{}", body.name,
+                       body.type == BodyType::elastic
+                           ? fmt::format("less than {:g} m (half a spacing) apart", kElastic * scene_.spacing)
+                           : "in one place",
+                       place(at), loose ? "; leave one of them out of " + body.shapes.front().file : "",
+                       wraps ? "; a body in a periodic domain may not be longer than the period" : "");
+  }
+  const Scene& scene_;
+  std::vector<std::string>& faults_;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> seen_;
+};
+
+// Farther inside than rounding: a particle on the very surface belongs to the one side as well as to the other.
+bool well_inside(const Solid& solid, const Eigen::Vector3d& p, double margin) {
+  if (!solid.bounds.contains(p) || !solid.contains(p)) return false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d step = margin * Eigen::Vector3d::Unit(axis);
+    if (!solid.contains(p + step) || !solid.contains(p - step)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void check_inside_domain(Scene& scene, std::vector<std::string>& faults) {
+  const PeriodicBox box = box_of(scene);
+  const double slack = 1e-9 * (box.max - box.min).maxCoeff();
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const Body& body = scene.bodies[b];
+    std::size_t outside = 0;
+    Eigen::Vector3d first = Eigen::Vector3d::Zero();
+    for (std::size_t i = body.first; i < body.first + body.count; ++i) {
+      Eigen::Vector3d& p = scene.position[i];
+      if (body.type == BodyType::fluid) p = box.wrapped(p);
+      const bool out = ((p.array() + slack) < box.min.array()).any() || ((p.array() - slack) > box.max.array()).any();
+      if (out && outside++ == 0) first = p;
+    }
+    if (outside == 0) continue;
+    faults.push_back(
+        fmt::format("{}: body '{}' has {} of {} particles outside the domain, the first at {}; move it or "
+                    "make the [domain] larger",
+                    scene.config.bodies[b].where, body.name, outside, body.count, place(first)));
+  }
+}
+
+void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& solids,
+                 std::vector<std::string>& faults) {
+  Pairs pairs(scene, faults);
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    if (!solids[b]) continue;
+    const Body& body = scene.bodies[b];
+    const Eigen::Isometry3d to_world = Eigen::Translation3d(body.position) * body.orientation * solids[b]->frame;
+    const Eigen::Isometry3d to_solid = to_world.inverse();
+    for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
+      if (scene.body[i] != b && well_inside(*solids[b], to_solid * scene.position[i], kSurface * scene.spacing))
+        pairs.overlap(scene.body[i], b, scene.position[i]);
+    }
+  }
+}
+
+void check_distances(const Scene& scene, std::vector<std::string>& faults) {
+  Pairs pairs(scene, faults);
+  const PeriodicBox box = box_of(scene);
+  const PointGrid grid(scene.position, box, kNearest * scene.spacing);
+  for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
+    grid.near(scene.position[i], [&](std::uint32_t j) {
+      if (j <= i) return;
+      const bool elastic = scene.bodies[scene.body[i]].type == BodyType::elastic;
+      const double within = elastic ? kElastic : kCoincident;
+      const double limit = (scene.body[i] == scene.body[j] ? within : kNearest) * scene.spacing * (1 - 1e-6);
+      if (box.between(scene.position[i], scene.position[j]).norm() < limit) {
+        pairs.overlap(scene.body[i], scene.body[j], scene.position[i]);
+      }
+    });
+  }
+}
+
+}  // namespace palp

@@ -1,0 +1,157 @@
+#include "sim_server/solver/elastic_plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "config/error.h"
+
+namespace palp {
+namespace {
+
+constexpr double kMostRounds = 1000;
+// Of the energy norm of what a solve begins with, all rounds leave at most this share of it, by the bound of conjugate
+// gradients. A clamped bar, where the bound is hard to beat, took 0.9 of these rounds to its last digit.
+constexpr double kLeft = 1e-2;
+// In passes over the elastic bodies' neighbours, as measured (tools/results/README.md): an explicit sub-step, an
+// implicit one without its rounds, a round.
+constexpr double kExplicit = 2, kImplicit = 4, kRound = 1;
+// Explicit sub-steps follow the waves that an implicit solve damps, so that one must save something.
+constexpr double kWorth = 1.5;
+
+// Why the scene cannot have an implicit solve; empty where it can.
+std::string obstacle_of(const Scene& scene, const Plan& plan) {
+  if (plan.method == Method::paper) return "method \"paper\" has no implicit solve";
+  for (const std::uint32_t b : plan.elastic_bodies) {
+    const Body& body = scene.bodies[b];
+    const MaterialConfig& m = scene.config.materials[body.material];
+    if (m.yield_stress) return fmt::format("body '{}' yields", body.name);
+    if (m.tear_strain) return fmt::format("body '{}' tears", body.name);
+    for (const std::uint32_t other : body.bonded_to)
+      if (scene.bodies[other].type == BodyType::rigid)
+        return fmt::format("body '{}' is bonded to '{}', which moves", body.name, scene.bodies[other].name);
+  }
+  return "";
+}
+
+// The extents of a box of the same spread as a body's particles, longest first.
+Eigen::Vector3d extents(const Scene& scene, const Body& body) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (std::uint32_t i = body.first; i < body.first + body.count; ++i) middle += scene.position[i] / body.count;
+  for (std::uint32_t i = body.first; i < body.first + body.count; ++i) {
+    const Eigen::Vector3d r = scene.position[i] - middle;
+    spread += r * r.transpose() / body.count;
+  }
+  const Eigen::Vector3d values = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvalues();
+  Eigen::Vector3d out;
+  for (int a = 0; a < 3; ++a) out[a] = std::sqrt(12 * std::max(0.0, values[2 - a]) + scene.spacing * scene.spacing);
+  return out;
+}
+
+// The slowest vibration of a body, as of a beam: free, or clamped at one end [rad/s].
+double slowest(const Scene& scene, const Body& body) {
+  const MaterialConfig& m = scene.config.materials[body.material];
+  const Eigen::Vector3d L = extents(scene, body);
+  const double c = std::sqrt(*m.young_modulus / m.density);
+  const double bending = (body.bonded_to.empty() ? 6.46 : 1.015) * c * L.z() / (L.x() * L.x());
+  return std::min(bending, 1.3 * c / L.x());
+}
+
+// sqrt of the solve's condition number: of what is not a rigid motion, which takes no rounds.
+double root_condition(const Scene& scene, const Plan& plan, double dt) {
+  const double ratio = plan.elastic_support / scene.spacing;
+  double worst = 1;
+  for (const std::uint32_t b : plan.elastic_bodies) {
+    const Body& body = scene.bodies[b];
+    const double fastest =
+        2 * pressure_wave_speed(scene.config.materials[body.material]) / (elastic_limit(ratio) * scene.spacing);
+    worst = std::max(worst, std::hypot(1, fastest * dt) / std::hypot(1, slowest(scene, body) * dt));
+  }
+  return worst;
+}
+
+}  // namespace
+
+double elastic_damping(const Scene& scene, const Plan& plan, const MaterialConfig& m) {
+  if (plan.method != Method::paper) return m.damping;
+  return m.damping + 0.01 * std::sqrt(*m.young_modulus * m.density) * scene.spacing;
+}
+
+StepLimit limit_by_elasticity(const Scene& scene, const Plan& plan, bool changing) {
+  const double dx = scene.spacing, ratio = plan.elastic_support / dx;
+  StepLimit out;
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    if (plan.changes[b] != changing || (!changing && scene.bodies[b].type != BodyType::elastic)) continue;
+    const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
+    // what has flowed to less than half its thickness needs less than half the step, and neighbourhoods that are torn
+    // are stiffer than whole ones: a sheet that was pierced at 0.42 of this limit diverged, at 0.21 it did not
+    double left = m.yield_stress ? 0.4 : m.tear_strain ? 0.5 : 1;
+    // In a mush the bonds' stiffness adds to the fluid's, and what froze in disorder is stiffer than a lattice: in a
+    // splash that freezes at once 0.27 of the limit diverged, 0.18 held
+    // (tests/sim_server/physics/change_motion_test.cpp).
+    if (plan.changes[b]) left = 0.3;
+    const double sound = plan.changes[b] ? sound_speed_in(scene, plan, m) : 0;
+    const double waves = elastic_limit(ratio) * left * dx / std::hypot(pressure_wave_speed(m), sound);
+    // the damping is central, as Monaghan's viscosity, whose limit is less than half that of Morris's
+    const double damping = elastic_damping(scene, plan, m);
+    const double damped = damping > 0 ? 0.4 * viscous_limit(ratio) * dx * dx * m.density / damping : 1e30;
+    for (const auto& [limit, name] : {std::pair(waves, "elasticity"), std::pair(damped, "damping")}) {
+      if (limit < out.dt) out = {limit, name};
+    }
+  }
+  return out;
+}
+
+void plan_elastic_solver(const Scene& scene, double explicit_limit, Plan& plan) {
+  plan.elastic_rounds = 0;
+  if (!plan.elastic) return;
+  const NumericsConfig& n = scene.config.numerics;
+  const double step = 1 / scene.config.rate_hz;
+  const auto needed = [&](double limit) { return std::max(1.0, std::ceil(step / (n.safety * limit) - 1e-9)); };
+  const std::string obstacle = obstacle_of(scene, plan);
+  const bool asked = n.elastic_solver == ElasticSolver::implicit;
+  if (asked && !obstacle.empty())
+    throw ConfigError(
+        fmt::format("{}: numerics.elastic_solver is \"implicit\", but {}: leave it out", scene.config.path, obstacle));
+  // in one sub-step nothing may move by more than its neighbours' distance
+  const double limit = std::min(plan.dt_limit, scene.spacing / plan.max_speed);
+  const double sub_steps = n.sub_steps ? double(*n.sub_steps) : needed(limit);
+  const double rounds = std::ceil(0.5 * std::log(2 / kLeft) * root_condition(scene, plan, step / sub_steps));
+  const double others = static_cast<double>(scene.position.size()) / plan.elastic_count;
+  const double rest = plan.meets ? 4 * others : 0.0;  // of a sub-step, the same for both
+  plan.elastic_sub_steps = needed(std::min(explicit_limit, plan.dt_limit));
+  const double saving =
+      plan.elastic_sub_steps * (kExplicit + rest) / (sub_steps * (kImplicit + kRound * rounds + rest));
+  plan.elastic_choice =
+      !obstacle.empty()
+          ? obstacle
+          : fmt::format("an implicit solve in {:.0f} rounds would cost {:.2g} times that", rounds, 1 / saving);
+  if (!obstacle.empty() || n.elastic_solver == ElasticSolver::explicit_) return;
+  if (!asked && (saving <= kWorth || rounds > kMostRounds)) return;
+  plan.elastic_rounds = static_cast<int>(std::min(rounds, kMostRounds));
+  plan.elastic_choice =
+      fmt::format("explicit: {:.0f} sub-steps, {:.2g} times the work", plan.elastic_sub_steps, saving);
+  if (limit >= plan.dt_limit) return;
+  plan.dt_limit = limit;
+  plan.limited_by = "motion";
+}
+
+std::string describe_elastic_solver(const Plan& plan) {
+  if (!plan.elastic) return "";
+  if (plan.elastic_rounds == 0) return fmt::format(", elasticity explicit ({})", plan.elastic_choice);
+  return fmt::format(", elasticity implicit in up to {} rounds a sub-step ({})", plan.elastic_rounds,
+                     plan.elastic_choice);
+}
+
+std::vector<std::uint32_t> free_elastic_bodies(const Scene& scene, const Plan& plan) {
+  std::vector<std::uint32_t> out;
+  for (const std::uint32_t b : plan.elastic_bodies)
+    if (scene.bodies[b].bonded_to.empty()) out.push_back(b);
+  return out;
+}
+
+}  // namespace palp

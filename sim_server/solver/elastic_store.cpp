@@ -1,0 +1,132 @@
+#include "sim_server/solver/elastic_store.h"
+
+#include <algorithm>
+
+#include <Eigen/Eigenvalues>
+
+#include "sim_server/geometry/point_grid.h"
+
+namespace palp {
+namespace {
+
+// Shares of the largest eigenvalue below which a neighbourhood's moment counts as having no extent that way.
+constexpr double kFlat = 1e-3;
+// Of the support radius: a neighbour at its very edge weighs nothing, but could be all that a particle has.
+constexpr double kReach = 0.999;
+
+// What multiplies X_ji so that affine fields have their exact gradient, and onto what the neighbourhood spans.
+struct Correction {
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero(), projection = Eigen::Matrix3d::Zero();
+};
+
+Correction correct(const Eigen::Matrix3d& moment) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moment);
+  Correction c;
+  for (int a = 0; a < 3; ++a) {
+    const double value = solver.eigenvalues()[a];
+    if (!(value > kFlat * solver.eigenvalues()[2])) continue;
+    const Eigen::Vector3d n = solver.eigenvectors().col(a);
+    c.inverse += n * n.transpose() / value;
+    c.projection += n * n.transpose();
+  }
+  return c;
+}
+
+// Wendland C2: -W'(r)/r.
+double slope(double r, double H) {
+  const double u = std::max(0.0, 1 - r / H);
+  return 210 / (EIGEN_PI * std::pow(H, 5)) * u * u * u;
+}
+
+// A body's elastic material: a rigid or static one has that of the first elastic body that holds on to it.
+std::uint32_t material_of(const Scene& scene, const Plan& plan, std::uint32_t body) {
+  if (scene.bodies[body].type == BodyType::elastic) return scene.bodies[body].material;
+  for (const std::uint32_t b : plan.elastic_bodies)
+    if (plan.group[b] == plan.group[body]) return scene.bodies[b].material;
+  return scene.bodies[body].material;
+}
+
+}  // namespace
+
+ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
+  std::vector<std::uint32_t> particle(plan.elastic_count);  // in the scene's order
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    const Body& body = scene.bodies[b];
+    if (plan.force_first[b] >= plan.elastic_count) continue;
+    for (std::uint32_t k = 0; k < body.count; ++k) particle[plan.force_first[b] + k] = body.first + k;
+  }
+  const PeriodicBox box{scene.bounds_min, scene.bounds_max, scene.config.periodic};
+  std::vector<Eigen::Vector3d> place(particle.size());
+  for (std::size_t i = 0; i < particle.size(); ++i) place[i] = scene.position[particle[i]];
+  const double H = plan.elastic_support, reach = kReach * H;
+  const PointGrid grid(place, box, H);
+  const auto body_of = [&](std::size_t i) -> const Body& { return scene.bodies[scene.body[particle[i]]]; };
+  // of one elastic body and what it is bonded to
+  const auto joined = [&](std::size_t i, std::size_t j) {
+    const std::uint32_t a = scene.body[particle[i]], b = scene.body[particle[j]];
+    const bool both_elastic = scene.bodies[a].type == BodyType::elastic && scene.bodies[b].type == BodyType::elastic;
+    return a == b || (plan.group[a] == plan.group[b] && !both_elastic);
+  };
+  const bool paper = plan.method == Method::paper;
+  bool flat = false;
+  first.push_back(0);
+  std::vector<std::uint32_t> near;
+  // bonded particles within reach of an elastic one: they are strained, and those next to them feel it
+  std::vector<bool> strained(particle.size());
+  for (std::uint32_t i = 0; i < particle.size(); ++i) {
+    strained[i] = body_of(i).type == BodyType::elastic;
+    grid.near(place[i], [&](std::uint32_t j) {
+      if (body_of(j).type == BodyType::elastic && joined(i, j) && box.between(place[j], place[i]).norm() < reach)
+        strained[i] = true;
+    });
+  }
+  for (std::uint32_t i = 0; i < particle.size(); ++i) {
+    const std::uint32_t from = particle[i], b = scene.body[from];
+    const Body& body = body_of(i);
+    rest.push_back(pack(place[i].cast<real>(), static_cast<real>(scene.volume[from])));
+    tag.push_back(make_tag(static_cast<Kind>(body.type), material_of(scene, plan, b), b));
+    u.push_back(pack(Vec3(0, 0, 0), 0));
+    v.push_back(pack(scene.velocity[from].cast<real>(), 0));
+    rotation.push_back(Quat::Identity());
+    near.clear();
+    Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+    grid.near(place[i], [&](std::uint32_t j) {
+      const Eigen::Vector3d X = box.between(place[j], place[i]);
+      const double r = X.norm();
+      // on what does not move and is not asked for, forces need not be complete
+      if (!strained[i] && body.type == BodyType::fixed && !plan.probed[b]) return;
+      if (j == i || !joined(i, j) || !(strained[i] || strained[j]) || !(r < reach) || !(r > 0)) return;
+      near.push_back(j);
+      moment += scene.volume[particle[j]] * slope(r, H) * X * X.transpose();
+    });
+    std::sort(near.begin(), near.end());
+    neighbor.insert(neighbor.end(), near.begin(), near.end());
+    first.push_back(static_cast<std::uint32_t>(neighbor.size()));
+    if (paper) continue;
+    const Correction c = correct(moment);
+    correction.push_back(c.inverse.cast<real>());
+    projection.push_back(c.projection.cast<real>());
+    flat = flat || !c.projection.isIdentity(1e-6);
+  }
+  if (!flat && !plan.tears) projection.clear();
+}
+
+void scatter_stored(const Scene& scene, const Plan& plan, const Medium& medium, const Deformation& deformation,
+                    std::vector<float>& out) {
+  out.assign(scene.position.size(), 0);
+  if (plan.method == Method::paper) return;
+  for (const std::uint32_t b : plan.elastic_bodies) {
+    const Body& body = scene.bodies[b];
+    const Material& m = medium.material[body.material];
+    for (std::uint32_t k = 0; k < body.count; ++k) {
+      const std::size_t i = plan.force_first[b] + k;
+      const Mat3 R = deformation.rotation[i].toRotationMatrix();
+      const Mat3& F = deformation.gradient[i];
+      const real density = m.yield > 0 ? plastic_energy(m, F * deformation.plastic[i], R) : elastic_energy(m, F, R);
+      const double bearing = deformation.bearing.empty() ? 1 : deformation.bearing[i];
+      out[body.first + k] = static_cast<float>(bearing * density * scene.volume[body.first + k]);
+    }
+  }
+}
+
+}  // namespace palp

@@ -1,0 +1,36 @@
+// The elastic bodies as their kernels want them: rest state, neighbours at rest, kernel corrections. Host only.
+#pragma once
+
+#include <vector>
+
+#include "sim_server/physics/elastic.h"
+#include "sim_server/scene/scene.h"
+#include "sim_server/solver/plan.h"
+
+namespace palp {
+
+// In the plan's order of forces (ElasticViews).
+struct ElasticStore {
+  std::vector<Packed> rest, u, v;
+  std::vector<Tag> tag;
+  std::vector<std::uint32_t> first, neighbor;
+  std::vector<Mat3> correction;  // empty with method "paper"
+  std::vector<Mat3> projection;  // empty where every neighbourhood fills space and stays whole
+  std::vector<Quat> rotation;
+
+  ElasticStore(const Scene& scene, const Plan& plan);
+};
+
+// How elastic particles are deformed, in the plan's order of forces.
+struct Deformation {
+  const std::vector<Mat3>& gradient;
+  const std::vector<Quat>& rotation;
+  const std::vector<Mat3>& plastic;  // empty where nothing yields
+  const std::vector<real>& bearing;  // empty where nothing tears
+};
+
+// Elastic energy [J] of each particle in the scene's order, 0 for those that are not elastic and with method "paper".
+void scatter_stored(const Scene& scene, const Plan& plan, const Medium& medium, const Deformation& deformation,
+                    std::vector<float>& out);
+
+}  // namespace palp

@@ -1,0 +1,190 @@
+#include "sim_server/solver/heat_plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "config/error.h"
+
+namespace palp {
+namespace {
+
+const MaterialConfig& material_of(const Scene& scene, const Body& body) {
+  return scene.config.materials[body.material];
+}
+
+const Body* find_body(const Scene& scene, const std::string& name) {
+  const auto found =
+      std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) { return body.name == name; });
+  return found == scene.bodies.end() ? nullptr : &*found;
+}
+
+void check(const Scene& scene) {
+  const SceneConfig& config = scene.config;
+  std::vector<std::string> faults;
+  for (std::size_t m = 0; m < config.materials.size(); ++m) {
+    const MaterialConfig& material = config.materials[m];
+    const bool used =
+        std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) { return body.material == m; });
+    if (used && !(material.heat_capacity > 0))
+      faults.push_back(
+          fmt::format("{}: material '{}' has no heat_capacity, expected one in J/(kg K): heat flows in this scene",
+                      material.where.empty() ? config.path : material.where, material.name));
+  }
+  for (const HeatZoneConfig& zone : config.heat_zones) {
+    const Body* body = zone.body.empty() ? nullptr : find_body(scene, zone.body);
+    if (!zone.body.empty() && (body == nullptr || (body->type != BodyType::rigid && body->type != BodyType::fixed)))
+      faults.push_back(fmt::format("{}: heat_zone '{}' follows '{}', expected a rigid or static body", zone.where,
+                                   zone.name, zone.body));
+  }
+  if (config.heat_zones.size() > kMaxHeatZones)
+    faults.push_back(
+        fmt::format("{}: {} heat zones, expected at most {}", config.path, config.heat_zones.size(), kMaxHeatZones));
+  if (!faults.empty()) throw ConfigError(faults);
+}
+
+// sum V W over a cubic lattice that ends `rows_above` rows above the particle, and sum V F x^2 over a whole one; H is
+// in spacings.
+struct LatticeSums {
+  double cover = 0, moment = 0;
+};
+
+LatticeSums lattice_sums(double H, int rows_above) {
+  const double scale = 21 / (2 * EIGEN_PI * H * H * H);
+  const int reach = static_cast<int>(H) + 1;
+  LatticeSums sum;
+  for (int x = -reach; x <= reach; ++x)
+    for (int y = -reach; y <= reach; ++y)
+      for (int z = -reach; z <= std::min(reach, rows_above); ++z) {
+        const double q = std::sqrt(double(x * x + y * y + z * z)) / H;
+        if (q >= 1) continue;
+        sum.cover += scale * std::pow(1 - q, 4) * (4 * q + 1);
+        sum.moment += 20 * scale / (H * H) * std::pow(1 - q, 3) * x * x;
+      }
+  return sum;
+}
+
+constexpr int kNoSurface = 1000;
+
+// The fastest that one particle's temperature relaxes [1/s], over all materials.
+double relaxation_rate(const Scene& scene, const Plan& plan) {
+  const double dx = scene.spacing;
+  double conduction = 0, loss = 0, slowest = 1e300, fastest = 0;
+  bool held = false;
+  for (const Body& body : scene.bodies) {
+    held = held || body.holds_temperature;
+    if (body.holds_temperature) continue;
+    const MaterialConfig& m = material_of(scene, body);
+    const double volumetric = m.density * m.heat_capacity;
+    conduction = std::max(conduction, m.conductivity / volumetric);
+    slowest = std::min(slowest, m.conductivity);
+    fastest = std::max(fastest, m.conductivity);
+    // a particle alone has a free surface of about 8 dx^2 (heat.h)
+    loss = std::max(loss, 8 * scene.config.heat.loss_to_air / (volumetric * dx));
+  }
+  // against a far better conductor a pair conducts up to twice as well as among its like
+  const double contrast = held ? 2 : 2 * fastest / std::max(fastest + slowest, 1e-300);
+  const double H = plan.support / dx;
+  return contrast * conduction / (dx * dx) / (viscous_limit(H) * lattice_sums(H, kNoSurface).moment) + loss;
+}
+
+}  // namespace
+
+bool has_heat(const Scene& scene) {
+  if (scene.temperature.empty()) return false;
+  if (scene.config.heat.loss_to_air > 0 || !scene.config.heat_zones.empty()) return true;
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                     [&](const Body& body) { return material_of(scene, body).conductivity > 0; });
+}
+
+void plan_heat(const Scene& scene, Plan& plan) {
+  plan.heat = has_heat(scene);
+  if (!plan.heat) return;
+  plan.meets = true;  // what conducts needs its neighbours
+  check(scene);
+  const SceneConfig& config = scene.config;
+  const double step = 1 / config.rate_hz, rate = relaxation_rate(scene, plan);
+  plan.heat_limit = rate > 0 ? 1 / rate : 1e30;
+  const double allowed = config.numerics.safety * plan.heat_limit;
+  // a hand would feel changes in larger steps
+  const double rate_hz = config.heat.rate_hz.value_or(plan.change ? 100 : 20);
+  const double longest = std::max(step, 1 / rate_hz);
+  plan.heat_interval = std::max(1, static_cast<int>(std::min(allowed, longest) / step * (1 + 1e-9)));
+  const double needed = std::ceil(plan.heat_interval * step / allowed * (1 - 1e-9));
+  if (needed > 10000)
+    throw ConfigError(fmt::format(
+        "{}: a haptic step of {:.3g} ms would need {:.7g} steps of heat; expected at most 10000: raise the spacing or "
+        "rate_hz, or lower conductivities or loss_to_air",
+        config.path, 1e3 * step, needed));
+  plan.heat_steps = std::max(1, static_cast<int>(needed));
+  plan.heat_dt = plan.heat_interval * step / plan.heat_steps;
+}
+
+std::string describe_heat(const Plan& plan, const Scene& scene) {
+  if (!plan.heat) return "";
+  std::string text = fmt::format(", heat every {} haptic steps ({:.4g} Hz", plan.heat_interval,
+                                 scene.config.rate_hz / plan.heat_interval);
+  if (plan.heat_interval == 1) text = fmt::format(", heat every haptic step ({:.4g} Hz", scene.config.rate_hz);
+  if (plan.heat_steps > 1) text += fmt::format(", in {} parts", plan.heat_steps);
+  return text + fmt::format(", {:.2g} % of the limit)", 100 * plan.heat_dt / plan.heat_limit);
+}
+
+HeatMedium make_heat_medium(const Scene& scene, const Plan& plan) {
+  HeatMedium m{};
+  // where a material does not melt its enthalpy counts from the middle of the scene, which loses the fewest digits
+  double mean = 0;
+  for (const double T : scene.temperature) mean += T / static_cast<double>(scene.temperature.size());
+  for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i) {
+    const MaterialConfig& from = scene.config.materials[i];
+    // the capacity of a material that no body is made of is not checked
+    m.material[i] = {static_cast<real>(from.conductivity),
+                     static_cast<real>(from.heat_capacity > 0 ? from.heat_capacity : 1),
+                     static_cast<real>(from.melting_temperature.value_or(mean)),
+                     static_cast<real>(from.melting_temperature ? from.latent_heat : 0)};
+  }
+  m.dt = static_cast<real>(plan.heat_dt);
+  m.loss = static_cast<real>(scene.config.heat.loss_to_air);
+  m.air_temperature = static_cast<real>(scene.config.heat.air_temperature);
+  const double H = plan.support / scene.spacing;
+  const LatticeSums within = lattice_sums(H, kNoSurface);
+  double depth = 0;
+  for (int row = 0; row < 5; ++row)
+    depth += std::max(0.0, 1 - lattice_sums(H, row).cover / within.cover - static_cast<double>(kCoverNoise));
+  m.moment = static_cast<real>(within.moment);
+  m.cover = static_cast<real>(within.cover);
+  m.depth = static_cast<real>(depth * scene.spacing);
+  return m;
+}
+
+std::vector<HeatZone> make_heat_zones(const Scene& scene) {
+  std::vector<HeatZone> zones;
+  for (const HeatZoneConfig& from : scene.config.heat_zones) {
+    const Body* body = from.body.empty() ? nullptr : find_body(scene, from.body);
+    HeatZone zone{};
+    zone.center = (body != nullptr ? Eigen::Vector3d(from.position - body->center) : from.position).cast<real>();
+    zone.half = (0.5 * from.size).cast<real>();
+    zone.q = from.orientation.cast<real>();
+    zone.body = body != nullptr ? static_cast<std::uint32_t>(body - scene.bodies.data()) : kNone;
+    zone.holds = from.temperature.has_value();
+    zone.temperature = static_cast<real>(from.temperature.value_or(0));
+    zone.power = static_cast<real>(from.power);
+    zones.push_back(zone);
+  }
+  return zones;
+}
+
+std::vector<std::uint32_t> held_bodies(const Scene& scene) {
+  std::vector<std::uint32_t> held;
+  for (const Body& body : scene.bodies) held.push_back(body.holds_temperature ? 1 : 0);
+  return held;
+}
+
+std::uint32_t heat_zones_on(const SceneConfig& config, double time) {
+  std::uint32_t on = 0;
+  for (std::size_t z = 0; z < config.heat_zones.size() && z < kMaxHeatZones; ++z)
+    if (time >= config.heat_zones[z].start && time < config.heat_zones[z].end) on |= 1u << z;
+  return on;
+}
+
+}  // namespace palp

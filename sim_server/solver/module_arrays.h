@@ -1,0 +1,278 @@
+// The arrays of each module on a back end B: allocated once, filled again at every reset, read for a snapshot. A module
+// that the plan does not name has none.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim_server/solver/contact_store.h"
+#include "sim_server/solver/elastic_plan.h"
+#include "sim_server/solver/elastic_store.h"
+#include "sim_server/solver/heat_plan.h"
+#include "sim_server/solver/simulation.h"
+#include "sim_server/solver/state_change_plan.h"
+#include "sim_server/solver/step.h"
+
+namespace palp {
+
+// For what never changes; nullptr when empty.
+template <class B, class T>
+T* allocate_copy(B& back_end, const std::string& name, const std::vector<T>& from) {
+  if (from.empty()) return nullptr;
+  T* to = back_end.template allocate<T>(name, from.size());
+  back_end.upload(to, from);
+  return to;
+}
+
+template <class B>
+void allocate_elastic(B& back_end, const Scene& scene, const Plan& plan, StepViews& v) {
+  const ElasticStore store(scene, plan);
+  const std::size_t n = plan.elastic_count;
+  ElasticViews& e = v.elastic;
+  e.count = plan.elastic_count;
+  e.rest = allocate_copy(back_end, "elastic rest", store.rest);
+  e.tag = allocate_copy(back_end, "elastic tag", store.tag);
+  e.first = allocate_copy(back_end, "elastic first", store.first);
+  e.neighbor = allocate_copy(back_end, "elastic neighbors", store.neighbor);
+  e.correction = allocate_copy(back_end, "elastic correction", store.correction);
+  e.projection = allocate_copy(back_end, "elastic projection", store.projection);
+  e.u = back_end.template allocate<Packed>("elastic displacement", n);
+  e.v = back_end.template allocate<Packed>("elastic velocity", n);
+  e.rotation = back_end.template allocate<Quat>("elastic rotation", n);
+  e.gradient = back_end.template allocate<Mat3>("elastic gradient", n);
+  e.stress = back_end.template allocate<Mat3>("elastic stress", n);
+  if (plan.plastic) {
+    e.plastic = back_end.template allocate<Mat3>("elastic plastic part", n);
+    e.hardened = back_end.template allocate<real>("elastic plastic strain", n);
+  }
+  if (plan.tears) {
+    e.torn = back_end.template allocate<std::uint8_t>("elastic torn bonds", store.neighbor.size());
+    e.pull = back_end.template allocate<Packed>("elastic pull", n);
+    e.bearing = back_end.template allocate<real>("elastic bearing", n);
+  }
+  v.elastic_bodies = allocate_copy(back_end, "elastic bodies", plan.elastic_bodies);
+}
+
+// For elastic bodies that are solved implicitly, beside the above.
+template <class B>
+void allocate_implicit(B& back_end, const Scene& scene, const Plan& plan, StepViews& v) {
+  ImplicitViews& s = v.implicit;
+  const std::size_t neighbors = ElasticStore(scene, plan).neighbor.size();
+  const std::size_t n = plan.elastic_count;
+  s.rounds = static_cast<std::uint32_t>(plan.elastic_rounds);
+  s.parts = static_cast<std::uint32_t>(std::clamp<std::size_t>(n / 256, 1, 128));
+  s.pair = back_end.template allocate<Packed>("implicit pairs", neighbors);
+  s.ahead = back_end.template allocate<Packed>("implicit place ahead", n);
+  s.rotation = back_end.template allocate<Quat>("implicit rotation", n);
+  s.residual = back_end.template allocate<Packed>("implicit residual", n);
+  s.image = back_end.template allocate<Packed>("implicit image", n);
+  s.direction = back_end.template allocate<Packed>("implicit direction", n);
+  s.advance = back_end.template allocate<Packed>("implicit advance", n);
+  s.change = back_end.template allocate<Packed>("implicit change", n);
+  s.sums = back_end.template allocate<Packed>("implicit sums", s.parts);
+  s.round = back_end.template allocate<SolveRound>("implicit rounds", s.rounds);
+  s.left = back_end.template allocate<real>("implicit left", 1);
+  const std::vector<std::uint32_t> free = free_elastic_bodies(scene, plan);
+  s.free_bodies = static_cast<std::uint32_t>(free.size());
+  s.free_body = allocate_copy(back_end, "implicit free bodies", free);
+  double mass = 0;
+  for (const std::uint32_t b : plan.elastic_bodies)
+    mass += static_cast<double>(v.medium.material[scene.bodies[b].material].density) * scene.bodies[b].volume;
+  s.least = static_cast<real>(mass * kLeastSpeed2);
+  const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.elastic_support));
+  back_end.for_each("implicit pairs", v.elastic.count, ListPairs{v.elastic, s, v.grid, kernel});
+}
+
+template <class B>
+void reset_elastic(B& back_end, const Scene& scene, const Plan& plan, const ElasticViews& e) {
+  const ElasticStore store(scene, plan);
+  const std::size_t n = plan.elastic_count;
+  back_end.upload(e.u, store.u);
+  back_end.upload(e.v, store.v);
+  back_end.upload(e.rotation, store.rotation);
+  back_end.upload(e.gradient, std::vector<Mat3>(n, Mat3::Identity()));
+  if (plan.plastic) {
+    back_end.upload(e.plastic, std::vector<Mat3>(n, Mat3::Identity()));
+    back_end.upload(e.hardened, std::vector<real>(n, real(0)));
+  }
+  if (plan.tears) {
+    back_end.upload(e.correction, store.correction);
+    back_end.upload(e.projection, store.projection);
+    back_end.upload(e.torn, std::vector<std::uint8_t>(store.neighbor.size(), 0));
+    back_end.upload(e.pull, std::vector<Packed>(n, Packed{0, 0, 0, 0}));
+    back_end.upload(e.bearing, std::vector<real>(n, real(1)));
+  }
+}
+
+template <class B>
+void reset_implicit(B& back_end, const Plan& plan, const ImplicitViews& s) {
+  back_end.upload(s.rotation, std::vector<Quat>(plan.elastic_count, Quat::Identity()));
+  back_end.upload(s.left, std::vector<real>(1, real(0)));
+}
+
+template <class B>
+void snapshot_elastic(B& back_end, const Scene& scene, const Plan& plan, const StepViews& v, Snapshot& out) {
+  const std::size_t n = plan.elastic_count;
+  std::vector<Quat> rotation(n);
+  std::vector<Mat3> gradient(n), plastic(plan.plastic ? n : 0);
+  std::vector<real> bearing(plan.tears ? n : 0);
+  back_end.download(rotation, v.elastic.rotation);
+  back_end.download(gradient, v.elastic.gradient);
+  if (plan.plastic) back_end.download(plastic, v.elastic.plastic);
+  if (plan.tears) back_end.download(bearing, v.elastic.bearing);
+  scatter_stored(scene, plan, v.medium, {gradient, rotation, plastic, bearing}, out.stored);
+}
+
+// What contacts remember from step to step.
+struct ContactCounts {
+  std::size_t states = 0, frozen_states = 0, pairs = 0;
+};
+
+template <class B>
+ContactCounts allocate_contact(B& back_end, const Scene& scene, const Plan& plan, ContactViews& c) {
+  const ContactStore store(scene, plan);
+  c.pairs = store.rigid_pairs;
+  c.elastic_parts = static_cast<std::uint32_t>(store.elastic_part.size());
+  c.few = store.few;
+  c.pair = allocate_copy(back_end, "contact pairs", store.pair);
+  c.shape = allocate_copy(back_end, "contact shapes", store.shape);
+  c.piece = allocate_copy(back_end, "contact pieces", store.piece);
+  const Packed* node = allocate_copy(back_end, "contact distances", store.node);
+  c.grid = allocate_copy(back_end, "contact grids", store.grids_at(node));
+  c.point = allocate_copy(back_end, "contact points", store.point);
+  c.elastic_part = allocate_copy(back_end, "contact elastic parts", store.elastic_part);
+  c.frozen_parts = static_cast<std::uint32_t>(store.frozen_part.size());
+  c.frozen_part = allocate_copy(back_end, "contact frozen parts", store.frozen_part);
+  c.first_frozen = store.first_frozen;
+  if (c.frozen_parts > 0)
+    c.near = back_end.template allocate<NearestYet>("contact near", store.states - store.first_frozen);
+  c.by.of_body = allocate_copy(back_end, "contact of bodies", store.of_body);
+  c.by.part = allocate_copy(back_end, "contact parts", store.part);
+  c.state = back_end.template allocate<ContactState>("contact states", store.states);
+  c.by.wrench = back_end.template allocate<PairWrench>("contact wrenches", store.pair.size());
+  c.by.held = allocate_copy(back_end, "contact held", store.held);
+  if (store.held_pairs > 0)
+    c.by.resistance = back_end.template allocate<Resistance>("contact resistance", store.held_pairs);
+  return {store.states, store.states - store.first_frozen, store.pair.size()};
+}
+
+template <class B>
+void reset_contact(B& back_end, ContactCounts counts, const ContactViews& c) {
+  back_end.upload(c.state, std::vector<ContactState>(counts.states, no_contact()));
+  back_end.upload(c.by.wrench, std::vector<PairWrench>(counts.pairs, no_wrench()));
+  if (c.frozen_parts > 0) back_end.upload(c.near, std::vector<NearestYet>(counts.frozen_states, NearestYet{0, 2}));
+}
+
+template <class B>
+void allocate_change(B& back_end, const Scene& scene, const Plan& plan, StepViews& v) {
+  const ChangeStore store(scene, plan);
+  const std::size_t n = plan.slots, all = n * kMaxBonds;
+  ChangeViews& c = v.change;
+  c.count = plan.slots;
+  c.slot_of = allocate_copy(back_end, "change slots", store.slot_of);
+  c.group = allocate_copy(back_end, "change groups", store.group);
+  c.shaped = allocate_copy(back_end, "change shaped", store.shaped);
+  c.tag = allocate_copy(back_end, "change tags", store.tag);
+  v.change_force_of = allocate_copy(back_end, "change forces of", store.force_of);
+  c.x = back_end.template allocate<Packed>("change position", n);
+  c.v = back_end.template allocate<Packed>("change velocity", n);
+  c.solid = back_end.template allocate<real>("change solid fraction", n);
+  c.before = back_end.template allocate<real>("change solid fraction before", n);
+  c.set = back_end.template allocate<real>("change set", n);
+  c.rotation = back_end.template allocate<Quat>("bond rotation", n);
+  c.gradient = back_end.template allocate<Mat3>("bond gradient", n);
+  c.stress = back_end.template allocate<Mat3>("bond stress", n);
+  c.correction = back_end.template allocate<Mat3>("bond correction", n);
+  c.projection = back_end.template allocate<Mat3>("bond projection", n);
+  c.soft = back_end.template allocate<real>("bond softness", n);
+  c.force = back_end.template allocate<Packed>("bond force", n);
+  c.bonds = back_end.template allocate<std::uint32_t>("bond counts", n);
+  c.bond = back_end.template allocate<std::uint32_t>("bonds", all);
+  c.own = back_end.template allocate<Packed>("bond vectors", all);
+  c.other = back_end.template allocate<Packed>("bond vectors back", all);
+  c.piece = back_end.template allocate<std::uint32_t>("pieces", n);
+  c.acting = back_end.template allocate<std::uint32_t>("pieces that act", n);
+  v.pieces.a = back_end.template allocate<std::uint32_t>("piece numbers", n);
+  v.pieces.b = back_end.template allocate<std::uint32_t>("piece numbers in work", n);
+  v.pieces.still = back_end.template allocate<std::uint32_t>("piece rounds", kPieceRounds);
+  v.change_medium = make_change_medium(scene, plan);
+  if (!plan.rigidifies) return;
+  RigidViews& r = v.rigid_pieces;
+  r.root = back_end.template allocate<std::uint32_t>("rigid root", n);
+  r.local = back_end.template allocate<Packed>("rigid local", n);
+  r.push = back_end.template allocate<Packed>("rigid push", n);
+  r.piece = back_end.template allocate<RigidPiece>("rigid pieces", n);
+  r.list = back_end.template allocate<std::uint32_t>("rigid list", kMaxRigidPieces);
+  r.past = back_end.template allocate<std::uint32_t>("rigid past threshold", n);
+  r.whole = back_end.template allocate<std::uint32_t>("rigid whole", n);
+  r.same = back_end.template allocate<std::uint32_t>("rigid same", n);
+  r.last = back_end.template allocate<std::uint32_t>("rigid last", n);
+  r.place = back_end.template allocate<std::uint32_t>("rigid place", n);
+  r.roots = back_end.template allocate<std::uint32_t>("rigid roots", rigid_chunks(plan.slots));
+}
+
+template <class B>
+void reset_change(B& back_end, const Scene& scene, const Plan& plan, const StepViews& v) {
+  const ChangeStore store(scene, plan);
+  const ChangeViews& c = v.change;
+  back_end.upload(c.x, store.x);
+  back_end.upload(c.v, store.v);
+  back_end.upload(c.solid, store.solid);
+  back_end.upload(c.before, store.solid);
+  back_end.upload(c.set, store.set);
+  back_end.upload(c.rotation, store.rotation);
+  back_end.upload(c.correction, store.correction);
+  back_end.upload(c.projection, store.projection);
+  back_end.upload(c.soft, store.soft);
+  back_end.upload(c.bonds, store.bonds);
+  back_end.upload(c.bond, store.bond);
+  back_end.upload(c.own, store.own);
+  back_end.upload(c.other, store.other);
+  back_end.upload(v.state.solid, store.fraction);
+  back_end.upload(c.piece, store.piece);
+  back_end.upload(c.acting, store.piece);
+  back_end.upload(v.pieces.still, std::vector<std::uint32_t>(kPieceRounds, 1));
+  if (!plan.rigidifies) return;
+  back_end.upload(v.rigid_pieces.root, std::vector<std::uint32_t>(plan.slots, kNone));
+  back_end.upload(v.rigid_pieces.list, std::vector<std::uint32_t>(kMaxRigidPieces, kNone));
+}
+
+// id: of each particle in the state's order.
+template <class B>
+void snapshot_change(B& back_end, const Scene& scene, const Plan& plan, const StepViews& v,
+                     const std::vector<std::uint32_t>& id, Snapshot& out) {
+  std::vector<Solidity> solid(id.size());
+  std::vector<std::uint32_t> piece(plan.slots);
+  back_end.download(solid, v.state.solid);
+  back_end.download(piece, v.change.piece);
+  out.body_id = body_ids(scene, plan, piece);
+  if (plan.rigidifies) {
+    back_end.download(piece, v.rigid_pieces.root);
+    out.rigid = rigid_particles(scene, plan, piece);
+  }
+  out.solid.resize(solid.size());
+  for (std::size_t i = 0; i < solid.size(); ++i) out.solid[id[i]] = static_cast<float>(solid[i].K);
+}
+
+// A parameter that is set later may be the first to ask for it.
+template <class B>
+void allocate_viscosity(B& back_end, const Scene& scene, const Plan& plan, ViscosityViews& v) {
+  if (v.stage[0] != nullptr) return;
+  for (Packed*& stage : v.stage) stage = back_end.template allocate<Packed>("viscous velocity", scene.position.size());
+  if (!plan.moving) return;
+  v.solid = back_end.template allocate<Packed>("viscous solid force", plan.force_count);
+  v.body = back_end.template allocate<ViscousBody>("viscous bodies", scene.bodies.size());
+}
+
+template <class B>
+void allocate_heat(B& back_end, const Scene& scene, const Plan& plan, StepViews& v) {
+  v.heat_medium = make_heat_medium(scene, plan);
+  v.heat.held = allocate_copy(back_end, "heat held bodies", held_bodies(scene));
+  const std::vector<HeatZone> zones = make_heat_zones(scene);
+  if (zones.empty()) return;
+  v.heat.zones = static_cast<std::uint32_t>(zones.size());
+  v.heat.zone = allocate_copy(back_end, "heat zones", zones);
+  v.heat.zone_volume = back_end.template allocate<real>("heat zone volumes", zones.size());
+}
+
+}  // namespace palp

@@ -1,0 +1,37 @@
+// The particles and bodies of a scene in the kernels' layout, on the host: what a back end uploads at reset and
+// downloads for a snapshot.
+#pragma once
+
+#include <vector>
+
+#include "sim_server/physics/cell_grid.h"
+#include "sim_server/physics/cohesion.h"
+#include "sim_server/physics/heat.h"
+#include "sim_server/solver/plan.h"
+#include "sim_server/solver/simulation.h"
+
+namespace palp {
+
+struct ParticleStore {
+  std::vector<Packed> xV, vp;
+  std::vector<real> mass;
+  std::vector<Tag> tag;
+  std::vector<std::uint32_t> id;
+  std::vector<real> temperature, enthalpy;
+  std::vector<BodyState> bodies;
+  std::vector<Packed> local;  // of the reactive bodies' particles
+
+  // The initial state: fluids at rest get the hydrostatic pressure of the fluid above them when gravity acts from the
+  // start.
+  ParticleStore(const Scene& scene, const Plan& plan);
+  // Downloaded arrays into the scene's order.
+  void scatter(const Medium& medium, Snapshot& out) const;
+  // What each particle took up since the start, when it had the enthalpies `start`, in the scene's order.
+  void scatter_heat(const std::vector<real>& start, const HeatMedium& medium, Snapshot& out) const;
+};
+
+CellGrid make_grid(const Scene& scene, const Plan& plan);
+Medium make_medium(const Scene& scene, const Plan& plan);
+CohesionMedium make_cohesion(const Scene& scene, const Plan& plan);
+
+}  // namespace palp

@@ -1,0 +1,408 @@
+#include "sim_server/solver/plan.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "config/error.h"
+#include "sim_server/physics/cohesion.h"
+#include "sim_server/physics/rigid.h"
+#include "sim_server/solver/elastic_plan.h"
+#include "sim_server/solver/heat_plan.h"
+#include "sim_server/solver/state_change_plan.h"
+#include "sim_server/solver/viscosity_plan.h"
+
+namespace palp {
+namespace {
+
+struct Level {
+  double support_over_spacing;
+  double mach;        // c / largest expected speed
+  double artificial;  // alpha
+};
+
+Level level_of(Accuracy accuracy) {
+  switch (accuracy) {
+    case Accuracy::fast:
+      return {2.0, 7.0, 0.1};
+    case Accuracy::balanced:
+      return {3.0, 10.0, 0.05};
+    case Accuracy::accurate:
+      return {3.0, 10.0, 0.02};
+  }
+  return {3.0, 10.0, 0.05};
+}
+
+// Between and past the tabulated H / dx the limit is taken linear.
+double interpolate(const std::array<std::array<double, 2>, 4>& table, double x) {
+  std::size_t k = 1;
+  while (k + 1 < table.size() && x > table[k][0]) ++k;
+  const auto [x0, y0] = table[k - 1];
+  const auto [x1, y1] = table[k];
+  return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
+}
+
+// How far what moves can fall along an axis: its extent, and the gap to the fixed particles below it. Zero without
+// anything that moves.
+double fall_along(const Scene& scene, int axis, bool fluid) {
+  const double down = scene.config.gravity[axis] < 0 ? 1 : -1;  // makes "up" positive
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    const Body& body = scene.bodies[scene.body[i]];
+    const bool flows = body.type == BodyType::fluid || changes_state(scene, body);
+    if (fluid ? !flows : body.type != BodyType::rigid) continue;
+    low = low.cwiseMin(scene.position[i]);
+    high = high.cwiseMax(scene.position[i]);
+  }
+  if (!(low.x() <= high.x())) return 0;
+  const double bottom = down > 0 ? low[axis] : -high[axis];
+  double floor = -1e30;
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    if (scene.bodies[scene.body[i]].type != BodyType::fixed) continue;
+    const Eigen::Vector3d& x = scene.position[i];
+    bool below = down * x[axis] < bottom;
+    for (int a = 0; a < 3; ++a) below = below && (a == axis || (x[a] >= low[a] && x[a] <= high[a]));
+    if (below) floor = std::max(floor, down * x[axis]);
+  }
+  const double gap = floor > -1e29 ? std::max(0.0, bottom - floor - scene.spacing) : 0;
+  return high[axis] - low[axis] + scene.spacing + gap;
+}
+
+// What a body force drives: a laminar channel across the domain's smallest extent, or, if that is less, free
+// acceleration over it.
+double driven_speed(const Scene& scene) {
+  const double force = scene.config.body_force.norm();
+  if (force == 0) return 0;
+  double across = 1e30, nu = 1e30;
+  for (int a = 0; a < 3; ++a) {
+    const double length = scene.bounds_max[a] - scene.bounds_min[a];
+    if (!scene.config.periodic[a]) across = std::min(across, length);
+  }
+  if (across > 1e29) across = (scene.bounds_max - scene.bounds_min).minCoeff();
+  for (const Body& body : scene.bodies) {
+    const MaterialConfig& m = scene.config.materials[body.material];
+    if (body.type == BodyType::fluid) nu = std::min(nu, m.viscosity / m.density);
+  }
+  const double free = std::sqrt(2 * force * across);
+  return nu > 0 ? std::min(free, force * across * across / (8 * nu)) : free;
+}
+
+// The largest speed that the scene's own motion can reach: a free fall of the fluid (of the bodies where there is
+// none), the initial speeds, what a body force drives, and a hand.
+double expected_speed(const Scene& scene) {
+  const SceneConfig& config = scene.config;
+  double speed = std::max(1e-3, driven_speed(scene));
+  bool fluid = false;
+  for (const Body& body : scene.bodies) fluid = fluid || body.type == BodyType::fluid || changes_state(scene, body);
+  for (const Eigen::Vector3d& v : scene.velocity) speed = std::max(speed, v.norm());
+  for (int a = 0; a < 3; ++a)
+    if (!config.periodic[a] && config.gravity[a] != 0)
+      speed = std::max(speed, std::sqrt(2 * std::abs(config.gravity[a]) * fall_along(scene, a, fluid)));
+  for (const Body& body : scene.bodies) {  // of a drop of a spacing, by its own pressure
+    const MaterialConfig& m = config.materials[body.material];
+    const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
+    if (body.type == BodyType::fluid) speed = std::max(speed, std::sqrt(2 * strength / (m.density * scene.spacing)));
+  }
+  if (!scene.proxies.empty()) speed = std::max(speed, 1.0);
+  return speed;
+}
+
+// Bodies bonded to one another share a group; elastic bodies and what they hold on to come first in the order of
+// forces.
+void plan_elastic(const Scene& scene, Plan& plan) {
+  const std::size_t count = scene.bodies.size();
+  plan.group.resize(count);
+  for (std::uint32_t b = 0; b < count; ++b) plan.group[b] = b;
+  std::vector<bool> held(count, false);
+  for (std::uint32_t b = 0; b < count; ++b) {
+    const bool lasting = scene.bodies[b].type == BodyType::elastic && !plan.changes[b];
+    if (lasting) plan.elastic_bodies.push_back(b);
+    if (lasting) held[b] = true;
+    for (const std::uint32_t other : scene.bodies[b].bonded_to) {
+      held[other] = held[other] || lasting;
+      const std::uint32_t from = plan.group[other], to = plan.group[b];
+      std::replace(plan.group.begin(), plan.group.end(), from, to);
+    }
+  }
+  for (std::uint32_t b = 0; b < count; ++b) {
+    if (!held[b]) continue;
+    plan.force_first[b] = plan.force_count;
+    plan.force_count += scene.bodies[b].count;
+  }
+  plan.elastic = !plan.elastic_bodies.empty();
+  for (const std::uint32_t b : plan.elastic_bodies) {
+    const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
+    if ((m.yield_stress || m.tear_strain) && plan.method == Method::paper)
+      throw ConfigError(fmt::format(
+          "{}: material '{}' has a {}, which method \"paper\" knows nothing of; expected method \"accurate\": change "
+          "it, "
+          "or leave that key out",
+          m.where.empty() ? scene.config.path : m.where, m.name, m.yield_stress ? "yield_stress" : "tear_strain"));
+    plan.plastic = plan.plastic || m.yield_stress;
+    plan.tears = plan.tears || m.tear_strain;
+  }
+  plan.elastic_count = plan.force_count;
+}
+
+// Which kinds of contact can come about.
+void plan_contact(const Scene& scene, Plan& plan) {
+  const auto moves = [](const Body& body) { return body.type == BodyType::rigid || body.type == BodyType::elastic; };
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const Body &a = scene.bodies[i], &b = scene.bodies[j];
+      const bool freezes = (plan.changes[i] && b.contact != nullptr) || (plan.changes[j] && a.contact != nullptr);
+      if (freezes && plan.method == Method::accurate && plan.group[i] != plan.group[j]) plan.fields = true;
+      const auto flows = [&](std::size_t k) { return scene.bodies[k].type == BodyType::fluid || plan.changes[k]; };
+      if (flows(i) || flows(j) || !(moves(a) || moves(b)) || plan.group[i] == plan.group[j]) continue;
+      const auto soft = [](const Body& body) { return body.type == BodyType::elastic; };
+      const bool shaped = a.contact != nullptr && b.contact != nullptr;
+      const bool by_field = shaped || (a.contact != nullptr && soft(b)) || (b.contact != nullptr && soft(a));
+      (plan.method == Method::accurate && by_field ? plan.fields : plan.contact) = true;
+    }
+}
+
+void plan_bodies(const Scene& scene, Plan& plan) {
+  std::vector<bool> probed(scene.bodies.size(), false);
+  for (const ProbeConfig& probe : scene.config.probes)
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+      if (probe.quantity == Quantity::body && probe.body == scene.bodies[b].name) probed[b] = true;
+  plan.probed = probed;
+  bool solids = false;
+  std::set<std::uint32_t> fluids;
+  plan.force_first.assign(scene.bodies.size(), kNone);
+  plan_slots(scene, plan);
+  plan_elastic(scene, plan);
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    const Body& body = scene.bodies[b];
+    if (body.type == BodyType::fluid || plan.changes[b]) {
+      fluids.insert(body.material);
+      continue;
+    }
+    solids = true;
+    if (body.type == BodyType::rigid) plan.rigid.push_back(b);
+    const bool held = plan.force_first[b] != kNone;
+    if (body.type != BodyType::rigid && !probed[b] && !held) continue;
+    plan.reactive.push_back(b);
+    if (held) continue;
+    plan.force_first[b] = plan.force_count;
+    plan.force_count += body.count;
+  }
+  plan.fluid = !fluids.empty();
+  plan.one_fluid = fluids.size() == 1;
+  plan.solids = solids;
+  plan.wrench = !plan.reactive.empty();
+  plan.moving = !plan.rigid.empty();
+  plan_contact(scene, plan);
+  plan.meets = plan.fluid || plan.contact;
+}
+
+void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
+  const SceneConfig& config = scene.config;
+  for (int a = 0; a < 3; ++a) {
+    if (!config.periodic[a]) continue;
+    const double length = scene.bounds_max[a] - scene.bounds_min[a];
+    if (length * (1 + 1e-9) < 3 * plan.support)  // rounding must not refuse an axis of just three
+      throw ConfigError(
+          fmt::format("{}: the domain is periodic along {} but only {:.4g} m long; expected at least three support "
+                      "radii, {:.4g} m: lengthen the domain or reduce the spacing",
+                      config.path, "xyz"[a], length, 3 * plan.support));
+    plan.skin = std::min(plan.skin, std::max(0.0, length / 3 - plan.support));
+  }
+  double cells = 1;
+  for (int a = 0; a < 3; ++a) {
+    const double length = scene.bounds_max[a] - scene.bounds_min[a];
+    // a periodic axis of just three cells must not lose one to rounding
+    plan.cells[a] = std::max(
+        1, static_cast<int>(std::min(cells_per_reach * length / (plan.support + plan.skin) * (1 + 1e-9), 1e6)));
+    cells *= plan.cells[a];
+  }
+  // an airy domain needs no finer cells than about eight per particle
+  const double most = std::max(kCellsAtLeast, 8.0 * static_cast<double>(scene.position.size()));
+  for (int a = 0; cells > most && a < 3; ++a) {
+    const int least = config.periodic[a] ? 3 : 1;
+    const int n = std::max(least, static_cast<int>(plan.cells[a] * std::pow(most / cells, 1.0 / (3 - a))));
+    cells *= static_cast<double>(n) / plan.cells[a];
+    plan.cells[a] = n;
+  }
+}
+
+void limit_by(const StepLimit& limit, Plan& plan) {
+  if (limit.dt >= plan.dt_limit) return;
+  plan.dt_limit = limit.dt;
+  plan.limited_by = limit.by;
+}
+
+// Not stability, which contact has at any step, but how far solids enter one another. Like the others it is halved by
+// the default safety.
+void limit_by_contact(const Scene& scene, Plan& plan) {
+  if (!plan.fields) return;
+  // a bounce reaches a depth of 1.6 v dt (physics/contact.h): at the default share less than a spacing
+  double limit = scene.spacing / plan.max_speed;
+  // under a hand: an edge, behind which there is a quarter of the tool's mass, is ten times as stiff as the coupling
+  for (const Proxy& proxy : scene.proxies) {
+    const double stiffness = std::clamp(proxy.limit.stiffness, 1.0, 3000.0);
+    limit = std::min(limit, 2 * std::sqrt(0.1 * scene.bodies[proxy.body].mass / (10 * stiffness)));
+  }
+  limit_by({limit, "contact"}, plan);
+}
+
+void choose_sub_steps(const SceneConfig& config, Plan& plan) {
+  const double step = 1.0 / config.rate_hz;
+  const double needed = std::ceil(step / (config.numerics.safety * plan.dt_limit) - 1e-9);
+  if (needed > 10000)
+    throw ConfigError(fmt::format(
+        "{}: a haptic step of {:.3g} ms would need {:.7g} sub-steps (limited by {}); expected at most 10000: "
+        "raise the spacing or rate_hz, or lower the sound speed or viscosity",
+        config.path, 1e3 * step, needed, plan.limited_by));
+  plan.sub_steps = std::max(1, static_cast<int>(needed));
+  if (config.numerics.sub_steps) {
+    plan.sub_steps = *config.numerics.sub_steps;
+    if (step / plan.sub_steps > plan.dt_limit)
+      throw ConfigError(
+          fmt::format("{}: numerics.sub_steps is {} but a stable step needs at least {:.0f} (limited by {}): raise it "
+                      "or leave it out",
+                      config.path, plan.sub_steps, std::ceil(step / plan.dt_limit), plan.limited_by));
+  }
+  plan.dt = step / plan.sub_steps;
+}
+
+bool has_cohesion(const Scene& scene) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) {
+    const MaterialConfig& m = scene.config.materials[body.material];
+    return body.type == BodyType::fluid && (m.surface_tension > 0 || m.adhesion > 0);
+  });
+}
+
+// The shortest capillary wave, of length 2 dx, limits the step (Brackbill, Kothe & Zemach 1992).
+void limit_by_tension(const Scene& scene, Plan& plan) {
+  if (!plan.cohesion) return;
+  if (plan.method == Method::paper)
+    throw ConfigError(fmt::format(
+        "{}: a material has surface_tension or adhesion, which method \"paper\" does not know: use method \"accurate\"",
+        scene.config.path));
+  for (const Body& body : scene.bodies) {
+    const MaterialConfig& m = scene.config.materials[body.material];
+    const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
+    if (body.type != BodyType::fluid || strength == 0) continue;
+    const double limit = std::sqrt(m.density * std::pow(scene.spacing, 3) / (2 * EIGEN_PI * strength));
+    limit_by({limit, "surface tension"}, plan);
+  }
+}
+
+void plan_time(const Scene& scene, Plan& plan) {
+  const SceneConfig& config = scene.config;
+  const double dx = scene.spacing, ratio = plan.support / dx;
+  double physical = 0, fastest = plan.sound_speed;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const Body& body = scene.bodies[b];
+    if (body.type != BodyType::fluid && !plan.changes[b]) continue;
+    const MaterialConfig& m = config.materials[body.material];
+    physical = std::max(physical, m.viscosity / m.density);
+    fastest = std::max(fastest, sound_speed_in(scene, plan, m));
+  }
+  const double nu = plan.artificial * fastest * 0.5 * plan.support / 10;  // what the artificial viscosity amounts to
+  const double sound = acoustic_limit(ratio) * dx / (fastest + plan.max_speed);
+  const auto viscous = [&](double n) { return n > 0 ? viscous_limit(ratio) * dx * dx / n : 1e30; };
+  plan.dt_limit = plan.fluid ? std::min(sound, viscous(nu)) : 1e30;
+  plan.limited_by = sound < viscous(nu) ? "sound" : "viscosity";
+  limit_by(limit_by_elasticity(scene, plan, true), plan);
+  limit_by_tension(scene, plan);
+  limit_by_contact(scene, plan);
+  const StepLimit elastic = limit_by_elasticity(scene, plan, false);
+  plan_elastic_solver(scene, elastic.dt, plan);
+  if (plan.elastic_rounds == 0) limit_by(elastic, plan);
+  const double all = plan.fluid ? std::min(plan.dt_limit, viscous(nu + physical)) : plan.dt_limit;
+  plan_viscosity(scene, plan.dt_limit, all, plan);
+  if (plan.viscous_stages == 0 && all < plan.dt_limit) {
+    plan.dt_limit = all;
+    plan.limited_by = "viscosity";
+  }
+  choose_sub_steps(config, plan);
+}
+
+}  // namespace
+
+double sound_speed_in(const Scene& scene, const Plan& plan, const MaterialConfig& material) {
+  if (plan.method == Method::paper) return plan.sound_speed;
+  double heaviest = 0;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    if (scene.bodies[b].type == BodyType::fluid || plan.changes[b])
+      heaviest = std::max(heaviest, scene.config.materials[scene.bodies[b].material].density);
+  return plan.sound_speed * std::max(1.0, std::sqrt(0.1 * heaviest / material.density));
+}
+
+double acoustic_limit(double support_over_spacing) {
+  return interpolate({{{2.0, 1.76}, {2.6, 2.23}, {3.0, 2.59}, {4.0, 3.67}}}, support_over_spacing);
+}
+
+double viscous_limit(double support_over_spacing) {
+  return interpolate({{{2.0, 0.311}, {2.6, 0.504}, {3.0, 0.654}, {4.0, 1.15}}}, support_over_spacing);
+}
+
+double shear_modulus(const MaterialConfig& m) { return *m.young_modulus / (2 * (1 + m.poisson_ratio)); }
+
+double lame_lambda(const MaterialConfig& m) {
+  return *m.young_modulus * m.poisson_ratio / ((1 + m.poisson_ratio) * (1 - 2 * m.poisson_ratio));
+}
+
+double pressure_wave_speed(const MaterialConfig& m) {
+  return std::sqrt((lame_lambda(m) + 2 * shear_modulus(m)) / m.density);
+}
+
+double elastic_limit(double support_over_spacing) {
+  return interpolate({{{2.0, 1.76}, {2.6, 2.23}, {3.0, 2.60}, {4.0, 3.67}}}, support_over_spacing);
+}
+
+Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach) {
+  const SceneConfig& config = scene.config;
+  const NumericsConfig& n = config.numerics;
+  const Level level = level_of(config.accuracy);
+  if (config.materials.size() > kMaxMaterials)
+    throw ConfigError(
+        fmt::format("{}: {} materials; expected at most {}", config.path, config.materials.size(), kMaxMaterials));
+  Plan plan;
+  plan.method = config.method;
+  plan_bodies(scene, plan);
+  plan.temperature = !scene.temperature.empty();
+  plan.cohesion = has_cohesion(scene);
+  // with two spacings attraction freezes the particles on their lattice: a cube does not become a ball
+  const double least = plan.cohesion ? 3 : 0;
+  plan.support = n.support_over_spacing.value_or(std::max(least, level.support_over_spacing)) * scene.spacing;
+  // a short kernel sees more of a bent plate's strain than one that reaches across it
+  plan.elastic_support =
+      plan.method == Method::paper ? plan.support : n.support_over_spacing.value_or(2.0) * scene.spacing;
+  plan.max_speed = n.max_speed.value_or(expected_speed(scene));
+  plan.sound_speed = n.sound_speed.value_or(level.mach * plan.max_speed);
+  plan.artificial = n.artificial_viscosity.value_or(level.artificial);
+  plan.diffusion = n.density_diffusion.value_or(0.1);
+  // without a free surface nothing can come apart, and clamping pressure would bias it
+  plan.tension = n.tension.value_or(config.gravity.isZero());
+  if (plan.method == Method::paper) {
+    plan.artificial = plan.diffusion = 0;
+    plan.tension = false;
+  }
+  plan.change_support = plan.elastic_support;
+  plan.skin = skin_over_spacing * scene.spacing;
+  plan_cells(scene, cells_per_reach, plan);
+  plan_time(scene, plan);
+  plan_heat(scene, plan);
+  return plan;
+}
+
+std::string describe(const Plan& plan, const Scene& scene) {
+  std::string text = fmt::format("method {}, accuracy {}, {} particles, dx {:.4g} mm, H {:.3g} dx, ",
+                                 to_string(plan.method), to_string(scene.config.accuracy), scene.position.size(),
+                                 1e3 * scene.spacing, plan.support / scene.spacing);
+  if (plan.fluid)
+    text += fmt::format("c {:.3g} m/s for speeds to {:.3g} m/s, alpha {:.3g}, delta {:.3g}, {}", plan.sound_speed,
+                        plan.max_speed, plan.artificial, plan.diffusion, plan.cohesion ? "surface tension, " : "");
+  text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
+  if (plan.fluid || plan.elastic || plan.fields)
+    text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
+  return text + describe_elastic_solver(plan) + describe_viscosity(plan) + describe_heat(plan, scene);
+}
+
+}  // namespace palp

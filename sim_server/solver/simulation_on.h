@@ -1,0 +1,233 @@
+// The simulation on one back end: owns the arrays that the plan names, carries states in and results out.
+//
+// Flow of a step: input block to the device -> sub-steps (step.h) -> body states and health back -> one wait.
+#pragma once
+
+#include <atomic>
+#include <cmath>
+
+#include "sim_server/physics/pack_frame.h"
+#include "sim_server/solver/module_arrays.h"
+#include "sim_server/solver/parameters.h"
+#include "sim_server/solver/particle_store.h"
+#include "sim_server/solver/simulation.h"
+#include "sim_server/solver/step.h"
+#include "sim_server/solver/step_results.h"
+
+namespace palp {
+
+template <class B>
+class SimulationOn final : public Simulation {
+ public:
+  explicit SimulationOn(const Scene& scene)
+      : scene_(scene),
+        plan_(make_plan(scene, B::kSkinOverSpacing, B::kCellsPerReach)),
+        results_(scene_, plan_),
+        back_end_(scene.position.size()) {
+    allocate();
+    reset();
+  }
+
+  const Scene& scene() const override { return scene_; }
+  std::string backend_name() const override { return back_end_.name(); }
+  std::string numerics() const override { return describe(plan_, scene_); }
+
+  double support_radius() const override { return plan_.support; }
+  int sub_steps() const override { return plan_.sub_steps; }
+
+  void set_parameter(const std::string& name, const std::string& value) override {
+    SceneConfig config = scene_.config;
+    apply_parameter(config, name, value);
+    // pressure is the fluid's state, so the sound speed that gives it its meaning stays
+    const NumericsConfig numerics = config.numerics;
+    config.numerics.sound_speed = plan_.sound_speed;
+    config.numerics.max_speed = plan_.max_speed;
+    config.numerics.tension = plan_.tension;
+    if (plan_.elastic)  // its arrays were allocated for one of the two
+      config.numerics.elastic_solver = plan_.elastic_rounds > 0 ? ElasticSolver::implicit : ElasticSolver::explicit_;
+    std::swap(scene_.config, config);
+    try {
+      plan_ = make_plan(scene_, B::kSkinOverSpacing, B::kCellsPerReach);
+    } catch (...) {
+      std::swap(scene_.config, config);
+      throw;
+    }
+    scene_.config.numerics = numerics;
+    views_.medium = make_medium(scene_, plan_);
+    views_.cohesion = make_cohesion(scene_, plan_);
+    if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.viscosity);
+    if (plan_.heat) views_.heat_medium = make_heat_medium(scene_, plan_);
+    if (plan_.change) views_.change_medium = make_change_medium(scene_, plan_);
+    back_end_.forget();
+  }
+
+  const StepOutput& step(const StepInput& input) override {
+    results_.fill(input, output_.time, *input_.host);
+    const bool heat = plan_.heat && (output_.step + 1) % static_cast<unsigned>(plan_.heat_interval) == 0;
+    back_end_.execute(heat ? 1 : 0, plan_.heat ? 2 : 1, [this](int variant) {
+      back_end_.push(input_);
+      palp::step(back_end_, plan_, views_, variant == 1);
+      if (plan_.wrench) back_end_.pull(bodies_);
+      back_end_.pull(health_);
+    });
+    ++output_.step;
+    output_.time = static_cast<double>(output_.step) / scene_.config.rate_hz;
+    results_.read(bodies_.host, *health_.host, back_end_.crowded(), output_);
+    return output_;
+  }
+
+  const StepOutput& output() const override { return output_; }
+
+  void reset() override {
+    const ParticleStore store(scene_, plan_);
+    const ParticleView& s = views_.state;
+    back_end_.upload(s.xV, store.xV);
+    back_end_.upload(s.vp, store.vp);
+    back_end_.upload(s.mass, store.mass);
+    back_end_.upload(s.tag, store.tag);
+    back_end_.upload(s.id, store.id);
+    if (plan_.temperature) back_end_.upload(s.temperature, store.temperature);
+    if (plan_.heat) back_end_.upload(s.enthalpy, store.enthalpy);
+    if (plan_.wrench) back_end_.upload(views_.body.local, store.local);
+    if (plan_.elastic) reset_elastic(back_end_, scene_, plan_, views_.elastic);
+    if (plan_.elastic_rounds > 0) reset_implicit(back_end_, plan_, views_.implicit);
+    if (plan_.fields) reset_contact(back_end_, contact_counts_, views_.contact);
+    if (plan_.change) reset_change(back_end_, scene_, plan_, views_);
+    if (plan_.solids) back_end_.upload(views_.body.body, store.bodies);
+    results_.reset(store.bodies, output_);
+  }
+
+  void snapshot(Snapshot& out) override {
+    ParticleStore store(scene_, plan_);
+    const ParticleView& s = views_.state;
+    back_end_.download(store.xV, s.xV);
+    back_end_.download(store.vp, s.vp);
+    back_end_.download(store.tag, s.tag);
+    back_end_.download(store.id, s.id);
+    if (plan_.temperature) back_end_.download(store.temperature, s.temperature);
+    store.scatter(views_.medium, out);
+    if (plan_.heat) {
+      const std::vector<real> start = store.enthalpy;
+      back_end_.download(store.enthalpy, s.enthalpy);
+      back_end_.download(store.mass, s.mass);
+      store.scatter_heat(start, views_.heat_medium, out);
+    }
+    if (plan_.elastic) snapshot_elastic(back_end_, scene_, plan_, views_, out);
+    if (plan_.change) snapshot_change(back_end_, scene_, plan_, views_, store.id, out);
+    out.time = output_.time;
+    out.support = plan_.support;
+  }
+
+  bool begin_frame(FrameScalar scalar) override {
+    if (frame_state_ != FrameState::idle) return false;
+    if (frame_scalar_.device == nullptr && scalar != FrameScalar::none)
+      frame_scalar_ = back_end_.template mirror<float>("frame scalar", views_.particles);
+    if (frame_position_.device == nullptr)
+      frame_position_ = back_end_.template mirror<float>("frame position", 3 * std::size_t(views_.particles));
+    back_end_.for_each("frame", views_.particles,
+                       PackFrame{views_.state, views_.medium, frame_position_.device, frame_scalar_.device, scalar});
+    back_end_.begin_transfer(frame_position_, scalar == FrameScalar::none ? decltype(frame_scalar_){} : frame_scalar_);
+    frame_has_scalar_ = scalar != FrameScalar::none;
+    frame_time_ = output_.time;
+    frame_step_ = output_.step;
+    frame_state_ = FrameState::begun;
+    return true;
+  }
+
+  bool take_frame(Frame& out) override {
+    if (frame_state_ != FrameState::begun || !back_end_.transfer_done()) return false;
+    out.time = frame_time_;
+    out.step = frame_step_;
+    out.position.assign(frame_position_.host, frame_position_.host + 3 * std::size_t(views_.particles));
+    if (frame_has_scalar_)
+      out.scalar.assign(frame_scalar_.host, frame_scalar_.host + views_.particles);
+    else
+      out.scalar.clear();
+    frame_state_ = FrameState::idle;
+    return true;
+  }
+
+  Footprint footprint() const override { return {back_end_.arrays(), back_end_.launches()}; }
+
+ private:
+  enum class FrameState { idle, begun };
+
+  ParticleView allocate_particles(const std::string& set) {
+    const std::size_t n = scene_.position.size();
+    ParticleView v;
+    v.xV = back_end_.template allocate<Packed>(set + " position", n);
+    v.vp = back_end_.template allocate<Packed>(set + " velocity", n);
+    v.mass = back_end_.template allocate<real>(set + " mass", n);
+    v.tag = back_end_.template allocate<Tag>(set + " tag", n);
+    v.id = back_end_.template allocate<std::uint32_t>(set + " id", n);
+    if (plan_.temperature) v.temperature = back_end_.template allocate<real>(set + " temperature", n);
+    if (plan_.heat) v.enthalpy = back_end_.template allocate<real>(set + " enthalpy", n);
+    if (plan_.change) v.solid = back_end_.template allocate<Solidity>(set + " solid fraction", n);
+    return v;
+  }
+
+  void allocate() {
+    const std::size_t n = scene_.position.size();
+    views_.particles = static_cast<std::uint32_t>(n);
+    views_.state = allocate_particles("state");
+    views_.grid = make_grid(scene_, plan_);
+    if (plan_.meets) {
+      const double reach = (plan_.support + plan_.skin) / scene_.spacing;
+      views_.sorted = allocate_particles("sorted");
+      views_.grid.start =
+          back_end_.allocate_sort(views_.particles, views_.grid.cells(), 4.0 / 3.0 * EIGEN_PI * reach * reach * reach);
+    }
+    views_.medium = make_medium(scene_, plan_);
+    views_.cohesion = make_cohesion(scene_, plan_);
+    if (plan_.heat) allocate_heat(back_end_, scene_, plan_, views_);
+    if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.viscosity);
+    if (plan_.fluid) views_.acceleration = back_end_.template allocate<Packed>("acceleration", n);
+    if (plan_.fluid && plan_.solids && plan_.method == Method::accurate)
+      views_.wall = back_end_.template allocate<Packed>("wall", n);
+    if (plan_.solids) {
+      bodies_ = back_end_.template mirror<BodyState>("bodies", scene_.bodies.size());
+      views_.bodies = static_cast<std::uint32_t>(scene_.bodies.size());
+      views_.body.body = bodies_.device;
+    }
+    if (plan_.wrench) {
+      if (plan_.meets || plan_.elastic)
+        views_.body.force = back_end_.template allocate<Packed>("solid force", plan_.force_count);
+      views_.body.local = back_end_.template allocate<Packed>("solid local", plan_.force_count);
+      views_.reactive = allocate_copy(back_end_, "reactive bodies", plan_.reactive);
+      views_.reactive_count = static_cast<std::uint32_t>(plan_.reactive.size());
+    }
+    if (plan_.moving) {
+      views_.rigid = allocate_copy(back_end_, "rigid bodies", plan_.rigid);
+      views_.rigid_count = static_cast<std::uint32_t>(plan_.rigid.size());
+    }
+    if (plan_.elastic) allocate_elastic(back_end_, scene_, plan_, views_);
+    if (plan_.elastic_rounds > 0) allocate_implicit(back_end_, scene_, plan_, views_);
+    if (plan_.fields) contact_counts_ = allocate_contact(back_end_, scene_, plan_, views_.contact);
+    if (plan_.change) allocate_change(back_end_, scene_, plan_, views_);
+    views_.health_part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
+    health_ = back_end_.template mirror<HealthSums>("health", 1);
+    views_.health = health_.device;
+    input_ = back_end_.template mirror<StepBlock>("input", 1);
+    views_.forcing = &input_.device->forcing;
+    views_.proxy = input_.device->proxy;
+    views_.heat.zones_on = &input_.device->heat_zones;
+  }
+
+  Scene scene_;
+  Plan plan_;
+  StepResults results_;
+  B back_end_;
+  StepViews views_;
+  ContactCounts contact_counts_;
+  typename B::template Mirror<StepBlock> input_;
+  typename B::template Mirror<BodyState> bodies_;
+  typename B::template Mirror<HealthSums> health_;
+  typename B::template Mirror<float> frame_position_, frame_scalar_;
+  std::atomic<FrameState> frame_state_{FrameState::idle};
+  bool frame_has_scalar_ = false;
+  double frame_time_ = 0;
+  std::uint64_t frame_step_ = 0;
+  StepOutput output_;
+};
+
+}  // namespace palp

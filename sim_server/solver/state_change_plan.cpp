@@ -1,0 +1,244 @@
+#include "sim_server/solver/state_change_plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "config/error.h"
+#include "sim_server/geometry/point_grid.h"
+#include "sim_server/solver/heat_plan.h"
+
+namespace palp {
+namespace {
+
+const MaterialConfig& material_of(const Scene& scene, const Body& body) {
+  return scene.config.materials[body.material];
+}
+
+// The solid fraction, and the share of it that has set, at a temperature at the start.
+std::pair<double, double> start_fraction(const Scene& scene, const Body& body, double temperature) {
+  const MaterialConfig& m = material_of(scene, body);
+  const double set = m.cooking_temperature && body.type == BodyType::elastic ? 1 : 0;
+  const bool frozen = m.melting_temperature && temperature <= *m.melting_temperature;
+  return {std::max(set, frozen ? 1.0 : 0.0), set};
+}
+
+// The least slot that bonds lead to, of each that is solid.
+std::vector<std::uint32_t> start_pieces(const ChangeStore& store) {
+  std::vector<std::uint32_t> piece(store.solid.size(), kNone), open;
+  for (std::uint32_t first = 0; first < piece.size(); ++first) {
+    if (piece[first] != kNone || !(store.solid[first] > kPieceSolid)) continue;
+    piece[first] = first;
+    open.push_back(first);
+    while (!open.empty()) {
+      const std::uint32_t i = open.back();
+      open.pop_back();
+      for (std::uint32_t b = 0; b < store.bonds[i]; ++b) {
+        const std::uint32_t j = store.bond[std::size_t(i) * kMaxBonds + b];
+        if (piece[j] != kNone || !(store.solid[j] > kPieceSolid)) continue;
+        piece[j] = first;
+        open.push_back(j);
+      }
+    }
+  }
+  return piece;
+}
+
+// A slot's material: a tool has that of the matter around it.
+std::uint32_t bonded_material(const Scene& scene, const Plan& plan, std::uint32_t body) {
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
+    if (plan.changes[b] && (b == body || (!plan.changes[body] && plan.group[b] == plan.group[body])))
+      return scene.bodies[b].material;
+  return scene.bodies[body].material;
+}
+
+}  // namespace
+
+bool changes_state(const Scene& scene, const Body& body) {
+  const MaterialConfig& m = material_of(scene, body);
+  const bool matter = body.type == BodyType::fluid || body.type == BodyType::elastic;
+  return matter && has_heat(scene) && m.young_modulus && (m.melting_temperature || m.cooking_temperature);
+}
+
+void plan_slots(const Scene& scene, Plan& plan) {
+  const std::size_t count = scene.bodies.size();
+  plan.changes.assign(count, false);
+  plan.slot_first.assign(count, kNone);
+  std::vector<bool> held(count, false);
+  for (std::uint32_t b = 0; b < count; ++b) {
+    if (!changes_state(scene, scene.bodies[b])) continue;
+    plan.changes[b] = held[b] = plan.change = true;
+    const MaterialConfig& m = material_of(scene, scene.bodies[b]);
+    if (m.rigid_below || m.rigid_when_set) plan.rigidifies = true;
+    for (const std::uint32_t other : scene.bodies[b].bonded_to) held[other] = true;
+  }
+  if (!plan.change) return;
+  for (const ProbeConfig& probe : scene.config.probes)
+    for (std::uint32_t b = 0; b < count; ++b)
+      if (probe.quantity == Quantity::body && plan.changes[b] && probe.body == scene.bodies[b].name)
+        throw ConfigError(
+            fmt::format("{}: probe '{}' asks for the pose of '{}', which changes state; expected a rigid, "
+                        "static or lasting elastic body",
+                        scene.config.path, probe.name, probe.body));
+  for (std::uint32_t b = 0; b < count; ++b) {
+    if (!held[b]) continue;
+    plan.slot_first[b] = plan.slots;
+    plan.slots += scene.bodies[b].count;
+  }
+}
+
+ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
+    : slot_of(scene.bodies.size(), kNone), group(plan.group), force_of(scene.bodies.size(), kNone) {
+  std::vector<std::uint32_t> particle(plan.slots);
+  std::vector<std::uint32_t> body(plan.slots);
+  std::vector<Eigen::Vector3d> place(plan.slots);
+  tag.resize(plan.slots);
+  x.resize(plan.slots);
+  v.resize(plan.slots);
+  solid.resize(plan.slots);
+  set.resize(plan.slots);
+  rotation.assign(plan.slots, Quat::Identity());
+  fraction.assign(scene.position.size(), Solidity{0, kNone});
+  for (const Body& b : scene.bodies) shaped.push_back(plan.fields && b.contact != nullptr ? 1 : 0);
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    const Body& from = scene.bodies[b];
+    if (plan.slot_first[b] == kNone) continue;
+    slot_of[b] = plan.slot_first[b] - from.first;
+    if (plan.force_first[b] != kNone) force_of[b] = plan.force_first[b] - plan.slot_first[b];
+    const Kind kind = plan.changes[b] ? Kind::fluid : static_cast<Kind>(from.type);
+    for (std::uint32_t k = 0; k < from.count; ++k) {
+      const std::uint32_t s = plan.slot_first[b] + k, p = from.first + k;
+      particle[s] = p;
+      body[s] = b;
+      place[s] = scene.position[p];
+      tag[s] = make_tag(kind, bonded_material(scene, plan, b), b);
+      x[s] = pack(scene.position[p].cast<real>(), static_cast<real>(scene.volume[p]));
+      v[s] = pack(scene.velocity[p].cast<real>(), 0);
+      const auto [now, lasting] =
+          plan.changes[b] ? start_fraction(scene, from, scene.temperature[p]) : std::pair(1.0, 1.0);
+      solid[s] = static_cast<real>(now);
+      set[s] = static_cast<real>(lasting);
+    }
+  }
+  bonds.assign(plan.slots, 0);
+  bond.assign(std::size_t(plan.slots) * kMaxBonds, 0);
+  own.assign(bond.size(), Packed{});
+  other.assign(bond.size(), Packed{});
+  correction.assign(plan.slots, Mat3::Zero());
+  projection.assign(plan.slots, Mat3::Zero());
+  soft.assign(plan.slots, real(1));  // on lattices
+  const PeriodicBox box{scene.bounds_min, scene.bounds_max, scene.config.periodic};
+  const PointGrid grid(place, box, plan.change_support);
+  const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.change_support));
+  for (std::uint32_t i = 0; i < plan.slots; ++i) {
+    Mat3 moment = Mat3::Zero();
+    if (!(solid[i] > real(0))) continue;
+    std::vector<std::uint32_t> near;
+    grid.near(place[i], [&](std::uint32_t j) {
+      const bool tools = !plan.changes[body[i]] && !plan.changes[body[j]] && body[i] != body[j];
+      const double r = box.between(place[j], place[i]).norm();
+      if (j != i && solid[j] > real(0) && plan.group[body[i]] == plan.group[body[j]] && !tools &&
+          r < 0.999 * plan.change_support)
+        near.push_back(j);
+    });
+    std::sort(near.begin(), near.end());
+    near.resize(std::min<std::size_t>(near.size(), kMaxBonds));
+    for (const std::uint32_t j : near) {
+      const std::size_t at = std::size_t(i) * kMaxBonds + bonds[i]++;
+      const Vec3 X = box.between(place[j], place[i]).cast<real>();
+      bond[at] = j;
+      own[at] = pack(X, 0);
+      other[at] = pack(-X, 0);
+      moment += (solid[j] * x[j].w * kernel.F(X.norm()) * X) * X.transpose();
+    }
+    const BondCorrection c = bond_correction(moment);
+    correction[i] = c.inverse;
+    projection[i] = c.projection;
+  }
+  piece = start_pieces(*this);
+  for (std::uint32_t s = 0; s < plan.slots; ++s) fraction[particle[s]] = {solid[s], piece[s]};
+}
+
+namespace {
+
+// Calls f(body, particle, number) for the slots that have a number.
+template <class F>
+void each_numbered(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& number, F&& f) {
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
+    for (std::uint32_t k = 0; plan.slot_first[b] != kNone && k < scene.bodies[b].count; ++k)
+      if (const std::uint32_t n = number[plan.slot_first[b] + k]; n != kNone) f(b, scene.bodies[b].first + k, n);
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> body_ids(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& piece) {
+  std::vector<std::uint32_t> out = scene.body, name(piece.size(), kNone);
+  each_numbered(scene, plan, piece, [&](std::uint32_t b, std::uint32_t, std::uint32_t id) {
+    if (!plan.changes[b]) name[id] = std::min(name[id], b);
+  });
+  // bodies and their slots have the same order, so a piece's first particle comes first
+  each_numbered(scene, plan, piece, [&](std::uint32_t, std::uint32_t p, std::uint32_t id) {
+    if (name[id] == kNone) name[id] = static_cast<std::uint32_t>(scene.bodies.size()) + p;
+  });
+  each_numbered(scene, plan, piece, [&](std::uint32_t b, std::uint32_t p, std::uint32_t id) {
+    if (plan.changes[b]) out[p] = name[id];
+  });
+  return out;
+}
+
+std::vector<std::uint8_t> rigid_particles(const Scene& scene, const Plan& plan,
+                                          const std::vector<std::uint32_t>& root) {
+  std::vector<std::uint8_t> out(scene.position.size(), 0);
+  each_numbered(scene, plan, root, [&](std::uint32_t, std::uint32_t p, std::uint32_t) { out[p] = 1; });
+  return out;
+}
+
+namespace {
+
+// sum |dF/dx| of a particle in the corner of a lattice, the most that a lattice has [1/m].
+double corner_reach(double dx, double H) {
+  const auto each = [&](auto&& f) {
+    const int reach = static_cast<int>(H / dx) + 1;
+    for (int x = 0; x <= reach; ++x)
+      for (int y = 0; y <= reach; ++y)
+        for (int z = 0; z <= reach; ++z) {
+          const Eigen::Vector3d X = dx * Eigen::Vector3d(x, y, z);
+          const double r = X.norm();
+          if (r > 0 && r < 0.999 * H) f(X, std::pow(1 - r / H, 3));
+        }
+  };
+  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+  each([&](const Eigen::Vector3d& X, double w) { moment += w * X * X.transpose(); });
+  const Eigen::Matrix3d L = moment.inverse();
+  Eigen::Vector3d all = Eigen::Vector3d::Zero();
+  double sum = 0;
+  each([&](const Eigen::Vector3d& X, double w) {
+    const Eigen::Vector3d slope = w * L * X;
+    all += slope;
+    sum += slope.norm();
+  });
+  return sum + all.norm();
+}
+
+}  // namespace
+
+ChangeMedium make_change_medium(const Scene& scene, const Plan& plan) {
+  ChangeMedium m{};
+  const HeatMedium heat = make_heat_medium(scene, plan);
+  for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i) {
+    const MaterialConfig& from = scene.config.materials[i];
+    m.heat[i] = heat.material[i];
+    m.cooking[i] = static_cast<real>(from.cooking_temperature.value_or(0));
+    m.rigid_below[i] = static_cast<real>(from.rigid_below.value_or(0));
+    m.rigid_when_set[i] = from.rigid_when_set;
+    m.cooking_rate[i] = static_cast<real>(from.cooking_temperature ? 1 / from.cooking_time : 0);
+  }
+  m.dt = static_cast<real>(plan.heat_interval / scene.config.rate_hz);
+  m.support = static_cast<real>(plan.change_support);
+  m.slack = static_cast<real>(plan.skin);
+  m.most_reach = static_cast<real>(corner_reach(scene.spacing, plan.change_support) * 1.001);
+  return m;
+}
+
+}  // namespace palp

@@ -1,0 +1,209 @@
+#include "sim_server/solver/step_results.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "sim_server/solver/heat_plan.h"
+#include "sim_server/solver/rigid_motion.h"
+
+namespace palp {
+namespace {
+
+CouplingConfig clipped(const CouplingConfig& asked, const CouplingConfig& limit) {
+  return {std::clamp(asked.stiffness, 0.0, limit.stiffness), std::clamp(asked.damping, 0.0, limit.damping),
+          std::clamp(asked.angular_stiffness, 0.0, limit.angular_stiffness),
+          std::clamp(asked.angular_damping, 0.0, limit.angular_damping)};
+}
+
+Gains<real> to_real(const CouplingConfig& g) {
+  return {static_cast<real>(g.stiffness), static_cast<real>(g.damping), static_cast<real>(g.angular_stiffness),
+          static_cast<real>(g.angular_damping)};
+}
+
+HandleState<double> to_handle(const RigidState& s) { return {s.position, s.orientation, s.linear, s.angular}; }
+
+// Finite and small enough to stay so in single precision, and a rotation.
+bool is_sane(const DeviceInput& in) {
+  constexpr double kMost = 1e6;
+  const RigidState& s = in.state;
+  for (const Eigen::Vector3d& v : {s.position, s.linear, s.angular})
+    if (!(v.cwiseAbs().maxCoeff() < kMost) || !v.allFinite()) return false;
+  const double turn = s.orientation.norm();
+  const CouplingConfig& g = in.gains;
+  return turn > 0.5 && turn < 2 && std::isfinite(g.stiffness + g.damping + g.angular_stiffness + g.angular_damping);
+}
+
+bool is_finite(const BodyState& b) {
+  return b.x.allFinite() && b.q.coeffs().allFinite() && b.v.allFinite() && b.w.allFinite() && b.L.allFinite() &&
+         b.force_sum.allFinite() && b.torque_sum.allFinite() && b.coupling_sum.allFinite();
+}
+
+// What encoders make of a hand at rest, which tells the blend nothing.
+constexpr double kLeastWay = 1e-5;    // [m]
+constexpr double kLeastSpeed = 1e-3;  // [m/s]
+constexpr double kLeastTurn = 1e-4;   // [rad]
+constexpr double kLeastSpin = 0.02;   // [rad/s]
+
+}  // namespace
+
+StepResults::StepResults(const Scene& scene, const Plan& plan)
+    : scene_(scene), plan_(plan), step_(1.0 / scene.config.rate_hz), memory_(scene.proxies.size()) {}
+
+void StepResults::reset(const std::vector<BodyState>& bodies, StepOutput& out) {
+  memory_.assign(scene_.proxies.size(), {});
+  out = StepOutput{};
+  out.proxies.resize(scene_.proxies.size());
+  out.bodies.resize(scene_.bodies.size());
+  for (std::uint32_t b = 0; b < bodies.size(); ++b)
+    if (scene_.bodies[b].type != BodyType::fluid && !plan_.changes[b]) read_body(b, bodies[b], out.bodies[b]);
+  for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
+    read_proxy(p, DeviceInput{}, bodies[scene_.proxies[p].body], out.proxies[p]);
+  memory_.assign(scene_.proxies.size(), {});
+}
+
+void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
+  const SceneConfig& config = scene_.config;
+  // gravity grows smoothly, so that a column of fluid settles instead of ringing
+  const double ramp = config.gravity_ramp > 0 && time < config.gravity_ramp
+                          ? 0.5 * (1 - std::cos(EIGEN_PI * time / config.gravity_ramp))
+                          : 1.0;
+  const Eigen::Vector3d gravity = ramp * config.gravity;
+  Eigen::Vector3d level = gravity;
+  for (int a = 0; a < 3; ++a)
+    if (config.periodic[a]) level[a] = 0;
+  block.forcing = {gravity.cast<real>(), level.cast<real>(), config.body_force.cast<real>()};
+  gravity_ = gravity + config.body_force;
+  block.heat_zones = heat_zones_on(config, time + 0.5 * step_);
+  for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
+    // a device that sends nonsense counts as let go
+    const DeviceInput in = input_[p] = is_sane(input[p]) ? input[p] : DeviceInput{};
+    block.proxy[p].engaged = in.engaged;
+    block.proxy[p].gains = to_real(clipped(in.gains, scene_.proxies[p].limit));
+    block.proxy[p].device = {in.state.position.cast<real>(), in.state.orientation.normalized().cast<real>(),
+                             in.state.linear.cast<real>(), in.state.angular.cast<real>()};
+  }
+}
+
+void StepResults::read(const BodyState* bodies, const HealthSums& sums, std::uint32_t crowded, StepOutput& out) {
+  judge(sums, crowded, out.health);
+  if (bodies == nullptr || !plan_.wrench) return;
+  for (std::uint32_t b : plan_.reactive) {
+    // of what elastic bodies hold on to nothing is complete unless asked for
+    if (scene_.bodies[b].type == BodyType::fixed && !plan_.probed[b]) continue;
+    if (is_finite(bodies[b])) read_body(b, bodies[b], out.bodies[b]);
+  }
+  for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
+    const BodyState& state = bodies[scene_.proxies[p].body];
+    if (is_finite(state)) read_proxy(p, input_[p], state, out.proxies[p]);
+  }
+  for (std::uint32_t b : plan_.rigid) {
+    const BodyState& state = bodies[b];
+    if (is_finite(state)) {
+      out.health.kinetic_energy += 0.5 * state.mass * state.v.squaredNorm() + 0.5 * state.L.dot(state.w);
+      continue;
+    }
+    out.health.ok = false;
+    out.health.cause =
+        fmt::format("body '{}' has a non-finite state: its contact or coupling is unstable", scene_.bodies[b].name);
+  }
+}
+
+void StepResults::read_body(std::uint32_t index, const BodyState& b, BodyOutput& out) const {
+  const Body& body = scene_.bodies[index];
+  out.state.orientation = b.q.cast<double>();
+  if (body.type == BodyType::elastic) out.state.orientation = out.state.orientation * body.orientation;
+  const Eigen::Vector3d r = out.state.orientation * -body.center;
+  out.state.angular = b.w.cast<double>();
+  out.state.position = b.x.cast<double>() + r;
+  out.state.linear = b.v.cast<double>() + out.state.angular.cross(r);
+  out.force = b.force_sum.cast<double>() / plan_.sub_steps;
+  out.torque = b.torque_sum.cast<double>() / plan_.sub_steps;
+}
+
+void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const BodyState& b, ProxyOutput& out) {
+  const HandleState<double> proxy = [&] {
+    const HandleState<real> h = handle_of(b);
+    return HandleState<double>{h.x.cast<double>(), h.q.cast<double>(), h.v.cast<double>(), h.w.cast<double>()};
+  }();
+  out.state = {proxy.x, proxy.q, proxy.v, proxy.w};
+  out.gains = clipped(input.gains, scene_.proxies[index].limit);
+  const Eigen::Vector3d r = (b.q * b.handle).cast<double>();
+  out.contact_force = b.force_sum.cast<double>() / plan_.sub_steps;
+  out.contact_torque = b.torque_sum.cast<double>() / plan_.sub_steps - r.cross(out.contact_force);
+  ProxyMemory& m = memory_[index];
+  if (!input.engaged) {
+    out.device = input.state;
+    out.force.setZero();
+    out.torque.setZero();
+    out.blend = {};
+    m = {};
+    return;
+  }
+  out.device = moved_on(input.state, step_);
+  const Gains<double> gains{out.gains.stiffness, out.gains.damping, out.gains.angular_stiffness,
+                            out.gains.angular_damping};
+  const Wrench<double> wrench = coupling_wrench(gains, to_handle(out.device), proxy);
+  out.force = wrench.force;
+  out.torque = wrench.torque;
+  out.energy[0] += b.work[0];
+  out.energy[1] += b.work[1];
+  if (!m.known) m.slow = out.device;
+  m.known = true;
+  const double share = Blend::share_of_slow_mean(step_);
+  m.slow.position += share * (out.device.position - m.slow.position);
+  m.slow.linear += share * (out.device.linear - m.slow.linear);
+  m.slow.orientation = m.slow.orientation.slerp(share, out.device.orientation);
+  m.slow.angular += share * (out.device.angular - m.slow.angular);
+  HandleState<double> stopped = proxy;
+  stopped.v.setZero();
+  stopped.w.setZero();
+  const Eigen::Vector3d weight = b.mass * gravity_;
+  const Wrench<double> demand = coupling_wrench(gains, to_handle(m.slow), to_handle(out.device));
+  const Wrench<double> held = coupling_wrench(gains, stopped, to_handle(out.device));
+  // of a contact's force, what stops the proxy's own mass is no answer to the device
+  const Eigen::Vector3d force = at_most(out.contact_force, (out.force - weight).norm());
+  const Eigen::Vector3d torque = at_most(out.contact_torque, (out.torque + r.cross(weight)).norm());
+  out.blend[0] = m.linear.update(force, demand.force, held.force + weight,
+                                 gains.stiffness * kLeastWay + gains.damping * kLeastSpeed, step_);
+  out.blend[1] = m.angular.update(torque, demand.torque, held.torque - r.cross(weight),
+                                  gains.angular_stiffness * kLeastTurn + gains.angular_damping * kLeastSpin, step_);
+  // what a bridge holds until the next step is what moved the proxy in this one, on the mean; at its end the coupling
+  // has mostly caught up with the device and pulls less
+  const Eigen::Vector3d mean = -b.coupling_sum.cast<double>() / plan_.sub_steps;
+  out.force += (1 - out.blend[0]) * (mean - wrench.force);
+}
+
+void StepResults::judge(const HealthSums& sums, std::uint32_t crowded, Health& health) const {
+  health.ok = true;
+  health.cause.clear();
+  health.non_finite = sums.non_finite;
+  health.outside = sums.outside;
+  health.gone = sums.gone;
+  health.gone_mass = sums.gone_mass;
+  health.max_speed = sums.max_speed;
+  health.max_compression = sums.max_compression;
+  health.kinetic_energy = sums.kinetic_energy;
+  health.unsolved = sums.unsolved;
+  if (sums.non_finite > 0) {
+    health.ok = false;
+    health.cause = fmt::format("{} particles have a non-finite state: the simulation has diverged", sums.non_finite);
+  } else if (crowded > 0) {
+    health.ok = false;
+    health.cause = "particles have crowded to more than twice their density: the simulation has diverged";
+  } else if (plan_.fluid && plan_.method == Method::accurate && sums.max_mach > 1) {
+    health.ok = false;
+    health.cause = fmt::format(
+        "a particle moves at {:.3g} m/s, faster than the sound speed {:.3g} m/s: the simulation has diverged, or "
+        "numerics.max_speed is too low for this scene",
+        sums.max_speed, sums.max_speed / sums.max_mach);
+  } else if (plan_.fluid && plan_.method == Method::accurate && sums.max_compression > 0.5) {
+    health.ok = false;
+    health.cause = fmt::format(
+        "a particle is compressed by {:.0f} %: the simulation has diverged, or something squeezes the fluid",
+        100 * sums.max_compression);
+  }
+}
+
+}  // namespace palp

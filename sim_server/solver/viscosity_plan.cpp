@@ -1,0 +1,118 @@
+#include "sim_server/solver/viscosity_plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "config/error.h"
+#include "sim_server/geometry/point_grid.h"
+#include "sim_server/physics/viscous_bodies.h"
+
+namespace palp {
+namespace {
+
+constexpr int kMostStages = 1000;
+// A particle in a corner of walls has less than twice the K of one within the fluid.
+constexpr double kNearWalls = 2;
+
+// Wendland's F of separation r, both in spacings, times the spacing^5.
+double kernel_F(double r, double H) {
+  return r < H ? 20 * 21 / (2 * EIGEN_PI * std::pow(H, 5)) * std::pow(1 - r / H, 3) : 0;
+}
+
+// sum_j V F dx^2 over a cubic lattice, the particle itself left out; H in spacings.
+double lattice_sum(double H) {
+  const int reach = static_cast<int>(H) + 1;
+  double sum = 0;
+  for (int x = -reach; x <= reach; ++x)
+    for (int y = -reach; y <= reach; ++y)
+      for (int z = -reach; z <= reach; ++z)
+        if (x != 0 || y != 0 || z != 0) sum += kernel_F(std::sqrt(double(x * x + y * y + z * z)), H);
+  return sum;
+}
+
+// Bound on K / m of a rigid body [1/s], were all the room around it filled with the most viscous fluid.
+double body_rate(const Scene& scene, const Plan& plan, const Body& body, double viscosity) {
+  const double dx = scene.spacing, H = plan.support / dx, whole = lattice_sum(H);
+  const auto begin = scene.position.begin() + body.first;
+  const std::vector<Eigen::Vector3d> points(begin, begin + body.count);
+  const PointGrid grid(points, {}, plan.support);
+  const Eigen::Vector3d center = body.position + body.orientation * body.center;
+  double sum = 0;
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d turning = Eigen::Matrix3d::Zero();
+  for (std::uint32_t i = 0; i < body.count; ++i) {
+    double own = 0;
+    grid.near(points[i], [&](std::uint32_t j) {
+      if (j != i) own += kernel_F((points[i] - points[j]).norm() / dx, H);
+    });
+    const double K = 4 * viscosity * scene.volume[body.first + i] / (dx * dx) * std::max(0.0, whole - own);
+    const Eigen::Vector3d r = points[i] - center;
+    sum += K;
+    moment += K * r;
+    turning += K * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
+  }
+  const Eigen::Matrix3d R = body.orientation.toRotationMatrix();
+  const Eigen::Matrix3d inverse = (R * body.inertia * R.transpose()).inverse();
+  return body_viscous_rate(body.mass, inverse, sum, moment, turning);
+}
+
+// The largest K / m of the scene [1/s], with a margin for the particles' disorder.
+double largest_rate(const Scene& scene, const Plan& plan) {
+  const double dx = scene.spacing, within = 2 * lattice_sum(plan.support / dx) / (dx * dx);
+  double viscosity = 0, rate = 0;
+  for (const Body& body : scene.bodies) {
+    if (body.type != BodyType::fluid) continue;
+    const MaterialConfig& m = scene.config.materials[body.material];
+    viscosity = std::max(viscosity, m.viscosity);
+    rate = std::max(rate, kNearWalls * within * m.viscosity / m.density);
+  }
+  for (const Body& body : scene.bodies) {
+    if (body.type == BodyType::elastic)
+      rate = std::max(rate, kNearWalls * within * viscosity / scene.config.materials[body.material].density);
+    if (body.type == BodyType::rigid) rate = std::max(rate, 1.2 * body_rate(scene, plan, body, viscosity));
+  }
+  return rate;
+}
+
+int stages_for(double rate_dt) {
+  int s = std::max(1, static_cast<int>(std::min(2 * std::sqrt(rate_dt), kMostStages + 4.0)) - 3);
+  while (s <= kMostStages && stage_reach(s) < rate_dt) ++s;
+  return s;
+}
+
+}  // namespace
+
+void plan_viscosity(const Scene& scene, double without, double with, Plan& plan) {
+  const NumericsConfig& n = scene.config.numerics;
+  const double step = 1 / scene.config.rate_hz;
+  const auto steps = [&](double limit) {
+    return n.sub_steps ? double(*n.sub_steps) : std::max(1.0, std::ceil(step / (n.safety * limit) - 1e-9));
+  };
+  plan.explicit_sub_steps = std::max(1.0, std::ceil(step / (n.safety * with) - 1e-9));
+  plan.viscous_stages = 0;
+  // bonds leave a pair a share of its viscosity, which stages know nothing of
+  if (!plan.fluid || plan.change || plan.method == Method::paper || n.viscosity == ViscosityScheme::explicit_) return;
+  const bool asked = n.viscosity == ViscosityScheme::staged;
+  if (!asked && with >= (n.sub_steps ? step / *n.sub_steps : without)) return;
+  const double staged = steps(without);
+  const int stages = stages_for(largest_rate(scene, plan) * step / staged);
+  // in passes over the neighbours: density, walls and forces, and for the stages their beginning
+  if (!asked && !n.sub_steps && 3 * plan.explicit_sub_steps <= staged * (4 + stages)) return;
+  if (stages > kMostStages)
+    throw ConfigError(fmt::format(
+        "{}: a sub-step of {:.3g} ms would need more than {} stages of viscosity: raise the spacing, rate_hz or "
+        "numerics.sub_steps, or lower the viscosity",
+        scene.config.path, 1e3 * step / staged, kMostStages));
+  plan.viscous_stages = stages;
+}
+
+std::string describe_viscosity(const Plan& plan) {
+  if (!plan.fluid) return "";
+  if (plan.viscous_stages == 0) return ", viscosity explicit";
+  return fmt::format(", viscosity in {} stages a sub-step (explicit: {:.0f} sub-steps)", plan.viscous_stages,
+                     plan.explicit_sub_steps);
+}
+
+}  // namespace palp

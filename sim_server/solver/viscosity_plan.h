@@ -1,0 +1,17 @@
+// When viscosity is applied in stages (physics/viscosity.h), and in how many.
+#pragma once
+
+#include <string>
+
+#include "sim_server/solver/plan.h"
+
+namespace palp {
+
+// Sets plan.viscous_stages; plan.support must be set. without, with: the largest stable sub-step by linear theory
+// without the fluids' viscosity, and with it [s]. Throws ConfigError when no number of stages will do.
+void plan_viscosity(const Scene& scene, double without, double with, Plan& plan);
+
+// ", viscosity explicit" or ", viscosity in 17 stages ..."; empty where none flows.
+std::string describe_viscosity(const Plan& plan);
+
+}  // namespace palp

@@ -1,0 +1,111 @@
+// The server's treatment of a device's samples: which it takes, how far it moves them on, when a hand has let go.
+#include "sim_server/device_tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace palp {
+namespace {
+
+constexpr std::int64_t kMillisecond = 1'000'000;
+constexpr double kStep = 1e-3;
+
+DeviceSample sample(std::uint64_t sequence, double x, double speed) {
+  DeviceSample s;
+  s.header.session = 1;
+  s.header.sequence = sequence;
+  s.flags = kEngaged | kHealthy;
+  s.pose = {{x, 0, 0}, {0, 0, 0, 1}};
+  s.twist = {{speed, 0, 0}, {0, 0, 2}};
+  s.gains = {1000, 20, 10, 0.2};
+  return s;
+}
+
+RigidState proxy_at(double x) {
+  RigidState s;
+  s.position.x() = x;
+  return s;
+}
+
+TEST(Hand, MovesOnForAsLongAsTheSampleHasWaited) {
+  Hand hand;
+  hand.receive(sample(1, 0.01, 0.5), 5 * kMillisecond);
+  const DeviceInput in = hand.input(8 * kMillisecond, kStep, proxy_at(0.01));
+  EXPECT_NEAR(in.state.position.x(), 0.01 + 0.5 * 3e-3, 1e-12);
+  const Eigen::AngleAxisd turn(in.state.orientation);
+  EXPECT_NEAR(turn.angle(), 2 * 3e-3, 1e-9);
+  EXPECT_NEAR(turn.axis().z(), 1, 1e-9);
+}
+
+// Neither a clock that jumped, nor a speed that no hand has, moves it far.
+TEST(Hand, NeverMovesOnFurtherThanAHandMayInAFewMilliseconds) {
+  for (const double speed : {0.5, 5.0, 1e6}) {
+    for (const std::int64_t age_ms : {-70, 0, 4, 20, 70}) {
+      Hand hand;
+      hand.receive(sample(1, 0, speed), 1000 * kMillisecond);
+      const double x = hand.input((1000 + age_ms) * kMillisecond, kStep, proxy_at(0)).state.position.x();
+      EXPECT_GE(x, 0);
+      EXPECT_LE(x, std::min(speed, kFastestHand) * (kMostAhead + kStep) * (1 + 1e-12))
+          << speed << " m/s, " << age_ms << " ms";
+    }
+  }
+}
+
+// While nothing is heard of it, it neither stops at once nor goes on for ever, and its velocity is that of its way.
+TEST(Hand, SlowsDownWhileNothingIsHeard) {
+  Hand hand;
+  hand.receive(sample(1, 0, 0.5), 0);
+  DeviceInput before = hand.input(0, kStep, proxy_at(0));
+  for (int ms = 1; ms < 50; ++ms) {
+    const DeviceInput in = hand.input(ms * kMillisecond, kStep, proxy_at(0));
+    ASSERT_TRUE(in.engaged);
+    const double way = in.state.position.x() - before.state.position.x();
+    EXPECT_NEAR(way / kStep, (in.state.linear.x() + before.state.linear.x()) / 2, 1e-3) << ms << " ms";
+    EXPECT_LE(in.state.linear.x(), before.state.linear.x());
+    EXPECT_NEAR(in.state.linear.x() / 0.5, ms <= 6 ? 1 : std::exp(-(ms - 6) * 1e-3 / kSlowsDown), 1e-9);
+    EXPECT_NEAR(in.state.angular.z() / 2, in.state.linear.x() / 0.5, 1e-9);
+    before = in;
+  }
+  EXPECT_LT(before.state.position.x(), 0.5 * (kMostAhead + kSlowsDown));
+}
+
+// In steps, whatever the clock says: the same samples before the same steps give the same motion.
+TEST(Hand, LetsGoAfterAsManyStepsOfSilence) {
+  for (const std::int64_t clock : {std::int64_t{0}, std::int64_t{1}, 100 * kMillisecond}) {
+    Hand hand;
+    hand.receive(sample(1, 0, 0), 0);
+    int held = 0;
+    while (hand.input(held * clock, kStep, proxy_at(0)).engaged) ASSERT_LT(++held, 1000);
+    EXPECT_EQ(held, 50);
+    EXPECT_FALSE(hand.engaged());
+    hand.receive(sample(2, 0, 0), held * clock);
+    EXPECT_TRUE(hand.input(held * clock, kStep, proxy_at(0)).engaged);
+  }
+}
+
+TEST(Hand, TakesNoOlderSampleOfASession) {
+  Hand hand;
+  hand.receive(sample(5, 0.02, 0), 0);
+  hand.receive(sample(4, 0.05, 0), 0);
+  EXPECT_NEAR(hand.input(0, kStep, proxy_at(0)).state.position.x(), 0.02, 1e-12);
+  DeviceSample other = sample(1, 0.03, 0);
+  other.header.session = 2;
+  hand.receive(other, 0);
+  EXPECT_NEAR(hand.input(0, kStep, proxy_at(0)).state.position.x(), 0.03, 1e-12);
+}
+
+TEST(Hand, PullsNoHarderThanItMay) {
+  Hand hand;
+  hand.receive(sample(1, 10, 0), 0);
+  DeviceInput in;
+  for (int k = 0; k < 400; ++k) {
+    hand.receive(sample(static_cast<std::uint64_t>(k) + 2, 10, 0), 0);
+    in = hand.input(0, kStep, proxy_at(1));
+  }
+  EXPECT_EQ(in.gains.stiffness, 1000);
+  EXPECT_NEAR(in.gains.stiffness * (in.state.position.x() - 1), kStrongestPull, 1e-9);
+}
+
+}  // namespace
+}  // namespace palp

@@ -1,0 +1,195 @@
+// Elastic bodies on, under and against rigid and fixed ones, by the distance fields of these.
+#include "sim_server/solver/plan.h"
+#include "tests/sim_server/physics/contact_scenes.h"
+#include "tests/support/random_scene.h"
+#include "tests/support/seed.h"
+#include "tests/support/tolerance.h"
+
+namespace palp::test {
+namespace {
+
+using Eigen::Vector3d;
+using testing_support::body;
+using testing_support::box;
+using testing_support::sphere;
+
+constexpr double kSpacing = 0.01;
+
+SceneConfig soft_scene(double friction, double young = 1e5) {
+  SceneConfig config = contact_scene(kSpacing, friction, 0.2);
+  config.materials[0].young_modulus = young;
+  config.materials[0].poisson_ratio = 0.3;
+  config.materials[0].damping = 10;
+  return config;
+}
+
+BodyConfig plate() { return at(body("plate", BodyType::fixed, box({1.2, 0.2, 0.02})), {0, 0, -0.01}); }
+
+// A soft block of six by six by four particles on a plate.
+Scene level(double friction) {
+  SceneConfig config = soft_scene(friction);
+  config.bodies = {plate(), at(body("block", BodyType::elastic, box({0.06, 0.06, 0.04})), {-0.5, 0, 0.02})};
+  return sampled(config);
+}
+
+TEST(ElasticContact, SoftBlocksStickAndSlipLikeRigidOnes) {
+  for (const double mu : {0.0, 0.3}) {
+    SCOPED_TRACE(mu);
+    const Scene scene = level(mu);
+    if (mu > 0) {
+      EXPECT_LT(std::abs(slide(scene, std::atan(0.95 * mu), {0.3, 0.2, 0.4}).way), 0.1 * kSpacing);
+      EXPECT_GT(slide(scene, std::atan(1.05 * mu), {0.3, 0.2, 0.4}).way, 0.2 * kSpacing);
+    }
+    const double slope = mu > 0 ? std::atan(1.5 * mu) : 0.3;
+    const double a = kGravity * (std::sin(slope) - mu * std::cos(slope));
+    const double found =
+        (slide(scene, slope, {0.3, 0.2, 0.5}).speed - slide(scene, slope, {0.3, 0.2, 0.2}).speed) / 0.3;
+    EXPECT_TRUE(within(found / a - 1, tol::kSoftSlide,
+                       {"D14 soft block that slides with mu = " + quantity(mu, ""),
+                        "g (sin - mu cos) = " + quantity(a, "m/s^2"), quantity(found, "m/s^2")}));
+  }
+}
+
+// A soft block lies on a plate with its weight, flat, and no particle is in the plate.
+TEST(ElasticContact, SoftBlockRestsOnAPlate) {
+  Scene scene = level(0.3);
+  scene.config.probes.push_back(probe_of("plate"));
+  const auto simulation = simulate(scene);
+  run(*simulation, 1);
+  const double weight = scene.bodies[1].mass * kGravity;
+  const double on_plate = -simulation->output().bodies[0].force.z();
+  EXPECT_TRUE(within(
+      on_plate / weight - 1, tol::kStackForce,
+      {"D16 soft block at rest: force on the plate", "weight, " + quantity(weight, "N"), quantity(on_plate, "N")}));
+  Snapshot snapshot;
+  simulation->snapshot(snapshot);
+  double low = 1;
+  for (std::size_t i = scene.bodies[1].first; i < scene.position.size(); ++i)
+    low = std::min(low, double(snapshot.position[3 * i + 2]));
+  EXPECT_NEAR(low, 0.5 * kSpacing, 0.1 * kSpacing);
+  const RigidState settled = simulation->output().bodies[1].state;
+  run(*simulation, 1);
+  EXPECT_LT((simulation->output().bodies[1].state.position - settled.position).norm(), 1e-3 * kSpacing);
+}
+
+Vector3d momentum(const Scene& scene, const Snapshot& s, Vector3d& angular, double& size) {
+  Vector3d linear = Vector3d::Zero();
+  angular.setZero();
+  size = 0;
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    if (scene.bodies[scene.body[i]].type != BodyType::elastic) continue;
+    const Vector3d x(s.position[3 * i], s.position[3 * i + 1], s.position[3 * i + 2]);
+    const Vector3d p = scene.volume[i] * scene.config.materials[0].density *
+                       Vector3d(s.velocity[3 * i], s.velocity[3 * i + 1], s.velocity[3 * i + 2]);
+    linear += p;
+    angular += x.cross(p);
+    size += p.norm();
+  }
+  return linear;
+}
+
+// A rough rigid box and a soft block thrown at each other off centre.
+TEST(ElasticContact, KeepsMomentum) {
+  const unsigned seed = drawn_seed();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Random random(seed);
+  SceneConfig config = soft_scene(0.5);
+  config.gravity.setZero();
+  BodyConfig thrown = at(body("box", BodyType::rigid, box({0.05, 0.05, 0.05})), {-0.09, 0.01, 0}, {1, 0.1, 0});
+  thrown.orientation = random_rotation(random);
+  thrown.angular_velocity = random_vector(random, 5);
+  config.bodies = {thrown, body("block", BodyType::elastic, box({0.06, 0.06, 0.06}))};
+  const Scene scene = sampled(config);
+  const auto simulation = simulate(scene);
+  Snapshot snapshot;
+  struct Sum {
+    Vector3d linear, angular;
+    double size;
+  };
+  const auto sum = [&] {
+    simulation->snapshot(snapshot);
+    Sum s{};
+    s.linear = momentum(scene, snapshot, s.angular, s.size);
+    Scene rigid = scene;
+    rigid.bodies.resize(1);
+    const Momenta m = momenta(rigid, simulation->output());
+    s.linear += m.linear;
+    s.angular += m.angular;
+    s.size += m.linear_size;
+    return s;
+  };
+  simulation->step({});
+  const Sum before = sum();
+  for (int k = 0; k < 200; ++k) {
+    const StepOutput& out = simulation->step({});
+    ASSERT_TRUE(out.health.ok) << out.health.cause;
+  }
+  const Sum after = sum();
+  EXPECT_GT(simulation->output().bodies[1].state.linear.x(), 0.1);
+  EXPECT_TRUE(within((after.linear - before.linear).norm() / before.size, tol::kSoftMomentum));
+  EXPECT_TRUE(within((after.angular - before.angular).norm() / (0.1 * before.size), tol::kSoftSpin));
+}
+
+// Thrown at a plate of one spacing at the speed of a hand, a soft ball comes back.
+TEST(ElasticContact, NothingPassesThroughAThinPlate) {
+  for (const double speed : {0.5, 2.0}) {
+    SceneConfig config = soft_scene(0.3);
+    config.gravity.setZero();
+    config.numerics.max_speed = 2;
+    config.bodies = {at(body("plate", BodyType::fixed, box({0.3, 0.3, kSpacing})), {0, 0, -0.5 * kSpacing}),
+                     at(body("ball", BodyType::elastic, sphere(0.04)), {0, 0, 0.045}, {0, 0, -speed})};
+    const auto simulation = simulate(sampled(config));
+    run(*simulation, 0.3);
+    Snapshot snapshot;
+    simulation->snapshot(snapshot);
+    const Scene& scene = simulation->scene();
+    for (std::size_t i = scene.bodies[1].first; i < scene.position.size(); ++i)
+      ASSERT_GT(snapshot.position[3 * i + 2], 0) << speed;
+    EXPECT_GT(simulation->output().bodies[1].state.linear.z(), 0.1 * speed);
+    EXPECT_LT(simulation->output().bodies[1].state.linear.z(), speed);
+  }
+}
+
+// A ball on a soft hand, pressed into a soft block that is bonded to a plate and drawn across it without friction, is
+// pushed up, and hardly to the side.
+TEST(ElasticContact, AHandPressesAndDrawsATool) {
+  SceneConfig config = soft_scene(0, 5e4);
+  config.bodies = {plate(), at(body("block", BodyType::elastic, box({0.16, 0.08, 0.03})), {0, 0, 0.015}),
+                   at(body("tool", BodyType::rigid, sphere(0.03)), {-0.03, 0, 0.061})};
+  config.bodies[1].bonded_to = {"plate"};
+  ProxyConfig proxy;
+  proxy.body = "tool";
+  config.proxies.push_back(proxy);
+  const auto simulation = simulate(sampled(config));
+  StepInput input;
+  input[0].engaged = true;
+  input[0].gains = {1000, 20, 10, 0.2};
+  double up = 0, across = 0;
+  for (int k = 0; k < 700; ++k) {
+    const double t = std::max(0, k - 200) * 1e-3;
+    input[0].state.position = {-0.03 + 0.1 * t, 0, 0.057};
+    input[0].state.linear = {k < 200 ? 0 : 0.1, 0, 0};
+    const StepOutput& out = simulation->step(input);
+    ASSERT_TRUE(out.health.ok) << out.health.cause;
+    if (k < 200) continue;
+    up += out.proxies[0].contact_force.z() / 500;
+    across += out.proxies[0].contact_force.x() / 500;
+    ASSERT_GT(out.proxies[0].contact_force.z(), 0);
+  }
+  EXPECT_GT(up, 0.5);
+  EXPECT_LT(std::abs(across), 0.1 * up);
+}
+
+TEST(ElasticContact, NeedsNoNeighboursOfOtherBodies) {
+  const Scene scene = level(0.3);
+  const Plan plan = make_plan(scene);
+  EXPECT_TRUE(plan.fields);
+  EXPECT_FALSE(plan.contact);
+  const auto simulation = simulate(scene);
+  simulation->step({});
+  for (const std::string& launch : simulation->footprint().launches)
+    for (const char* other : {"sort", "solid force", "contact", "contact depth"}) EXPECT_NE(launch, other);
+}
+
+}  // namespace
+}  // namespace palp::test

@@ -1,0 +1,105 @@
+// Fluids around solids that lie off their lattice.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "sim_server/geometry/point_grid.h"
+#include "tests/sim_server/scene/scene_builder.h"
+#include "tests/support/seed.h"
+
+namespace palp {
+namespace {
+
+using namespace testing_support;
+
+constexpr double kSpacing = 0.1;
+
+// A pool in a periodic column: floor up to z = -0.7, water to z = 0.5 with a hole for a ball.
+SceneConfig pool(double radius, const Eigen::Vector3d& center) {
+  SceneConfig config = scene(kSpacing);
+  config.periodic = {true, true, false};
+  config.bodies.push_back(body("floor", BodyType::fixed, box({2, 2, 0.3}, {0, 0, -0.85})));
+  config.bodies.push_back(body("water", BodyType::fluid, box({2, 2, 1.2}, {0, 0, -0.1})));
+  config.bodies[1].shapes.push_back(sphere(radius, center));
+  config.bodies[1].shapes[1].subtract = true;
+  config.bodies.push_back(body("ball", BodyType::rigid, sphere(radius, center)));
+  return config;
+}
+
+// |sum V gradW| times the spacing, of Wendland's C2 with three spacings for support: 0 in a full space, about 0.5 where
+// one side is empty.
+double unevenness(const Scene& s, const PointGrid& grid, std::size_t i) {
+  const double H = 3 * kSpacing;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const PeriodicBox box{s.bounds_min, s.bounds_max, s.config.periodic};
+  grid.near(s.position[i], [&](std::uint32_t j) {
+    const Eigen::Vector3d d = box.between(s.position[i], s.position[j]);
+    const double q = d.norm() / H;
+    if (q < 1) sum += s.volume[j] * 21 / (2 * M_PI * H * H * H) * 20 * std::pow(1 - q, 3) * d / (H * H);
+  });
+  return sum.norm() * kSpacing;
+}
+
+TEST(Packing, FillsTheSpaceAroundASolidEvenly) {
+  const unsigned seed = testing::drawn_seed();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int round = 0; round < 5; ++round) {
+    const double radius = 0.25 + 0.2 * unit(random);
+    const Eigen::Vector3d center(unit(random) - 0.5, unit(random) - 0.5, -0.15 + 0.1 * unit(random));
+    const SceneConfig config = pool(radius, center);
+    const Scene s = sample_scene(config, 1000000);
+    const PeriodicBox box{s.bounds_min, s.bounds_max, s.config.periodic};
+    const PointGrid grid(s.position, box, 3 * kSpacing);
+    double water = 0, worst = 0, top = -1, nearest = 1;
+    for (std::size_t i = 0; i < s.position.size(); ++i) {
+      if (s.bodies[s.body[i]].type != BodyType::fluid) continue;
+      water += s.volume[i];
+      top = std::max(top, s.position[i].z());
+      grid.near(s.position[i], [&](std::uint32_t j) {
+        if (j != i) nearest = std::min(nearest, box.between(s.position[i], s.position[j]).norm() / kSpacing);
+      });
+      if (s.position[i].z() < 0.5 - 3 * kSpacing) worst = std::max(worst, unevenness(s, grid, i));
+    }
+    EXPECT_LT(worst, 0.05);
+    EXPECT_GT(nearest, 0.85);
+    EXPECT_NEAR(top, 0.45, 0.3 * kSpacing);
+    // the ball's surface cuts through a shell of cells
+    const double hole = 4.0 / 3 * M_PI * std::pow(radius, 3), shell = 4 * M_PI * radius * radius * kSpacing;
+    EXPECT_NEAR(water, 4 * 1.2 - hole, 0.15 * shell);
+  }
+}
+
+// The worst of all places for the ball: as far off the fluid's lattice as is still left alone.
+TEST(Packing, LeavesNoGapAroundWhatIsAlmostOnTheLattice) {
+  for (const double off : {0.028, 0.032, 0.06}) {
+    const Scene s = sample_scene(
+        pool(0.44, Eigen::Vector3d(-0.35, -0.15, -0.15) + Eigen::Vector3d::Constant(off * kSpacing)), 1000000);
+    const PeriodicBox box{s.bounds_min, s.bounds_max, s.config.periodic};
+    const PointGrid grid(s.position, box, 3 * kSpacing);
+    for (std::size_t i = 0; i < s.position.size(); ++i)
+      if (s.bodies[s.body[i]].type == BodyType::fluid && s.position[i].z() < 0.2) {
+        EXPECT_LT(unevenness(s, grid, i), 0.05) << off;
+      }
+  }
+}
+
+TEST(Packing, LeavesWhatIsOnOneLatticeAlone) {
+  SceneConfig config = scene(kSpacing);
+  config.bodies.push_back(body("floor", BodyType::fixed, box({2, 2, 0.3}, {0, 0, -0.85})));
+  config.bodies.push_back(body("water", BodyType::fluid, box({2, 2, 1.2}, {0, 0, -0.1})));
+  config.bodies[1].shapes.push_back(box({0.4, 0.4, 0.4}));
+  config.bodies[1].shapes[1].subtract = true;
+  config.bodies.push_back(body("block", BodyType::rigid, box({0.4, 0.4, 0.4}, {0, 0, -0.0})));
+  const Scene s = sample_scene(config, 1000000);
+  for (std::size_t i = 0; i < s.position.size(); ++i) {
+    const Eigen::Vector3d cells = s.position[i] / kSpacing + Eigen::Vector3d::Constant(0.5);
+    EXPECT_NEAR((cells - cells.array().round().matrix()).norm(), 0, 1e-9);
+    EXPECT_NEAR(s.volume[i] / std::pow(kSpacing, 3), 1, 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace palp

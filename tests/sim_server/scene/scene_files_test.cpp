@@ -1,0 +1,47 @@
+// Every scene in config/scenes can be read and sampled at every accuracy.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <set>
+
+#include "sim_server/scene/scene.h"
+
+namespace palp {
+namespace {
+
+std::vector<std::string> scene_files() {
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(PALP_SOURCE_DIR "/config/scenes")) {
+    if (entry.path().extension() == ".toml") files.push_back(entry.path().string());
+  }
+  return files;
+}
+
+TEST(SceneFiles, SampleAtEveryAccuracy) {
+  const std::vector<std::string> files = scene_files();
+  ASSERT_GE(files.size(), 8u);
+  for (const std::string& file : files) {
+    for (const Accuracy accuracy : {Accuracy::fast, Accuracy::balanced, Accuracy::accurate}) {
+      SCOPED_TRACE(file + " " + to_string(accuracy));
+      SceneOverrides overrides;
+      overrides.accuracy = accuracy;
+      Scene scene;
+      ASSERT_NO_THROW(scene = sample_scene(load_scene(file, overrides), 1000000));
+      const std::size_t count = scene.position.size();
+      EXPECT_EQ(scene.velocity.size(), count);
+      EXPECT_EQ(scene.volume.size(), count);
+      EXPECT_EQ(scene.body.size(), count);
+      EXPECT_GT(count, 100u);
+      EXPECT_LT(count, 120000u);
+      for (const Body& body : scene.bodies) {
+        EXPECT_GT(body.count, 0u);
+        EXPECT_EQ(scene.body[body.first], scene.body[body.first + body.count - 1]);
+        const bool deforms = body.type == BodyType::fluid || body.type == BodyType::elastic;
+        EXPECT_EQ(body.surface.triangles.empty(), deforms) << body.name;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palp

@@ -1,0 +1,184 @@
+// A scene pays only for what it contains: arrays and launches by scene. And the plan's limits.
+#include <algorithm>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "config/error.h"
+#include "sim_server/solver/plan.h"
+#include "tests/support/backend.h"
+#include "tests/support/scenes.h"
+
+namespace palp::test {
+namespace {
+
+using Names = std::set<std::string>;
+
+Scene pool() {
+  Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
+  const auto water = add_material(scene, 1000, 1e-3);
+  add_body(scene, "water", BodyType::fluid, water, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
+  return scene;
+}
+
+struct Contents {
+  Names arrays, launches;
+};
+
+Contents contents_of(const Scene& scene) {
+  const auto simulation = simulate(scene);
+  simulation->step({});
+  const Footprint f = simulation->footprint();
+  Contents c;
+  for (const auto& [name, bytes] : f.arrays) c.arrays.insert(name);
+  c.launches.insert(f.launches.begin(), f.launches.end());
+  return c;
+}
+
+Names added(const Names& base, const Names& more) {
+  Names out;
+  std::set_difference(more.begin(), more.end(), base.begin(), base.end(), std::inserter(out, out.end()));
+  return out;
+}
+
+TEST(Lightness, AFluidAlonePaysForNothingElse) {
+  const Contents c = contents_of(pool());
+  for (const std::string& name : c.arrays)
+    for (const char* of_others : {"wall", "solid", "bodies", "temperature", "frame"})
+      EXPECT_EQ(name.find(of_others), std::string::npos) << name;
+  const Names expected{"sort", "density", "fluid force", "move", "health"};
+  EXPECT_EQ(c.launches, expected);
+}
+
+TEST(Lightness, AWallAddsItsArraysAndOneStage) {
+  const Contents base = contents_of(pool());
+  Scene scene = pool();
+  add_tray(scene, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.4}, 0.15);
+  const Contents c = contents_of(scene);
+  EXPECT_EQ(added(base.arrays, c.arrays), (Names{"wall", "bodies"}));
+  EXPECT_EQ(added(base.launches, c.launches), (Names{"walls"}));
+}
+
+TEST(Lightness, ABodyAddsItsArraysAndStages) {
+  const Contents base = contents_of(pool());
+  Scene scene = pool();
+  add_body(scene, "box", BodyType::rigid, 0, {-0.1, -0.1, 0.3}, {0.1, 0.1, 0.4});
+  const Contents c = contents_of(scene);
+  EXPECT_EQ(added(base.arrays, c.arrays),
+            (Names{"wall", "bodies", "solid force", "solid local", "reactive bodies", "rigid bodies"}));
+  EXPECT_EQ(added(base.launches, c.launches), (Names{"begin", "walls", "solid force", "wrench", "bodies"}));
+}
+
+TEST(Lightness, ATemperatureAddsItsArrays) {
+  const Contents base = contents_of(pool());
+  Scene scene = pool();
+  scene.temperature.assign(scene.position.size(), 293);
+  const Contents c = contents_of(scene);
+  EXPECT_EQ(added(base.arrays, c.arrays), (Names{"state temperature", "sorted temperature"}));
+  EXPECT_TRUE(added(base.launches, c.launches).empty());
+}
+
+TEST(Lightness, ABodyAloneNeedsNoFluidStages) {
+  Scene scene = empty_scene(0.05, {-1, -1, -1}, {1, 1, 1});
+  add_material(scene, 500, 0);
+  add_body(scene, "box", BodyType::rigid, 0, {-0.1, -0.1, 0}, {0.1, 0.1, 0.2});
+  const Contents c = contents_of(scene);
+  EXPECT_FALSE(c.arrays.count("wall"));
+  EXPECT_FALSE(c.arrays.count("acceleration"));
+  for (const char* stage : {"fluid force", "walls"}) EXPECT_FALSE(c.launches.count(stage)) << stage;
+}
+
+TEST(Lightness, AFrameIsPaidForWhenAskedFor) {
+  const auto simulation = simulate(pool());
+  simulation->step({});
+  const std::size_t before = simulation->footprint().arrays.size();
+  ASSERT_TRUE(simulation->begin_frame(FrameScalar::none));
+  EXPECT_EQ(simulation->footprint().arrays.size(), before + 1) << "positions only";
+  Frame frame;
+  while (!simulation->take_frame(frame)) {
+  }
+  EXPECT_EQ(frame.position.size(), 3 * simulation->scene().position.size());
+  EXPECT_TRUE(frame.scalar.empty());
+  ASSERT_TRUE(simulation->begin_frame(FrameScalar::speed));
+  EXPECT_EQ(simulation->footprint().arrays.size(), before + 2);
+}
+
+TEST(Lightness, StepsAllocateNothingMore) {
+  const auto simulation = simulate(pool());
+  simulation->step({});
+  const Footprint before = simulation->footprint();
+  for (int k = 0; k < 5; ++k) simulation->step({});
+  EXPECT_EQ(simulation->footprint().bytes(), before.bytes());
+  EXPECT_EQ(simulation->footprint().launches, before.launches);
+}
+
+TEST(Plan, RefusesUnstableSubSteps) {
+  Scene scene = pool();
+  scene.config.rate_hz = 20;
+  const Plan own = make_plan(scene);
+  const int least = static_cast<int>(std::ceil(0.05 / own.dt_limit));
+  ASSERT_GT(least, 1);
+  scene.config.numerics.sub_steps = least;
+  EXPECT_NO_THROW(make_plan(scene));
+  scene.config.numerics.sub_steps = least - 1;
+  try {
+    make_plan(scene);
+    FAIL() << "unstable sub-steps were taken";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("at least " + std::to_string(least)), std::string::npos) << error.what();
+  }
+}
+
+TEST(Plan, KnowsWhetherFluidsOfSeveralMaterialsMeet) {
+  Scene scene = pool();
+  EXPECT_TRUE(make_plan(scene).one_fluid);
+  const auto other = add_material(scene, 900, 1e-2);
+  add_tray(scene, other, {-0.2, -0.2, 0}, {0.2, 0.2, 0.4}, 0.15);
+  EXPECT_TRUE(make_plan(scene).one_fluid) << "a solid of another material is no fluid";
+  add_body(scene, "more water", BodyType::fluid, 0, {-0.2, -0.2, 0.35}, {0.2, 0.2, 0.4});
+  EXPECT_TRUE(make_plan(scene).one_fluid);
+  add_body(scene, "oil", BodyType::fluid, other, {-0.2, -0.2, 0.45}, {0.2, 0.2, 0.5});
+  EXPECT_FALSE(make_plan(scene).one_fluid);
+}
+
+TEST(Plan, RefusesAShortPeriodicAxis) {
+  Scene scene = pool();
+  scene.config.periodic = {true, false, false};
+  scene.bounds_min.x() = -0.2;
+  scene.bounds_max.x() = 0.2;
+  EXPECT_THROW(make_plan(scene), ConfigError);
+}
+
+TEST(Plan, RefusesAnEndlessNumberOfSubSteps) {
+  Scene scene = pool();
+  scene.config.materials[0].viscosity = 1e9;
+  EXPECT_THROW(make_plan(scene), ConfigError);
+}
+
+TEST(Plan, BoundsTheCellsOfAHugeDomain) {
+  Scene scene = pool();
+  scene.bounds_min = Eigen::Vector3d::Constant(-500);
+  scene.bounds_max = Eigen::Vector3d::Constant(500);
+  const Plan plan = make_plan(scene);
+  EXPECT_LE(double(plan.cells[0]) * plan.cells[1] * plan.cells[2], kCellsAtLeast);
+}
+
+// A body force drives a channel to a speed that the sound speed must allow for.
+TEST(Plan, ExpectsTheSpeedThatABodyForceDrives) {
+  Scene scene = pool();
+  scene.config.gravity.setZero();
+  scene.config.body_force = {1, 0, 0};
+  EXPECT_GT(make_plan(scene).max_speed, 0.1);
+}
+
+// A rigid body that falls through a fluid, or onto a floor, is as fast as its fall.
+TEST(Plan, ExpectsTheSpeedOfAFall) {
+  Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 1.2});
+  add_material(scene, 1000, 0);
+  add_body(scene, "floor", BodyType::fixed, 0, {-0.3, -0.3, -0.15}, {0.3, 0.3, 0});
+  add_body(scene, "drop", BodyType::fluid, 0, {-0.1, -0.1, 0.8}, {0.1, 0.1, 1});
+  EXPECT_GT(make_plan(scene).max_speed, 0.9 * std::sqrt(2 * 9.81 * 0.8));
+}
+
+}  // namespace
+}  // namespace palp::test
