@@ -12,7 +12,7 @@ namespace {
 
 constexpr Range kLength{"m", 0, 1e9, true};
 
-const std::vector<std::string> kBodyTypes{"fluid", "rigid", "static", "elastic"};
+const std::vector<std::string> kBodyTypes(kBodyKindNames.begin(), kBodyKindNames.end());
 const std::vector<std::string> kShapeTypes{"box", "sphere", "cylinder", "mesh", "particles"};
 constexpr double kPi = 3.14159265358979323846;
 
@@ -96,17 +96,17 @@ void read_elastic(TomlTable& table, const SceneConfig& scene, const std::optiona
   const auto material = std::find_if(scene.materials.begin(), scene.materials.end(),
                                      [&](const MaterialConfig& item) { return item.name == body.material; });
   const bool stiff = material != scene.materials.end() && material->young_modulus;
-  if (body.type == BodyType::elastic && material != scene.materials.end() && !stiff) {
+  if (body.type == BodyKind::elastic && material != scene.materials.end() && !stiff) {
     table.fault("material",
                 fmt::format("material '{}' has no young_modulus, expected one for an elastic body", material->name));
   }
-  if (!body.bonded_to.empty() && body.type != BodyType::elastic && !(body.type == BodyType::fluid && stiff)) {
+  if (!body.bonded_to.empty() && body.type != BodyKind::elastic && !(body.type == BodyKind::fluid && stiff)) {
     table.fault("bonded_to", "bonded_to is given, but only an elastic body has it, or a fluid that can become one");
   }
   for (const std::string& name : body.bonded_to) {
     const auto other = std::find_if(scene.bodies.begin(), scene.bodies.end(),
                                     [&](const BodyConfig& item) { return item.name == name; });
-    if (other == scene.bodies.end() || (other->type != BodyType::rigid && other->type != BodyType::fixed)) {
+    if (other == scene.bodies.end() || (other->type != BodyKind::rigid && other->type != BodyKind::fixed)) {
       table.fault("bonded_to",
                   fmt::format("'{}' in bonded_to is no rigid or static body declared before this one", name));
     }
@@ -118,7 +118,7 @@ BodyConfig read_body(TomlTable& table, const SceneConfig& scene) {
   body.where = table.where();
   body.name = read_name(table, "body", names_of(scene.bodies), false);
   const auto type = table.choice("type", kBodyTypes, Need::required);
-  if (type) body.type = static_cast<BodyType>(*type);
+  if (type) body.type = static_cast<BodyKind>(*type);
   body.material = table.text("material", Need::required).value_or("");
   const std::vector<std::string> materials = names_of(scene.materials);
   if (!body.material.empty() && std::find(materials.begin(), materials.end(), body.material) == materials.end()) {
@@ -130,7 +130,7 @@ BodyConfig read_body(TomlTable& table, const SceneConfig& scene) {
   body.orientation = read_orientation(table);
   body.velocity = read_vector(table, "velocity", "m/s", body.velocity);
   body.angular_velocity = read_vector(table, "angular_velocity", "rad/s", body.angular_velocity);
-  if (type && body.type != BodyType::rigid && !body.angular_velocity.isZero(0)) {
+  if (type && body.type != BodyKind::rigid && !body.angular_velocity.isZero(0)) {
     table.fault("angular_velocity", "angular_velocity is given, but only a rigid body has one");
   }
   body.temperature = table.number("temperature", {"K", 0, 1e5});
@@ -273,7 +273,7 @@ void read_proxies(TomlTable& root, SceneConfig& scene) {
     proxy.device = static_cast<unsigned>(table.integer("device", 0, 7).value_or(0));
     if (const BodyConfig* body = read_body_name(table, scene, Need::required)) {
       proxy.body = body->name;
-      if (body->type != BodyType::rigid) {
+      if (body->type != BodyKind::rigid) {
         table.fault("body", fmt::format("body '{}' is {}, expected a rigid body", body->name,
                                         kBodyTypes[static_cast<std::size_t>(body->type)]));
       }

@@ -15,7 +15,11 @@ namespace {
 
 const std::vector<std::string> kMethods{"paper", "accurate"};
 const std::vector<std::string> kAccuracies{"fast", "balanced", "accurate"};
-const std::vector<std::string> kScalars{"none", "speed", "density", "pressure", "temperature"};
+const std::vector<std::string> kScalars = [] {
+  std::vector<std::string> names;
+  for (const ScalarFieldRow& row : kScalarFields) names.emplace_back(row.name);
+  return names;
+}();
 const std::vector<std::string> kViscosity{"explicit", "staged"};
 const std::vector<std::string> kElasticSolvers{"explicit", "implicit", "auto"};
 constexpr Range kSpacing{"m", 1e-7, 1000};  // inertias of less are lost in single precision
@@ -136,7 +140,7 @@ void read_stream(TomlTable& root, SceneConfig& scene) {
   table.set_title("stream");
   scene.stream.particle_rate_hz =
       table.number("particle_rate_hz", {"Hz", 0, 1000}).value_or(scene.stream.particle_rate_hz);
-  if (const auto index = table.choice("scalar", kScalars)) scene.stream.scalar = kScalars[*index];
+  if (const auto index = table.choice("scalar", kScalars)) scene.stream.scalar = static_cast<ScalarField>(*index);
 }
 
 // FNV-1a, 64 bits.

@@ -10,6 +10,8 @@
 
 #include <Eigen/Geometry>
 
+#include "idl/vocabulary.h"
+
 namespace palp {
 
 enum class Method { paper, accurate };
@@ -60,11 +62,9 @@ struct ShapeConfig {
   std::string where;
 };
 
-enum class BodyType { fluid, rigid, fixed, elastic };
-
 struct BodyConfig {
   std::string name;
-  BodyType type = BodyType::fluid;
+  BodyKind type = BodyKind::fluid;
   std::string material;
   std::vector<ShapeConfig> shapes;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // of the body frame in the world [m]
@@ -145,7 +145,7 @@ struct NumericsConfig {
 
 struct StreamConfig {
   double particle_rate_hz = 60;
-  std::string scalar = "speed";  // none, speed, density, pressure, temperature
+  ScalarField scalar = ScalarField::speed;
 };
 
 struct SceneConfig {

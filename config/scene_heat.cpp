@@ -18,7 +18,7 @@ HeatZoneConfig read_zone(TomlTable& table, const SceneConfig& scene) {
   zone.name = read_name(table, "heat_zone", taken, false);
   if (const BodyConfig* body = read_body_name(table, scene, Need::optional)) {
     zone.body = body->name;
-    if (body->type != BodyType::rigid && body->type != BodyType::fixed) {
+    if (body->type != BodyKind::rigid && body->type != BodyKind::fixed) {
       table.fault("body",
                   fmt::format("body '{}' has no frame to move with, expected a rigid or static body", body->name));
     }

@@ -61,12 +61,12 @@ void check_body(TomlTable& table, const SceneConfig& scene, ProbeConfig& probe) 
                                     near.empty() ? "" : "; did you mean '" + near + "'?"));
     return;
   }
-  const BodyType type = scene.bodies[static_cast<std::size_t>(found - names.begin())].type;
-  if (required && type == BodyType::fluid) {
+  const BodyKind type = scene.bodies[static_cast<std::size_t>(found - names.begin())].type;
+  if (required && type == BodyKind::fluid) {
     table.fault("body", fmt::format("body '{}' is a fluid, expected a rigid or static body, which has a pose", *name));
   }
   const bool of_fluid = probe.quantity == Quantity::front || probe.quantity == Quantity::extremes;
-  if (of_fluid && type != BodyType::fluid && type != BodyType::elastic) {
+  if (of_fluid && type != BodyKind::fluid && type != BodyKind::elastic) {
     table.fault("body", fmt::format("body '{}' does not deform, expected a fluid or elastic body", *name));
   }
 }

@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "idl/vocabulary.h"
+
 namespace palp {
 
 inline constexpr std::uint32_t kProtocolVersion = 1;
@@ -94,8 +96,6 @@ struct ProxySample {
   std::array<double, 2> energy{};  // [J] cumulative work of the proxy on the coupling: linear, angular
 };
 
-enum class ScalarField : std::uint32_t { none = 0, speed = 1, density = 2, pressure = 3, temperature = 4 };
-
 // A run of particles of one frame, in the order of the scene (not of the solver): kChunkParticles of them, the last
 // chunk the rest, so that a chunk fits one datagram. A frame is complete when all chunk_count chunks of it have
 // arrived. particle_sender.h cuts frames into chunks, frame_assembler.h puts them together.
@@ -112,8 +112,6 @@ struct ParticleChunk {
   std::vector<float> positions;  // [m], x y z per particle
   std::vector<float> scalars;    // one per particle, or empty
 };
-
-enum class BodyKind : std::uint32_t { fluid = 0, rigid = 1, fixed = 2, elastic = 3 };
 
 struct BodyDescription {
   std::string name;

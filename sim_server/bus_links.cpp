@@ -113,7 +113,7 @@ FrameLink::FrameLink(Bus& bus, Simulation& simulation)
       sender_(bus.writer<ParticleChunk>()),
       poses_writer_(bus.writer<BodyPoses>()),
       rate_hz_(simulation.scene().config.stream.particle_rate_hz),
-      scalar_(frame_scalar_from(simulation.scene().config.stream.scalar)) {
+      scalar_(simulation.scene().config.stream.scalar) {
   sem_init(&begun_, 0, 0);
   thread_ = std::thread(&FrameLink::forward, this);
 }
@@ -151,22 +151,13 @@ void FrameLink::forward() {
     ParticleFrame& out = sender_.frame();
     out.frame = ++frames_;
     out.sim_time = frame_.time;
-    out.field = static_cast<ScalarField>(sending_);
+    out.field = sending_;
     std::swap(out.positions, frame_.position);
     std::swap(out.scalars, frame_.scalar);
     sender_.submit();
     if (!poses_.body.empty()) poses_writer_->publish(poses_);
     busy_.store(false, std::memory_order_release);
   }
-}
-
-FrameScalar frame_scalar_from(const std::string& name) {
-  if (name == "none") return FrameScalar::none;
-  if (name == "speed") return FrameScalar::speed;
-  if (name == "density") return FrameScalar::density;
-  if (name == "pressure") return FrameScalar::pressure;
-  if (name == "temperature") return FrameScalar::temperature;
-  throw ConfigError("stream.scalar is '" + name + "'; expected none, speed, density, pressure or temperature");
 }
 
 ControlLink::ControlLink(Bus& bus)

@@ -64,7 +64,7 @@ class FrameLink {
   // the back end threw while the last frame was fetched.
   void offer(const StepOutput& output, std::int64_t now_ns);
   void set_rate(double rate_hz) { rate_hz_ = rate_hz; }
-  void set_scalar(FrameScalar scalar) { scalar_ = scalar; }
+  void set_scalar(ScalarField scalar) { scalar_ = scalar; }
   std::uint64_t sent() const { return sender_.counts().sent; }
 
  private:
@@ -76,7 +76,7 @@ class FrameLink {
   sem_t begun_;
   std::int64_t next_ns_ = 0;
   double rate_hz_;  // 0: no frames
-  FrameScalar scalar_ = FrameScalar::speed, sending_ = FrameScalar::speed;
+  ScalarField scalar_ = ScalarField::speed, sending_ = ScalarField::speed;
   BodyPoses poses_;
   Frame frame_;
   std::uint64_t frames_ = 0;
@@ -84,8 +84,6 @@ class FrameLink {
   std::atomic<bool> failed_{false};
   std::thread thread_;
 };
-
-FrameScalar frame_scalar_from(const std::string& name);  // throws ConfigError
 
 // Commands in; replies, events and status out.
 class ControlLink {

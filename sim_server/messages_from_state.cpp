@@ -8,14 +8,14 @@ std::array<double, 3> to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(),
 BodyDescription describe_body(const Scene& scene, const Body& body) {
   BodyDescription out;
   out.name = body.name;
-  out.kind = static_cast<BodyKind>(body.type);
+  out.kind = body.type;
   out.first = body.first;
   out.count = body.count;
   out.density = scene.config.materials[body.material].density;
   out.color = body.color;
   out.vertices.reserve(3 * body.surface.vertices.size());
   // fixed bodies have no pose on the bus: their surface is given where it is
-  const bool fixed = body.type == BodyType::fixed;
+  const bool fixed = body.type == BodyKind::fixed;
   for (const Eigen::Vector3d& v : body.surface.vertices) {
     const Eigen::Vector3f x = (fixed ? Eigen::Vector3d(body.position + body.orientation * v) : v).cast<float>();
     out.vertices.insert(out.vertices.end(), {x.x(), x.y(), x.z()});
@@ -74,7 +74,7 @@ BodyPoses body_poses(const Scene& scene, const StepOutput& output) {
   BodyPoses out;
   out.sim_time = output.time;
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
-    if (scene.bodies[b].type != BodyType::rigid) continue;
+    if (scene.bodies[b].type != BodyKind::rigid) continue;
     out.body.push_back(b);
     out.pose.push_back(to_pose(output.bodies[b].state));
   }

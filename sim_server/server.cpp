@@ -223,7 +223,10 @@ class Server {
 
   std::string set_parameter(const std::string& name, const std::string& value) {
     if (name == "stream.scalar") {
-      frames_.set_scalar(frame_scalar_from(value));
+      const std::optional<ScalarField> field = scalar_field_from(value);
+      if (!field)
+        throw ConfigError("stream.scalar is '" + value + "'; expected none, speed, density, pressure or temperature");
+      frames_.set_scalar(*field);
     } else if (name == "stream.particle_rate_hz") {
       char* end = nullptr;
       const double rate = std::strtod(value.c_str(), &end);

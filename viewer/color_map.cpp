@@ -64,36 +64,8 @@ double lightness(Rgb8 color) {
          0.0040720468 * std::cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
 }
 
-const char* field_name(ScalarField field) {
-  switch (field) {
-    case ScalarField::speed:
-      return "speed";
-    case ScalarField::density:
-      return "density";
-    case ScalarField::pressure:
-      return "pressure";
-    case ScalarField::temperature:
-      return "temperature";
-    case ScalarField::none:
-      break;
-  }
-  return "body";
-}
-
-const char* field_unit(ScalarField field) {
-  switch (field) {
-    case ScalarField::speed:
-      return "m/s";
-    case ScalarField::density:
-      return "kg/m³";
-    case ScalarField::pressure:
-      return "Pa";
-    case ScalarField::temperature:
-      return "K";
-    case ScalarField::none:
-      break;
-  }
-  return "";
+std::string_view legend_name(ScalarField field) {
+  return field == ScalarField::none ? std::string_view("body") : row_of(field).name;
 }
 
 ColorMapKind color_map_of(ScalarField field) {

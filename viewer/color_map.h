@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "idl/messages.h"
@@ -33,9 +34,8 @@ struct ValueRange {
   bool operator==(const ValueRange&) const = default;
 };
 
-// What a field is called, and its unit, for people: "speed", "m/s". none: "body", "".
-const char* field_name(ScalarField field);
-const char* field_unit(ScalarField field);
+// Returns what the colour of a particle shows: the field's name, "body" for none.
+std::string_view legend_name(ScalarField field);
 ColorMapKind color_map_of(ScalarField field);
 
 // Smallest of 1, 2, 5 times a power of ten that is not below value. value > 0.

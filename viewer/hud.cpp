@@ -223,7 +223,7 @@ void Hud::lay_out_legend() {
   const float bar = 0.75f * font_size_, h = 2 * line() + bar + 1.5f * pad;
   const float top = below ? margin + h : height_ - margin;
   legend_group_->addChild(panel(x, top - h, w, h, 0.5f * font_size_, kPanel));
-  const std::string title = fmt::format("{} [{}]", field_name(legend_.field), field_unit(legend_.field));
+  const std::string title = fmt::format("{} [{}]", legend_name(legend_.field), row_of(legend_.field).unit);
   legend_group_->addChild(
       text({x + pad, top - 0.6f * pad - 0.5f * line()}, title, kLabel, osgText::Text::LEFT_BASE_LINE));
   const float bar_y = top - 0.75f * pad - line() - bar, bar_w = w - 2 * pad;

@@ -52,11 +52,9 @@ std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* a
   std::string size = "1280x720";
   int samples = -1, nice = -1;
   double png_at = 0, png_every = 0;
-  const std::map<std::string, ScalarField> colors{{"body", ScalarField::none},
-                                                  {"speed", ScalarField::speed},
-                                                  {"density", ScalarField::density},
-                                                  {"pressure", ScalarField::pressure},
-                                                  {"temperature", ScalarField::temperature}};
+  std::map<std::string, ScalarField> colors;
+  for (std::size_t i = 0; i < kScalarFields.size(); ++i)
+    colors.emplace(legend_name(static_cast<ScalarField>(i)), static_cast<ScalarField>(i));
   app.add_flag("--headless", o.stage.headless, "draw off-screen through EGL; the default where there is no DISPLAY");
   app.add_option("--gpu", o.stage.gpu, "off-screen: auto, cpu (software) or egl:N (N-th EGL device)")
       ->capture_default_str();

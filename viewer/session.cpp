@@ -54,7 +54,7 @@ void Session::set_color(ScalarField field) {
 }
 
 void Session::ask_for_field() {
-  if (color_ != ScalarField::none) send_(CommandKind::set_parameter, "stream.scalar", field_name(color_));
+  if (color_ != ScalarField::none) send_(CommandKind::set_parameter, "stream.scalar", std::string(row_of(color_).name));
 }
 
 void Session::take_scene(const FeedView& view) {
@@ -110,7 +110,7 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
     d.frame_age = std::max(0.0, 1e-9 * static_cast<double>(now_ns - view.frame_time_ns));
     d.sim_time = frame_->sim_time;
     if (color_ != ScalarField::none && frame_->field != color_) {
-      d.note = std::string("the server does not send ") + field_name(color_) + ": coloured by body";
+      d.note = std::string("the server does not send ") + std::string(legend_name(color_)) + ": coloured by body";
     }
   }
   if (!view.notice.empty()) d.note = view.notice;

@@ -102,7 +102,7 @@ struct Motion {
   bool fixed;  // its velocity is that of its surface, which stays in place
 };
 
-PALP_HD inline Motion motion_of(const BodyState& b) { return {b.x, b.v, b.w, b.kind == Kind::fixed}; }
+PALP_HD inline Motion motion_of(const BodyState& b) { return {b.x, b.v, b.w, b.kind == BodyKind::fixed}; }
 
 // What all passes over points know.
 struct PairPoints {
@@ -119,7 +119,9 @@ struct PairPoints {
     bool near;
   };
 
-  PALP_HD static real inverse_mass(const BodyState& b) { return b.kind == Kind::rigid ? real(1) / b.mass : real(0); }
+  PALP_HD static real inverse_mass(const BodyState& b) {
+    return b.kind == BodyKind::rigid ? real(1) / b.mass : real(0);
+  }
 
   PALP_HD Vec3 nearest_image(Vec3 d) const {
     for (int a = 0; a < 3; ++a)
@@ -285,7 +287,7 @@ struct MeetBodies {
 
   // How many of its pairs share a body's load, over the two that the stability limit has room for; 1 at least.
   PALP_HD real crowding(std::uint32_t index) const {
-    if (all.body[index].kind != Kind::rigid) return real(1);
+    if (all.body[index].kind != BodyKind::rigid) return real(1);
     const PairWrenches& by = all.contact.by;
     real sum = 0, sum2 = 0;
     for (std::uint32_t p = by.of_body[index]; p < by.of_body[index + 1]; ++p) {

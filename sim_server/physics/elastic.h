@@ -228,7 +228,7 @@ struct MoveElastic {
   PALP_HD void operator()(std::uint32_t i) const {
     const Tag tag = elastic.tag[i];
     const Packed X = elastic.rest[i];
-    if (tag.kind() != Kind::elastic) {
+    if (tag.kind() != BodyKind::elastic) {
       const BodyState& body = bodies.body[tag.body()];
       const Vec3 r = body.q * bodies.local[i].xyz();
       elastic.u[i] = pack(body.x + r - X.xyz(), 0);

@@ -40,7 +40,7 @@ struct MeetParticles {
   real spacing;
 
   PALP_HD static real moving_mass(real particle, const BodyState& field, const Mat3& R, const PairPoints::Touch& t) {
-    if (field.kind != Kind::rigid) return particle;
+    if (field.kind != BodyKind::rigid) return particle;
     const Vec3 b = R.transpose() * t.other.cross(t.n);
     const real share = field.contact_mass / field.mass;
     const real other = share / (real(1) / field.mass + b.dot(field.inverse_inertia * b));

@@ -77,7 +77,7 @@ struct AdvanceDensity {
           const real VF =
               xV_j.w * kernel.F(Eigen::numext::sqrt(r2)) * bonds.share(tag_i, solid_i, tag_j, bonds.solid(from, j));
           // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
-          const Vec3 v_j = tag_j.kind() == Kind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
+          const Vec3 v_j = tag_j.kind() == BodyKind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
           const bool differ = Fluids::differ(tag_i, tag_j);
           const real yields = differ && tag_j.is_fluid() ? yielding(medium, tag_i, tag_j) : real(1);
           const real apart = (v_i - v_j).dot(x_ij);

@@ -68,13 +68,13 @@ struct MeasureHealth {
           ++s.outside;
           break;
         }
-      if (tag.kind() == Kind::fixed) continue;
+      if (tag.kind() == BodyKind::fixed) continue;
       const real speed = Eigen::numext::sqrt(speed2);
       if (speed > s.max_speed) s.max_speed = speed;
       const Material& material = medium.material[tag.material()];
       const real mach = speed / (tag.is_fluid() ? material.sound_speed : medium.sound_speed);
       if (mach > s.max_mach) s.max_mach = mach;
-      if (tag.kind() == Kind::elastic) s.kinetic_energy += real(0.5) * state.mass[i] * speed2;
+      if (tag.kind() == BodyKind::elastic) s.kinetic_energy += real(0.5) * state.mass[i] * speed2;
       if (!tag.is_fluid()) continue;
       const real compression = vp.w / (material.sound_speed * material.sound_speed * material.density);
       if (compression > s.max_compression) s.max_compression = compression;

@@ -95,7 +95,7 @@ struct BeginImplicit {
 
   PALP_HD void operator()(std::uint32_t i) const {
     const Tag tag = elastic.tag[i];
-    const bool free = tag.kind() == Kind::elastic;
+    const bool free = tag.kind() == BodyKind::elastic;
     const real mass = medium.material[tag.material()].density * elastic.rest[i].w;
     Vec3 v(0, 0, 0);
     if (free) {
@@ -393,7 +393,7 @@ struct MoveImplicit {
 
   PALP_HD void operator()(std::uint32_t i) const {
     const Tag tag = elastic.tag[i];
-    if (tag.kind() != Kind::elastic) return;
+    if (tag.kind() != BodyKind::elastic) return;
     const Vec3 u = elastic.u[i].xyz() + medium.dt * elastic.v[i].xyz();
     elastic.u[i] = pack(u, 0);
     const BodyState& body = bodies.body[tag.body()];

@@ -37,7 +37,7 @@ struct MoveParticles {
 
   PALP_HD void operator()(std::uint32_t i) const {
     const Tag tag = state.tag[i];
-    if (tag.kind() == Kind::fixed || tag.gone()) return;
+    if (tag.kind() == BodyKind::fixed || tag.gone()) return;
     const Packed xV = state.xV[i], vp = state.vp[i];
     const std::uint32_t slot = change.count > 0 ? slot_of(change, tag, state.id[i]) : kNone;
     Vec3 x, v;
@@ -60,7 +60,7 @@ struct MoveParticles {
     } else {
       const BodyState& body = bodies.body[tag.body()];
       const std::uint32_t k = body.force_first + state.id[i] - body.first;
-      if (tag.kind() == Kind::elastic) {
+      if (tag.kind() == BodyKind::elastic) {
         v = elastic.v[k].xyz();
         x = grid.wrap_fully(elastic.rest[k].xyz() + elastic.u[k].xyz());
       } else {

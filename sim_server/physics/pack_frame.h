@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sim_server/physics/particles.h"
-#include "sim_server/solver/simulation.h"
 
 namespace palp {
 
@@ -16,20 +15,20 @@ struct PackFrame {
   Medium medium;
   float* position;
   float* scalar;  // unused when none is asked for
-  FrameScalar field;
+  ScalarField field;
 
   PALP_HD float value(std::uint32_t i) const {
     const Packed vp = state.vp[i];
     switch (field) {
-      case FrameScalar::speed:
+      case ScalarField::speed:
         return static_cast<float>(vp.xyz().norm());
-      case FrameScalar::density:
+      case ScalarField::density:
         return static_cast<float>(density_of(medium, state.tag[i], vp.w));
-      case FrameScalar::pressure:
+      case ScalarField::pressure:
         return static_cast<float>(acting_pressure(medium, vp.w));
-      case FrameScalar::temperature:
+      case ScalarField::temperature:
         return state.temperature != nullptr ? static_cast<float>(state.temperature[i]) : 0.0f;
-      case FrameScalar::none:
+      case ScalarField::none:
         break;
     }
     return 0.0f;
@@ -40,7 +39,7 @@ struct PackFrame {
     position[3 * std::size_t(to)] = static_cast<float>(x.x);
     position[3 * std::size_t(to) + 1] = static_cast<float>(x.y);
     position[3 * std::size_t(to) + 2] = static_cast<float>(x.z);
-    if (field != FrameScalar::none) scalar[to] = value(i);
+    if (field != ScalarField::none) scalar[to] = value(i);
   }
 };
 

@@ -9,16 +9,15 @@
 // K, piece    solid fraction; piece (pieces.h), of what changes state      -
 #pragma once
 
+#include "idl/vocabulary.h"
 #include "sim_server/physics/real.h"
 
 namespace palp {
 
-enum class Kind : std::uint32_t { fluid = 0, rigid = 1, fixed = 2, elastic = 3 };
-
 // A particle's kind, material and body in one word, and whether it has left the domain (outside.h).
 struct Tag {
   std::uint32_t bits;
-  PALP_HD Kind kind() const { return static_cast<Kind>(bits & 3u); }
+  PALP_HD BodyKind kind() const { return static_cast<BodyKind>(bits & 3u); }
   PALP_HD bool is_fluid() const { return (bits & 3u) == 0; }
   PALP_HD std::uint32_t material() const { return (bits >> 2) & 0x1fu; }
   PALP_HD std::uint32_t body() const { return bits >> 8; }
@@ -27,7 +26,7 @@ struct Tag {
 };
 inline constexpr std::uint32_t kMaxMaterials = 16;
 
-inline Tag make_tag(Kind kind, std::uint32_t material, std::uint32_t body) {
+inline Tag make_tag(BodyKind kind, std::uint32_t material, std::uint32_t body) {
   return {static_cast<std::uint32_t>(kind) | material << 2 | body << 8};
 }
 

@@ -18,7 +18,7 @@ struct BodyState {
   Quat q;
   Mat3 inertia, inverse_inertia;  // I0 and its inverse
   real mass;
-  Kind kind;
+  BodyKind kind;
   std::uint32_t first, count;  // particles, in the scene's order
   std::uint32_t force_first;   // of its particles in BodyViews::force and local, kNone: nobody asks for its wrench
   std::int32_t proxy;          // index of the proxy whose handle it is, -1: none
@@ -67,7 +67,7 @@ struct PairWrenches {
 
 // Whether two bodies meet by the distance field of one of them: then no springs act between their particles.
 PALP_HD inline bool meet_by_field(const BodyState& a, const BodyState& b) {
-  return (a.shaped && (b.shaped || b.kind == Kind::elastic)) || (b.shaped && a.kind == Kind::elastic);
+  return (a.shaped && (b.shaped || b.kind == BodyKind::elastic)) || (b.shaped && a.kind == BodyKind::elastic);
 }
 
 // Contact between solids that no distance field serves (elastic bodies among each other, bodies of loose particles): a

@@ -87,7 +87,7 @@ struct BeginViscosity {
     const Tag tag_i = state.tag[i];
     const Packed xV_i = state.xV[i];
     real sum = 0;
-    if (tag_i.kind() != Kind::fixed)
+    if (tag_i.kind() != BodyKind::fixed)
       for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
                     [&](std::uint32_t j, const Packed& xV_j, const Vec3&, real r2) {
                       if (j == i) return;
@@ -97,10 +97,10 @@ struct BeginViscosity {
     const real K = xV_i.w * team.sum(sum);
     if (!team.leader()) return;
     real limit = 1;
-    if (tag_i.kind() == Kind::rigid) {
+    if (tag_i.kind() == BodyKind::rigid) {
       const BodyState& body = bodies.body[tag_i.body()];
       viscosity.solid[body.force_first + state.id[i] - body.first] = pack(Vec3(0, 0, 0), K);
-    } else if (tag_i.kind() != Kind::fixed && K * medium.dt > reach * state.mass[i]) {
+    } else if (tag_i.kind() != BodyKind::fixed && K * medium.dt > reach * state.mass[i]) {
       limit = reach * state.mass[i] / (K * medium.dt);
     }
     viscosity.stage[0][i] = viscosity.stage[1][i] = pack(state.vp[i].xyz(), limit);
@@ -143,8 +143,8 @@ struct ViscousStage {
     if (k != kNone) {
       const Packed before = bodies.force[k];
       bodies.force[k] = pack(before.xyz() + numbers.share * force, before.w);
-      if (tag_i.kind() == Kind::rigid) viscosity.solid[k] = pack(force, 0);
-      if (tag_i.kind() != Kind::elastic) return;
+      if (tag_i.kind() == BodyKind::rigid) viscosity.solid[k] = pack(force, 0);
+      if (tag_i.kind() != BodyKind::elastic) return;
     }
     Vec3 a = force / state.mass[i];
     if (tag_i.is_fluid()) a += acceleration[i].xyz();
@@ -193,7 +193,7 @@ struct SpreadBodies {
 
   PALP_HD void operator()(std::uint32_t i) const {
     const Tag tag = state.tag[i];
-    if (tag.kind() != Kind::rigid) return;
+    if (tag.kind() != BodyKind::rigid) return;
     const BodyState& body = bodies.body[tag.body()];
     const ViscousBody& b = viscosity.body[tag.body()];
     const Vec3 r = body.q * bodies.local[body.force_first + state.id[i] - body.first].xyz();

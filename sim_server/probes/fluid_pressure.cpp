@@ -22,7 +22,7 @@ double FluidPressure::of(std::uint32_t particle) const {
   double virial = 0;
   points_->near(place_of(*snapshot_, particle), [&](std::uint32_t j, double r) {
     if (j == particle || r >= H) return;
-    const bool fluid = scene_.bodies[scene_.body[j]].type == BodyType::fluid;
+    const bool fluid = scene_.bodies[scene_.body[j]].type == BodyKind::fluid;
     const double p_j = fluid ? snapshot_->pressure[j] : p_i;
     const double strength = fluid ? std::min(tension, material_of(scene_, j).surface_tension) : adhesion;
     virial += volume_of(scene_, *snapshot_, j) * ((p_i + p_j) * kernel.F(static_cast<real>(r)) * r * r -

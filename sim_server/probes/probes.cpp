@@ -123,7 +123,7 @@ std::vector<ProbeRow> ProbeSampler::evaluate(const ProbeConfig& probe) const {
 }
 
 // Whether its particles move each on its own.
-static bool is_deformable(const Body& body) { return body.type == BodyType::fluid || body.type == BodyType::elastic; }
+static bool is_deformable(const Body& body) { return body.type == BodyKind::fluid || body.type == BodyKind::elastic; }
 
 ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d& point) const {
   const double reach = kReachOverSpacing * scene_.spacing;
@@ -184,7 +184,7 @@ ProbeRow ProbeSampler::energy(const ProbeConfig& probe) const {
   double kinetic = 0, potential = 0, stored = 0;
   for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
     const Body& body = scene_.bodies[b];
-    if (body.type == BodyType::fixed || !counts(probe, b)) continue;
+    if (body.type == BodyKind::fixed || !counts(probe, b)) continue;
     if (is_deformable(body)) {
       const double density = scene_.config.materials[body.material].density;
       for (std::size_t i = body.first; i < body.first + body.count; ++i) {
@@ -215,7 +215,7 @@ ProbeRow ProbeSampler::extremes(const ProbeConfig& probe) const {
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {
       if (is_gone(*snapshot_, i)) continue;
       speed = std::max(speed, vector_at(snapshot_->velocity, i).norm());
-      if (body.type != BodyType::fluid) continue;
+      if (body.type != BodyKind::fluid) continue;
       const double p = pressure_.of(static_cast<std::uint32_t>(i));
       pressure[0] = std::min(pressure[0], p);
       pressure[1] = std::max(pressure[1], p);

@@ -43,7 +43,7 @@ class SnapshotPoints {
   static std::vector<std::uint32_t> with_place(const Scene& scene, const Snapshot& s, double reach, bool solids) {
     std::vector<std::uint32_t> found;
     for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
-      if (is_gone(s, i) || (!solids && scene.bodies[scene.body[i]].type != BodyType::fluid)) continue;
+      if (is_gone(s, i) || (!solids && scene.bodies[scene.body[i]].type != BodyKind::fluid)) continue;
       // far strays have no place in the grid and no weight anywhere inside the domain
       const Eigen::Vector3d x = place_of(s, i);
       if (x.allFinite() && x.cwiseAbs().maxCoeff() <= 1e9 * reach) found.push_back(i);

@@ -43,7 +43,7 @@ struct Packing {
   double dx;
 
   const Body& body_of(std::size_t i) const { return scene.bodies[scene.body[i]]; }
-  bool movable(std::size_t i) const { return body_of(i).type == BodyType::fluid && solids[scene.body[i]].has_value(); }
+  bool movable(std::size_t i) const { return body_of(i).type == BodyKind::fluid && solids[scene.body[i]].has_value(); }
   // Axes of the lattice that particle i was laid in.
   Eigen::Matrix3d axes(std::size_t i) const {
     return body_of(i).orientation.toRotationMatrix() * solids[scene.body[i]]->frame.linear();

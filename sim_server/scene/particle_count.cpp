@@ -25,7 +25,7 @@ bool is_tool(const SceneConfig& config, const std::string& body) {
 std::vector<bool> is_matter(const SceneConfig& config) {
   std::vector<bool> moves, fixed;
   for (const BodyConfig& body : config.bodies) {
-    fixed.push_back(body.type == BodyType::fixed);
+    fixed.push_back(body.type == BodyKind::fixed);
     moves.push_back(!fixed.back() && !is_tool(config, body.name));
   }
   return std::find(moves.begin(), moves.end(), true) != moves.end() ? moves : fixed;

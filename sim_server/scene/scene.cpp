@@ -86,8 +86,8 @@ bool something_moves(const SceneConfig& config) {
   for (const BodyConfig& body : config.bodies) {
     const MaterialConfig* m = material_of(config, body);
     const bool sets = m != nullptr && m->young_modulus && (m->melting_temperature || m->cooking_temperature);
-    const bool solid = body.type != BodyType::fluid || sets;
-    moving += solid && body.type != BodyType::fixed ? 1 : 0;
+    const bool solid = body.type != BodyKind::fluid || sets;
+    moving += solid && body.type != BodyKind::fixed ? 1 : 0;
     solids += solid ? 1 : 0;
   }
   return moving > 0 && solids > 1;
@@ -125,11 +125,11 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     }
     move(particles, solid->frame);
     moments = moments.moved(solid->frame);
-    if (body.type == BodyType::rigid || body.type == BodyType::fixed) body.surface = solid_surface(*solid, spacing / 2);
+    if (body.type == BodyKind::rigid || body.type == BodyKind::fixed) body.surface = solid_surface(*solid, spacing / 2);
     if (!body.surface.triangles.empty() && config.method == Method::accurate && something_moves(config))
       body.contact = make_contact_shape(*solid, body.surface, spacing);
     // the particles of a solid that is not filled exactly share its exact volume
-    if (body.type != BodyType::fluid && !particles.exact) {
+    if (body.type != BodyKind::fluid && !particles.exact) {
       std::fill(particles.volume.begin(), particles.volume.end(),
                 moments.volume / static_cast<double>(particles.volume.size()));
     }
@@ -150,7 +150,7 @@ void append(Scene& scene, const BodyConfig& from, Body body, const Particles& pa
     scene.position.push_back(pose * particles.position[i]);
     Eigen::Vector3d velocity = body.velocity;
     if (!particles.velocity.empty()) velocity += body.orientation * particles.velocity[i];
-    if (body.type == BodyType::rigid) {
+    if (body.type == BodyKind::rigid) {
       velocity += body.angular_velocity.cross(body.orientation * (particles.position[i] - body.center));
     }
     scene.velocity.push_back(velocity);
@@ -184,7 +184,7 @@ void add_proxies(Scene& scene) {
   for (const ProxyConfig& from : scene.config.proxies) {
     const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(),
                                    [&](const Body& item) { return item.name == from.body; });
-    if (body == scene.bodies.end() || body->type != BodyType::rigid) {
+    if (body == scene.bodies.end() || body->type != BodyKind::rigid) {
       throw ConfigError(fmt::format("{}: proxy: body '{}' is not a rigid body of the scene", from.where, from.body));
     }
     scene.proxies.push_back(

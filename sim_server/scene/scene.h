@@ -19,7 +19,7 @@ struct ContactShape;
 
 struct Body {
   std::string name;
-  BodyType type = BodyType::fluid;
+  BodyKind type = BodyKind::fluid;
   std::uint32_t material = 0;  // index into Scene::config.materials
   std::uint32_t first = 0;     // particles [first, first + count)
   std::uint32_t count = 0;

@@ -42,7 +42,7 @@ class Pairs {
     const auto& periodic = scene_.config.periodic;
     const bool wraps = std::find(periodic.begin(), periodic.end(), true) != periodic.end();
     return fmt::format("body '{}' has two particles {}, near {}{}{}", body.name,
-                       body.type == BodyType::elastic
+                       body.type == BodyKind::elastic
                            ? fmt::format("less than {:g} m (half a spacing) apart", kElastic * scene_.spacing)
                            : "in one place",
                        place(at), loose ? "; leave one of them out of " + body.shapes.front().file : "",
@@ -74,7 +74,7 @@ void check_inside_domain(Scene& scene, std::vector<std::string>& faults) {
     Eigen::Vector3d first = Eigen::Vector3d::Zero();
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {
       Eigen::Vector3d& p = scene.position[i];
-      if (body.type == BodyType::fluid) p = box.wrapped(p);
+      if (body.type == BodyKind::fluid) p = box.wrapped(p);
       const bool out = ((p.array() + slack) < box.min.array()).any() || ((p.array() - slack) > box.max.array()).any();
       if (out && outside++ == 0) first = p;
     }
@@ -108,7 +108,7 @@ void check_distances(const Scene& scene, std::vector<std::string>& faults) {
   for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
     grid.near(scene.position[i], [&](std::uint32_t j) {
       if (j <= i) return;
-      const bool elastic = scene.bodies[scene.body[i]].type == BodyType::elastic;
+      const bool elastic = scene.bodies[scene.body[i]].type == BodyKind::elastic;
       const double within = elastic ? kElastic : kCoincident;
       const double limit = (scene.body[i] == scene.body[j] ? within : kNearest) * scene.spacing * (1 - 1e-6);
       if (box.between(scene.position[i], scene.position[j]).norm() < limit) {

@@ -113,7 +113,7 @@ ContactBody add_shape(const Body& body, ContactStore& store) {
 
 // Whether a body is a tool in a hand and the other one stays where it is.
 bool is_held(const Scene& scene, std::uint32_t tool, const Body& other) {
-  return other.type == BodyType::fixed &&
+  return other.type == BodyKind::fixed &&
          std::any_of(scene.proxies.begin(), scene.proxies.end(), [&](const Proxy& p) { return p.body == tool; });
 }
 
@@ -172,7 +172,7 @@ void ContactStore::add_rigid_pairs(const Scene& scene, const Plan& plan, Parts& 
     for (std::uint32_t b = a + 1; b < scene.bodies.size(); ++b) {
       const Body &first = scene.bodies[a], &second = scene.bodies[b];
       if (shape_of_[a] == kNone || shape_of_[b] == kNone || plan.group[a] == plan.group[b]) continue;
-      if (first.type == BodyType::fixed && second.type == BodyType::fixed) continue;
+      if (first.type == BodyKind::fixed && second.type == BodyKind::fixed) continue;
       const auto index = static_cast<std::uint32_t>(pair.size());
       const bool implicit = is_held(scene, a, second) || is_held(scene, b, first);
       if (implicit) {
@@ -187,7 +187,7 @@ void ContactStore::add_rigid_pairs(const Scene& scene, const Plan& plan, Parts& 
     }
   rigid_pairs = static_cast<std::uint32_t>(pair.size());
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
-    few = few && (scene.bodies[b].type != BodyType::rigid || parts[b].size() <= 2);
+    few = few && (scene.bodies[b].type != BodyKind::rigid || parts[b].size() <= 2);
 }
 
 void ContactStore::add_soft_parts(const Scene& scene, const Plan& plan, std::uint32_t a, std::uint32_t first,

@@ -31,7 +31,7 @@ std::string obstacle_of(const Scene& scene, const Plan& plan) {
     if (m.yield_stress) return fmt::format("body '{}' yields", body.name);
     if (m.tear_strain) return fmt::format("body '{}' tears", body.name);
     for (const std::uint32_t other : body.bonded_to)
-      if (scene.bodies[other].type == BodyType::rigid)
+      if (scene.bodies[other].type == BodyKind::rigid)
         return fmt::format("body '{}' is bonded to '{}', which moves", body.name, scene.bodies[other].name);
   }
   return "";
@@ -85,7 +85,7 @@ StepLimit limit_by_elasticity(const Scene& scene, const Plan& plan, bool changin
   const double dx = scene.spacing, ratio = plan.elastic_support / dx;
   StepLimit out;
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
-    if (plan.changes[b] != changing || (!changing && scene.bodies[b].type != BodyType::elastic)) continue;
+    if (plan.changes[b] != changing || (!changing && scene.bodies[b].type != BodyKind::elastic)) continue;
     const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
     // what has flowed to less than half its thickness needs less than half the step, and neighbourhoods that are torn
     // are stiffer than whole ones: a sheet that was pierced at 0.42 of this limit diverged, at 0.21 it did not

@@ -40,7 +40,7 @@ double slope(double r, double H) {
 
 // A body's elastic material: a rigid or static one has that of the first elastic body that holds on to it.
 std::uint32_t material_of(const Scene& scene, const Plan& plan, std::uint32_t body) {
-  if (scene.bodies[body].type == BodyType::elastic) return scene.bodies[body].material;
+  if (scene.bodies[body].type == BodyKind::elastic) return scene.bodies[body].material;
   for (const std::uint32_t b : plan.elastic_bodies)
     if (plan.group[b] == plan.group[body]) return scene.bodies[b].material;
   return scene.bodies[body].material;
@@ -64,7 +64,7 @@ ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
   // of one elastic body and what it is bonded to
   const auto joined = [&](std::size_t i, std::size_t j) {
     const std::uint32_t a = scene.body[particle[i]], b = scene.body[particle[j]];
-    const bool both_elastic = scene.bodies[a].type == BodyType::elastic && scene.bodies[b].type == BodyType::elastic;
+    const bool both_elastic = scene.bodies[a].type == BodyKind::elastic && scene.bodies[b].type == BodyKind::elastic;
     return a == b || (plan.group[a] == plan.group[b] && !both_elastic);
   };
   const bool paper = plan.method == Method::paper;
@@ -74,9 +74,9 @@ ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
   // bonded particles within reach of an elastic one: they are strained, and those next to them feel it
   std::vector<bool> strained(particle.size());
   for (std::uint32_t i = 0; i < particle.size(); ++i) {
-    strained[i] = body_of(i).type == BodyType::elastic;
+    strained[i] = body_of(i).type == BodyKind::elastic;
     grid.near(place[i], [&](std::uint32_t j) {
-      if (body_of(j).type == BodyType::elastic && joined(i, j) && box.between(place[j], place[i]).norm() < reach)
+      if (body_of(j).type == BodyKind::elastic && joined(i, j) && box.between(place[j], place[i]).norm() < reach)
         strained[i] = true;
     });
   }
@@ -84,7 +84,7 @@ ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
     const std::uint32_t from = particle[i], b = scene.body[from];
     const Body& body = body_of(i);
     rest.push_back(pack(place[i].cast<real>(), static_cast<real>(scene.volume[from])));
-    tag.push_back(make_tag(static_cast<Kind>(body.type), material_of(scene, plan, b), b));
+    tag.push_back(make_tag(body.type, material_of(scene, plan, b), b));
     u.push_back(pack(Vec3(0, 0, 0), 0));
     v.push_back(pack(scene.velocity[from].cast<real>(), 0));
     rotation.push_back(Quat::Identity());
@@ -94,7 +94,7 @@ ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
       const Eigen::Vector3d X = box.between(place[j], place[i]);
       const double r = X.norm();
       // on what does not move and is not asked for, forces need not be complete
-      if (!strained[i] && body.type == BodyType::fixed && !plan.probed[b]) return;
+      if (!strained[i] && body.type == BodyKind::fixed && !plan.probed[b]) return;
       if (j == i || !joined(i, j) || !(strained[i] || strained[j]) || !(r < reach) || !(r > 0)) return;
       near.push_back(j);
       moment += scene.volume[particle[j]] * slope(r, H) * X * X.transpose();

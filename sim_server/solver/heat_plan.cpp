@@ -34,7 +34,7 @@ void check(const Scene& scene) {
   }
   for (const HeatZoneConfig& zone : config.heat_zones) {
     const Body* body = zone.body.empty() ? nullptr : find_body(scene, zone.body);
-    if (!zone.body.empty() && (body == nullptr || (body->type != BodyType::rigid && body->type != BodyType::fixed)))
+    if (!zone.body.empty() && (body == nullptr || (body->type != BodyKind::rigid && body->type != BodyKind::fixed)))
       faults.push_back(fmt::format("{}: heat_zone '{}' follows '{}', expected a rigid or static body", zone.where,
                                    zone.name, zone.body));
   }

@@ -47,7 +47,7 @@ Load load_on(const Scene& scene, const std::vector<Extent>& extent, std::size_t 
   const double dx = scene.spacing, g = scene.config.gravity[axis];
   const Extent& e = extent[body];
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    if (b == body || scene.bodies[b].type != BodyType::fluid || scene.bodies[b].count == 0) continue;
+    if (b == body || scene.bodies[b].type != BodyKind::fluid || scene.bodies[b].count == 0) continue;
     const double below = e.low[axis] - extent[b].low[axis], above = extent[b].high[axis] - e.high[axis];
     const double distance = g < 0 ? extent[b].low[axis] - e.high[axis] : e.low[axis] - extent[b].high[axis];
     bool around = true;
@@ -96,14 +96,14 @@ double contacts_at_once(const Scene& scene, const Body& body) {
 BodyState initial_body(const Scene& scene, const Plan& plan, std::uint32_t index) {
   const Body& body = scene.bodies[index];
   BodyState b{};
-  b.kind = static_cast<Kind>(body.type);
+  b.kind = body.type;
   b.q = body.orientation.normalized().cast<real>();
   b.x = (body.position + body.orientation * body.center).cast<real>();
   b.v = body.velocity.cast<real>();
   b.w = body.angular_velocity.cast<real>();
   b.mass = static_cast<real>(body.mass);
   b.inertia = body.inertia.cast<real>();
-  b.inverse_inertia = b.kind == Kind::rigid ? Mat3(body.inertia.inverse().cast<real>()) : Mat3(Mat3::Zero());
+  b.inverse_inertia = b.kind == BodyKind::rigid ? Mat3(body.inertia.inverse().cast<real>()) : Mat3(Mat3::Zero());
   const Mat3 R = b.q.toRotationMatrix();
   b.L = R * b.inertia * R.transpose() * b.w;
   b.first = body.first;
@@ -116,10 +116,10 @@ BodyState initial_body(const Scene& scene, const Plan& plan, std::uint32_t index
       b.handle = (scene.proxies[p].handle - body.center).cast<real>();
     }
   b.contact_mass = real(1e30);
-  if (b.kind == Kind::rigid) b.contact_mass = static_cast<real>(body.mass / contacts_at_once(scene, body));
+  if (b.kind == BodyKind::rigid) b.contact_mass = static_cast<real>(body.mass / contacts_at_once(scene, body));
   b.group = plan.group[index];
   b.shaped = plan.fields && body.contact != nullptr;
-  if (b.kind == Kind::elastic) {
+  if (b.kind == BodyKind::elastic) {
     // each particle moves on its own, and the body's rotation is counted from its start
     b.contact_mass = static_cast<real>(body.mass / body.count);
     b.q.setIdentity();
@@ -141,9 +141,9 @@ ParticleStore::ParticleStore(const Scene& scene, const Plan& plan) {
   for (const Body& body : scene.bodies) extent.push_back(extent_of(scene, body, Eigen::Quaterniond::Identity()));
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
-    const bool fluid = body.type == BodyType::fluid || plan.changes[b];
+    const bool fluid = body.type == BodyKind::fluid || plan.changes[b];
     const double rho0 = scene.config.materials[body.material].density;
-    const bool pressed = body.type == BodyType::fluid && body.count > 0 && scene.config.gravity_ramp == 0 &&
+    const bool pressed = body.type == BodyKind::fluid && body.count > 0 && scene.config.gravity_ramp == 0 &&
                          plan.method == Method::accurate;
     const std::vector<double> resting = pressed ? resting_pressure(scene, extent, b) : std::vector<double>();
     const double c2 = std::pow(sound_speed_in(scene, plan, scene.config.materials[body.material]), 2);
@@ -153,7 +153,7 @@ ParticleStore::ParticleStore(const Scene& scene, const Plan& plan) {
       mass[i] = static_cast<real>(scene.volume[i] * (fluid ? rho0 + p / c2 : rho0));
       xV[i] = pack(scene.position[i].cast<real>(), static_cast<real>(scene.volume[i]));
       vp[i] = pack(scene.velocity[i].cast<real>(), static_cast<real>(p));
-      tag[i] = make_tag(fluid ? Kind::fluid : static_cast<Kind>(body.type), body.material, b);
+      tag[i] = make_tag(fluid ? BodyKind::fluid : body.type, body.material, b);
       id[i] = i;
     }
     if (plan.solids) bodies.push_back(fluid ? BodyState{} : initial_body(scene, plan, b));

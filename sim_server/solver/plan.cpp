@@ -52,8 +52,8 @@ double fall_along(const Scene& scene, int axis, bool fluid) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
   for (std::size_t i = 0; i < scene.position.size(); ++i) {
     const Body& body = scene.bodies[scene.body[i]];
-    const bool flows = body.type == BodyType::fluid || changes_state(scene, body);
-    if (fluid ? !flows : body.type != BodyType::rigid) continue;
+    const bool flows = body.type == BodyKind::fluid || changes_state(scene, body);
+    if (fluid ? !flows : body.type != BodyKind::rigid) continue;
     low = low.cwiseMin(scene.position[i]);
     high = high.cwiseMax(scene.position[i]);
   }
@@ -61,7 +61,7 @@ double fall_along(const Scene& scene, int axis, bool fluid) {
   const double bottom = down > 0 ? low[axis] : -high[axis];
   double floor = -1e30;
   for (std::size_t i = 0; i < scene.position.size(); ++i) {
-    if (scene.bodies[scene.body[i]].type != BodyType::fixed) continue;
+    if (scene.bodies[scene.body[i]].type != BodyKind::fixed) continue;
     const Eigen::Vector3d& x = scene.position[i];
     bool below = down * x[axis] < bottom;
     for (int a = 0; a < 3; ++a) below = below && (a == axis || (x[a] >= low[a] && x[a] <= high[a]));
@@ -84,7 +84,7 @@ double driven_speed(const Scene& scene) {
   if (across > 1e29) across = (scene.bounds_max - scene.bounds_min).minCoeff();
   for (const Body& body : scene.bodies) {
     const MaterialConfig& m = scene.config.materials[body.material];
-    if (body.type == BodyType::fluid) nu = std::min(nu, m.viscosity / m.density);
+    if (body.type == BodyKind::fluid) nu = std::min(nu, m.viscosity / m.density);
   }
   const double free = std::sqrt(2 * force * across);
   return nu > 0 ? std::min(free, force * across * across / (8 * nu)) : free;
@@ -96,7 +96,7 @@ double expected_speed(const Scene& scene) {
   const SceneConfig& config = scene.config;
   double speed = std::max(1e-3, driven_speed(scene));
   bool fluid = false;
-  for (const Body& body : scene.bodies) fluid = fluid || body.type == BodyType::fluid || changes_state(scene, body);
+  for (const Body& body : scene.bodies) fluid = fluid || body.type == BodyKind::fluid || changes_state(scene, body);
   for (const Eigen::Vector3d& v : scene.velocity) speed = std::max(speed, v.norm());
   for (int a = 0; a < 3; ++a)
     if (!config.periodic[a] && config.gravity[a] != 0)
@@ -104,7 +104,7 @@ double expected_speed(const Scene& scene) {
   for (const Body& body : scene.bodies) {  // of a drop of a spacing, by its own pressure
     const MaterialConfig& m = config.materials[body.material];
     const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
-    if (body.type == BodyType::fluid) speed = std::max(speed, std::sqrt(2 * strength / (m.density * scene.spacing)));
+    if (body.type == BodyKind::fluid) speed = std::max(speed, std::sqrt(2 * strength / (m.density * scene.spacing)));
   }
   if (!scene.proxies.empty()) speed = std::max(speed, 1.0);
   return speed;
@@ -118,7 +118,7 @@ void plan_elastic(const Scene& scene, Plan& plan) {
   for (std::uint32_t b = 0; b < count; ++b) plan.group[b] = b;
   std::vector<bool> held(count, false);
   for (std::uint32_t b = 0; b < count; ++b) {
-    const bool lasting = scene.bodies[b].type == BodyType::elastic && !plan.changes[b];
+    const bool lasting = scene.bodies[b].type == BodyKind::elastic && !plan.changes[b];
     if (lasting) plan.elastic_bodies.push_back(b);
     if (lasting) held[b] = true;
     for (const std::uint32_t other : scene.bodies[b].bonded_to) {
@@ -149,15 +149,15 @@ void plan_elastic(const Scene& scene, Plan& plan) {
 
 // Which kinds of contact can come about.
 void plan_contact(const Scene& scene, Plan& plan) {
-  const auto moves = [](const Body& body) { return body.type == BodyType::rigid || body.type == BodyType::elastic; };
+  const auto moves = [](const Body& body) { return body.type == BodyKind::rigid || body.type == BodyKind::elastic; };
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
       const Body &a = scene.bodies[i], &b = scene.bodies[j];
       const bool freezes = (plan.changes[i] && b.contact != nullptr) || (plan.changes[j] && a.contact != nullptr);
       if (freezes && plan.method == Method::accurate && plan.group[i] != plan.group[j]) plan.fields = true;
-      const auto flows = [&](std::size_t k) { return scene.bodies[k].type == BodyType::fluid || plan.changes[k]; };
+      const auto flows = [&](std::size_t k) { return scene.bodies[k].type == BodyKind::fluid || plan.changes[k]; };
       if (flows(i) || flows(j) || !(moves(a) || moves(b)) || plan.group[i] == plan.group[j]) continue;
-      const auto soft = [](const Body& body) { return body.type == BodyType::elastic; };
+      const auto soft = [](const Body& body) { return body.type == BodyKind::elastic; };
       const bool shaped = a.contact != nullptr && b.contact != nullptr;
       const bool by_field = shaped || (a.contact != nullptr && soft(b)) || (b.contact != nullptr && soft(a));
       (plan.method == Method::accurate && by_field ? plan.fields : plan.contact) = true;
@@ -177,14 +177,14 @@ void plan_bodies(const Scene& scene, Plan& plan) {
   plan_elastic(scene, plan);
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
-    if (body.type == BodyType::fluid || plan.changes[b]) {
+    if (body.type == BodyKind::fluid || plan.changes[b]) {
       fluids.insert(body.material);
       continue;
     }
     solids = true;
-    if (body.type == BodyType::rigid) plan.rigid.push_back(b);
+    if (body.type == BodyKind::rigid) plan.rigid.push_back(b);
     const bool held = plan.force_first[b] != kNone;
-    if (body.type != BodyType::rigid && !probed[b] && !held) continue;
+    if (body.type != BodyKind::rigid && !probed[b] && !held) continue;
     plan.reactive.push_back(b);
     if (held) continue;
     plan.force_first[b] = plan.force_count;
@@ -272,7 +272,7 @@ void choose_sub_steps(const SceneConfig& config, Plan& plan) {
 bool has_cohesion(const Scene& scene) {
   return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) {
     const MaterialConfig& m = scene.config.materials[body.material];
-    return body.type == BodyType::fluid && (m.surface_tension > 0 || m.adhesion > 0);
+    return body.type == BodyKind::fluid && (m.surface_tension > 0 || m.adhesion > 0);
   });
 }
 
@@ -286,7 +286,7 @@ void limit_by_tension(const Scene& scene, Plan& plan) {
   for (const Body& body : scene.bodies) {
     const MaterialConfig& m = scene.config.materials[body.material];
     const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
-    if (body.type != BodyType::fluid || strength == 0) continue;
+    if (body.type != BodyKind::fluid || strength == 0) continue;
     const double limit = std::sqrt(m.density * std::pow(scene.spacing, 3) / (2 * EIGEN_PI * strength));
     limit_by({limit, "surface tension"}, plan);
   }
@@ -298,7 +298,7 @@ void plan_time(const Scene& scene, Plan& plan) {
   double physical = 0, fastest = plan.sound_speed;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
-    if (body.type != BodyType::fluid && !plan.changes[b]) continue;
+    if (body.type != BodyKind::fluid && !plan.changes[b]) continue;
     const MaterialConfig& m = config.materials[body.material];
     physical = std::max(physical, m.viscosity / m.density);
     fastest = std::max(fastest, sound_speed_in(scene, plan, m));
@@ -329,7 +329,7 @@ double sound_speed_in(const Scene& scene, const Plan& plan, const MaterialConfig
   if (plan.method == Method::paper) return plan.sound_speed;
   double heaviest = 0;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b)
-    if (scene.bodies[b].type == BodyType::fluid || plan.changes[b])
+    if (scene.bodies[b].type == BodyKind::fluid || plan.changes[b])
       heaviest = std::max(heaviest, scene.config.materials[scene.bodies[b].material].density);
   return plan.sound_speed * std::max(1.0, std::sqrt(0.1 * heaviest / material.density));
 }

@@ -119,7 +119,6 @@ struct Frame {
   std::vector<float> position;  // x y z
   std::vector<float> scalar;    // or empty
 };
-enum class FrameScalar { none, speed, density, pressure, temperature };
 
 class Simulation {
  public:
@@ -143,7 +142,7 @@ class Simulation {
   // Copies all fields out. Waits for the device.
   virtual void snapshot(Snapshot& out) = 0;
   // Starts copying a frame of the state after the last step; never waits. False while an earlier one is in flight.
-  virtual bool begin_frame(FrameScalar scalar) = 0;
+  virtual bool begin_frame(ScalarField scalar) = 0;
   // True when the frame begun has arrived; then it is moved into out. May be called from another thread than step().
   virtual bool take_frame(Frame& out) = 0;
   virtual Footprint footprint() const = 0;

@@ -118,16 +118,16 @@ class SimulationOn final : public Simulation {
     out.support = plan_.support;
   }
 
-  bool begin_frame(FrameScalar scalar) override {
+  bool begin_frame(ScalarField scalar) override {
     if (frame_state_ != FrameState::idle) return false;
-    if (frame_scalar_.device == nullptr && scalar != FrameScalar::none)
+    if (frame_scalar_.device == nullptr && scalar != ScalarField::none)
       frame_scalar_ = back_end_.template mirror<float>("frame scalar", views_.particles);
     if (frame_position_.device == nullptr)
       frame_position_ = back_end_.template mirror<float>("frame position", 3 * std::size_t(views_.particles));
     back_end_.for_each("frame", views_.particles,
                        PackFrame{views_.state, views_.medium, frame_position_.device, frame_scalar_.device, scalar});
-    back_end_.begin_transfer(frame_position_, scalar == FrameScalar::none ? decltype(frame_scalar_){} : frame_scalar_);
-    frame_has_scalar_ = scalar != FrameScalar::none;
+    back_end_.begin_transfer(frame_position_, scalar == ScalarField::none ? decltype(frame_scalar_){} : frame_scalar_);
+    frame_has_scalar_ = scalar != ScalarField::none;
     frame_time_ = output_.time;
     frame_step_ = output_.step;
     frame_state_ = FrameState::begun;

@@ -19,7 +19,7 @@ const MaterialConfig& material_of(const Scene& scene, const Body& body) {
 // The solid fraction, and the share of it that has set, at a temperature at the start.
 std::pair<double, double> start_fraction(const Scene& scene, const Body& body, double temperature) {
   const MaterialConfig& m = material_of(scene, body);
-  const double set = m.cooking_temperature && body.type == BodyType::elastic ? 1 : 0;
+  const double set = m.cooking_temperature && body.type == BodyKind::elastic ? 1 : 0;
   const bool frozen = m.melting_temperature && temperature <= *m.melting_temperature;
   return {std::max(set, frozen ? 1.0 : 0.0), set};
 }
@@ -57,7 +57,7 @@ std::uint32_t bonded_material(const Scene& scene, const Plan& plan, std::uint32_
 
 bool changes_state(const Scene& scene, const Body& body) {
   const MaterialConfig& m = material_of(scene, body);
-  const bool matter = body.type == BodyType::fluid || body.type == BodyType::elastic;
+  const bool matter = body.type == BodyKind::fluid || body.type == BodyKind::elastic;
   return matter && has_heat(scene) && m.young_modulus && (m.melting_temperature || m.cooking_temperature);
 }
 
@@ -106,7 +106,7 @@ ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
     if (plan.slot_first[b] == kNone) continue;
     slot_of[b] = plan.slot_first[b] - from.first;
     if (plan.force_first[b] != kNone) force_of[b] = plan.force_first[b] - plan.slot_first[b];
-    const Kind kind = plan.changes[b] ? Kind::fluid : static_cast<Kind>(from.type);
+    const BodyKind kind = plan.changes[b] ? BodyKind::fluid : from.type;
     for (std::uint32_t k = 0; k < from.count; ++k) {
       const std::uint32_t s = plan.slot_first[b] + k, p = from.first + k;
       particle[s] = p;

@@ -55,7 +55,7 @@ struct Interacts {
   bool contact;
   PALP_HD bool operator()(Tag a, Tag b) const {
     if (all || a.is_fluid() || b.is_fluid()) return true;
-    return contact && a.body() != b.body() && (a.kind() != Kind::fixed || b.kind() != Kind::fixed);
+    return contact && a.body() != b.body() && (a.kind() != BodyKind::fixed || b.kind() != BodyKind::fixed);
   }
 };
 

@@ -57,7 +57,7 @@ void StepResults::reset(const std::vector<BodyState>& bodies, StepOutput& out) {
   out.proxies.resize(scene_.proxies.size());
   out.bodies.resize(scene_.bodies.size());
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
-    if (scene_.bodies[b].type != BodyType::fluid && !plan_.changes[b]) read_body(b, bodies[b], out.bodies[b]);
+    if (scene_.bodies[b].type != BodyKind::fluid && !plan_.changes[b]) read_body(b, bodies[b], out.bodies[b]);
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
     read_proxy(p, DeviceInput{}, bodies[scene_.proxies[p].body], out.proxies[p]);
   memory_.assign(scene_.proxies.size(), {});
@@ -91,7 +91,7 @@ void StepResults::read(const BodyState* bodies, const HealthSums& sums, std::uin
   if (bodies == nullptr || !plan_.wrench) return;
   for (std::uint32_t b : plan_.reactive) {
     // of what elastic bodies hold on to nothing is complete unless asked for
-    if (scene_.bodies[b].type == BodyType::fixed && !plan_.probed[b]) continue;
+    if (scene_.bodies[b].type == BodyKind::fixed && !plan_.probed[b]) continue;
     if (is_finite(bodies[b])) read_body(b, bodies[b], out.bodies[b]);
   }
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
@@ -113,7 +113,7 @@ void StepResults::read(const BodyState* bodies, const HealthSums& sums, std::uin
 void StepResults::read_body(std::uint32_t index, const BodyState& b, BodyOutput& out) const {
   const Body& body = scene_.bodies[index];
   out.state.orientation = b.q.cast<double>();
-  if (body.type == BodyType::elastic) out.state.orientation = out.state.orientation * body.orientation;
+  if (body.type == BodyKind::elastic) out.state.orientation = out.state.orientation * body.orientation;
   const Eigen::Vector3d r = out.state.orientation * -body.center;
   out.state.angular = b.w.cast<double>();
   out.state.position = b.x.cast<double>() + r;

@@ -63,15 +63,15 @@ double largest_rate(const Scene& scene, const Plan& plan) {
   const double dx = scene.spacing, within = 2 * lattice_sum(plan.support / dx) / (dx * dx);
   double viscosity = 0, rate = 0;
   for (const Body& body : scene.bodies) {
-    if (body.type != BodyType::fluid) continue;
+    if (body.type != BodyKind::fluid) continue;
     const MaterialConfig& m = scene.config.materials[body.material];
     viscosity = std::max(viscosity, m.viscosity);
     rate = std::max(rate, kNearWalls * within * m.viscosity / m.density);
   }
   for (const Body& body : scene.bodies) {
-    if (body.type == BodyType::elastic)
+    if (body.type == BodyKind::elastic)
       rate = std::max(rate, kNearWalls * within * viscosity / scene.config.materials[body.material].density);
-    if (body.type == BodyType::rigid) rate = std::max(rate, 1.2 * body_rate(scene, plan, body, viscosity));
+    if (body.type == BodyKind::rigid) rate = std::max(rate, 1.2 * body_rate(scene, plan, body, viscosity));
   }
   return rate;
 }

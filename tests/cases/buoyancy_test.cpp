@@ -18,8 +18,8 @@ Scene pool(double side, double depth, double headroom, const std::function<bool(
   Scene scene = empty_scene(kSpacing, {0, 0, -kFloor}, {side, side, depth + headroom});
   scene.config.periodic = {true, true, false};
   const auto water = add_material(scene, 1000, 1e-3);
-  add_body(scene, "water", BodyType::fluid, water, {0, 0, 0}, {side, side, depth}, is_water);
-  add_body(scene, "floor", BodyType::fixed, water, {0, 0, -kFloor}, {side, side, 0});
+  add_body(scene, "water", BodyKind::fluid, water, {0, 0, 0}, {side, side, depth}, is_water);
+  add_body(scene, "floor", BodyKind::fixed, water, {0, 0, -kFloor}, {side, side, 0});
   return scene;
 }
 
@@ -32,7 +32,7 @@ TEST_P(Archimedes, SubmergedSphereIsPushedUpByTheFluidsWeight) {
   const Eigen::Vector3d center(side / 2, side / 2, 8 * kSpacing);
   const auto in_sphere = [&](const Eigen::Vector3d& x) { return (x - center).norm() < radius; };
   Scene scene = pool(side, depth, 0.2, [&](const Eigen::Vector3d& x) { return !in_sphere(x); });
-  const auto sphere = add_body(scene, "sphere", BodyType::fixed, 0, {0, 0, 0}, {side, side, depth}, in_sphere);
+  const auto sphere = add_body(scene, "sphere", BodyKind::fixed, 0, {0, 0, 0}, {side, side, depth}, in_sphere);
   scene.config.method = GetParam();
   scene.config.probes.push_back(probe_of("sphere"));
   const auto simulation = simulate(scene);
@@ -92,7 +92,7 @@ TEST_P(Archimedes, FlatBoxFloatsAtItsDraft) {
   };
   Scene scene = pool(side, depth, 0.2, [&](const Eigen::Vector3d& x) { return !in_box(x); });
   const auto wood = add_material(scene, 1000 * share, 1e-3);
-  const auto box = add_body(scene, "box", BodyType::rigid, wood, low, top);
+  const auto box = add_body(scene, "box", BodyKind::rigid, wood, low, top);
   scene.config.accuracy = Accuracy::fast;
   scene.config.method = GetParam();
   const auto simulation = simulate(scene);

@@ -113,8 +113,8 @@ Scene clamped(Method method, double dx, const Eigen::Vector3d& size, bool plate,
   const auto rubber = add_material(scene, 1000, 0);
   scene.config.materials[rubber].young_modulus = of.young;
   scene.config.materials[rubber].poisson_ratio = of.poisson;
-  const auto clamp = add_body(scene, "clamp", BodyType::fixed, rubber, {-5 * dx, 0, 0}, {0, size.y(), size.z()});
-  const auto bar = add_body(scene, "bar", BodyType::elastic, rubber, {0, 0, 0}, size);
+  const auto clamp = add_body(scene, "clamp", BodyKind::fixed, rubber, {-5 * dx, 0, 0}, {0, size.y(), size.z()});
+  const auto bar = add_body(scene, "bar", BodyKind::elastic, rubber, {0, 0, 0}, size);
   scene.bodies[bar].bonded_to = {clamp};
   return scene;
 }
@@ -222,8 +222,8 @@ TEST_P(UniaxialBar, StretchesAndNarrowsByItsConstants) {
   scene.config.materials[rubber].poisson_ratio = nu;
   scene.config.materials[rubber].damping = 6;
   const auto clamp =
-      add_body(scene, "clamp", BodyType::fixed, rubber, {length, 0, 0}, {length + 3 * dx, across, across});
-  const auto bar = add_body(scene, "bar", BodyType::elastic, rubber, {0, 0, 0}, {length, across, across});
+      add_body(scene, "clamp", BodyKind::fixed, rubber, {length, 0, 0}, {length + 3 * dx, across, across});
+  const auto bar = add_body(scene, "bar", BodyKind::elastic, rubber, {0, 0, 0}, {length, across, across});
   scene.bodies[bar].bonded_to = {clamp};
   const auto simulation = simulate(scene);
   // what is left of its swing has a period of 4 L / c = 0.1 s

@@ -29,10 +29,10 @@ Scene closed_system(Method method) {
   const auto inside = [](const Vector3d& x, const Vector3d box[2]) {
     return (x.array() > box[0].array()).all() && (x.array() < box[1].array()).all();
   };
-  add_body(scene, "oil", BodyType::fluid, oil, {0, 0, 0}, {kSide, kSide, kSide},
+  add_body(scene, "oil", BodyKind::fluid, oil, {0, 0, 0}, {kSide, kSide, kSide},
            [&](const Vector3d& x) { return !inside(x, soft) && !inside(x, hard); });
-  add_body(scene, "jelly", BodyType::elastic, jelly, soft[0], soft[1]);
-  add_body(scene, "wood", BodyType::rigid, wood, hard[0], hard[1]);
+  add_body(scene, "jelly", BodyKind::elastic, jelly, soft[0], soft[1]);
+  add_body(scene, "wood", BodyKind::rigid, wood, hard[0], hard[1]);
   for (std::uint32_t i = 0; i < scene.bodies[0].count; ++i) {
     const Vector3d k = 2 * M_PI / kSide * scene.position[i];
     scene.velocity[i] = 0.1 * Vector3d(std::sin(k.y()), std::sin(k.z()), std::sin(k.x()));
@@ -60,12 +60,12 @@ Sums sums(const Scene& scene, Simulation& simulation, Snapshot& s) {
   };
   for (std::size_t i = 0; i < scene.position.size(); ++i) {
     const Body& body = scene.bodies[scene.body[i]];
-    if (body.type != BodyType::rigid)
+    if (body.type != BodyKind::rigid)
       add(scene.volume[i] * scene.config.materials[body.material].density,
           {s.velocity[3 * i], s.velocity[3 * i + 1], s.velocity[3 * i + 2]});
   }
   for (std::size_t b = 0; b < scene.bodies.size(); ++b)
-    if (scene.bodies[b].type == BodyType::rigid) add(scene.bodies[b].mass, simulation.output().bodies[b].state.linear);
+    if (scene.bodies[b].type == BodyKind::rigid) add(scene.bodies[b].mass, simulation.output().bodies[b].state.linear);
   return out;
 }
 

@@ -15,7 +15,7 @@ TEST(Cradle, OneBallComesAndOneGoes) {
   SceneConfig config = contact_scene(0.02, 0, 1);
   config.gravity.setZero();
   for (int k = 0; k < 5; ++k)
-    config.bodies.push_back(at(body("ball " + std::to_string(k), BodyType::rigid, sphere(radius)),
+    config.bodies.push_back(at(body("ball " + std::to_string(k), BodyKind::rigid, sphere(radius)),
                                {(2 * radius + gap) * (k - 2) - (k == 0 ? 0.02 : 0), 0, 0}, {k == 0 ? v : 0, 0, 0}));
   const auto simulation = simulate(sampled(config));
   run(*simulation, 0.3);

@@ -21,8 +21,8 @@ TEST_P(DamBreak, FrontFollowsMartinAndMoyce) {
   scene.config.periodic = {false, true, false};
   scene.config.method = GetParam();
   const auto water = add_material(scene, 1000, 1e-3);
-  add_body(scene, "water", BodyType::fluid, water, {0, 0, 0}, {a, deep, 2 * a});
-  add_body(scene, "tray", BodyType::fixed, water, {-wall, 0, -wall}, {reach, deep, 2.3 * a},
+  add_body(scene, "water", BodyKind::fluid, water, {0, 0, 0}, {a, deep, 2 * a});
+  add_body(scene, "tray", BodyKind::fixed, water, {-wall, 0, -wall}, {reach, deep, 2.3 * a},
            [](const Eigen::Vector3d& x) { return x.x() < 0 || x.z() < 0; });
   const auto simulation = simulate(scene);
   // T = t sqrt(2 g / a), Z = front / a

@@ -18,13 +18,13 @@ Scene tank(double light, double heavy_depth, double depth,
   scene.config.periodic = {true, true, false};
   scene.config.numerics.support_over_spacing = 3;
   const auto heavy = add_material(scene, 1000, 1), other = add_material(scene, light, 1e-3 * light);
-  add_body(scene, "heavy", BodyType::fluid, heavy, {0, 0, 0}, {side, side, heavy_depth},
+  add_body(scene, "heavy", BodyKind::fluid, heavy, {0, 0, 0}, {side, side, heavy_depth},
            [&](const Eigen::Vector3d& x) { return !in_light || !in_light(x); });
   if (in_light)
-    add_body(scene, "light", BodyType::fluid, other, {0, 0, 0}, {side, side, heavy_depth}, in_light);
+    add_body(scene, "light", BodyKind::fluid, other, {0, 0, 0}, {side, side, heavy_depth}, in_light);
   else
-    add_body(scene, "light", BodyType::fluid, other, {0, 0, heavy_depth}, {side, side, depth});
-  add_body(scene, "floor", BodyType::fixed, heavy, {0, 0, -wall}, {side, side, 0});
+    add_body(scene, "light", BodyKind::fluid, other, {0, 0, heavy_depth}, {side, side, depth});
+  add_body(scene, "floor", BodyKind::fixed, heavy, {0, 0, -wall}, {side, side, 0});
   return scene;
 }
 
@@ -123,9 +123,9 @@ TEST(DensityRatioBlob, KeepsMomentum) {
   scene.config.gravity.setZero();
   scene.config.numerics.support_over_spacing = 3;
   scene.config.numerics.max_speed = 1;
-  add_body(scene, "light", BodyType::fluid, add_material(scene, 1, 1e-3), {0, 0, 0}, {0.18, 0.18, 0.18},
+  add_body(scene, "light", BodyKind::fluid, add_material(scene, 1, 1e-3), {0, 0, 0}, {0.18, 0.18, 0.18},
            [&](const Eigen::Vector3d& x) { return !inside(x); });
-  add_body(scene, "drop", BodyType::fluid, add_material(scene, 1000, 1), {0, 0, 0}, {0.18, 0.18, 0.18}, inside);
+  add_body(scene, "drop", BodyKind::fluid, add_material(scene, 1000, 1), {0, 0, 0}, {0.18, 0.18, 0.18}, inside);
   for (std::size_t i = 0; i < scene.position.size(); ++i)
     if (scene.body[i] == 1) scene.velocity[i] = {0.3, 0.2, -0.1};
   const auto momentum = [&](const std::vector<float>& v, std::uint32_t body) {

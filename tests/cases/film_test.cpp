@@ -12,8 +12,8 @@ TEST(Film, StaysOnATableOfTwoLayers) {
   Scene scene = empty_scene(kSpacing, {-0.2, -0.2, -0.2}, {0.2, 0.2, 0.2});
   scene.config.numerics.support_over_spacing = 3;
   add_material(scene, 1000, 1e-3);
-  add_body(scene, "table", BodyType::fixed, 0, {-0.2, -0.2, -0.02}, {0.2, 0.2, 0});
-  add_body(scene, "water", BodyType::fluid, 0, {-0.022, -0.025, 0.04}, {0.028, 0.025, 0.09});
+  add_body(scene, "table", BodyKind::fixed, 0, {-0.2, -0.2, -0.02}, {0.2, 0.2, 0});
+  add_body(scene, "water", BodyKind::fluid, 0, {-0.022, -0.025, 0.04}, {0.028, 0.025, 0.09});
   for (std::size_t i = 0; i < scene.position.size(); ++i)
     if (scene.body[i] == 1) scene.velocity[i] = {0.2, 0.1, -2};
   const auto simulation = simulate(scene);

@@ -35,8 +35,8 @@ TEST_P(LatticeLine, OverJelly) {
     config.method = GetParam();
     config.materials[0].young_modulus = 5e4;
     config.materials[0].damping = 10;
-    config.bodies = {at(body("plate", BodyType::fixed, box({0.3, 0.08, 0.02})), {-0.05, 0, -0.04}),
-                     at(body("jelly", BodyType::elastic, box({0.3, 0.08, 0.03})), {-0.05, 0, -0.015})};
+    config.bodies = {at(body("plate", BodyKind::fixed, box({0.3, 0.08, 0.02})), {-0.05, 0, -0.04}),
+                     at(body("jelly", BodyKind::elastic, box({0.3, 0.08, 0.03})), {-0.05, 0, -0.015})};
     config.bodies[1].bonded_to = {"plate"};
     const Eigen::Quaterniond orientation(Eigen::AngleAxisd(yaw, Vector3d::UnitZ()));
     add_flat_tool(config, orientation);
@@ -61,8 +61,8 @@ TEST_P(LatticeLine, ThroughWater) {
   config.domain_min = {-0.2, -0.06, -0.15};
   config.domain_max = {0.2, 0.06, 0.15};
   config.periodic = {true, true, false};
-  config.bodies = {at(body("floor", BodyType::fixed, box({0.4, 0.12, 0.03})), {0, 0, -0.115}),
-                   at(body("water", BodyType::fluid, box({0.4, 0.12, 0.1})), {0, 0, -0.05})};
+  config.bodies = {at(body("floor", BodyKind::fixed, box({0.4, 0.12, 0.03})), {0, 0, -0.115}),
+                   at(body("water", BodyKind::fluid, box({0.4, 0.12, 0.1})), {0, 0, -0.05})};
   add_flat_tool(config, Eigen::Quaterniond::Identity());
   config.bodies[2].position = {-0.15, 0, 0.025};
   const auto simulation = simulate(sampled(config));

@@ -21,10 +21,10 @@ Scene cavity(Method method) {
   config.numerics.artificial_viscosity = 0;
   config.numerics.max_speed = 1;
   const auto oil = add_material(scene, 1000, 10);
-  add_body(scene, "oil", BodyType::fluid, oil, {0, 0, 0}, {1, kDeep, 1});
-  add_body(scene, "walls", BodyType::fixed, oil, {-kWall, 0, -kWall}, {1 + kWall, kDeep, 1},
+  add_body(scene, "oil", BodyKind::fluid, oil, {0, 0, 0}, {1, kDeep, 1});
+  add_body(scene, "walls", BodyKind::fixed, oil, {-kWall, 0, -kWall}, {1 + kWall, kDeep, 1},
            [](const Eigen::Vector3d& x) { return x.z() < 0 || x.x() < 0 || x.x() > 1; });
-  const auto lid = add_body(scene, "lid", BodyType::fixed, oil, {-kWall, 0, 1}, {1 + kWall, kDeep, 1 + kWall});
+  const auto lid = add_body(scene, "lid", BodyKind::fixed, oil, {-kWall, 0, 1}, {1 + kWall, kDeep, 1 + kWall});
   scene.bodies[lid].velocity = {1, 0, 0};
   for (std::uint32_t i = 0; i < scene.bodies[lid].count; ++i) scene.velocity[scene.bodies[lid].first + i].x() = 1;
   return scene;

@@ -25,7 +25,7 @@ Scene on_floor(bool walls) {
   if (walls)
     add_tray(scene, 0, {-kEdge / 2, -kEdge / 2, 0}, {kEdge / 2, kEdge / 2, kEdge}, 0.02);
   else
-    add_body(scene, "floor", BodyType::fixed, 0, {-0.06, -0.06, -0.02}, {0.06, 0.06, 0});
+    add_body(scene, "floor", BodyKind::fixed, 0, {-0.06, -0.06, -0.02}, {0.06, 0.06, 0});
   return scene;
 }
 
@@ -36,23 +36,23 @@ Scene with_block(const std::function<void(MaterialConfig&)>& set) {
   m.poisson_ratio = 0.4;
   m.damping = 20;
   set(m);
-  add_body(scene, "block", BodyType::elastic, 1, {-0.03, -0.03, 0}, {0.03, 0.03, 0.06});
+  add_body(scene, "block", BodyKind::elastic, 1, {-0.03, -0.03, 0}, {0.03, 0.03, 0.06});
   return scene;
 }
 
 Scene water(double viscosity) {
   Scene scene = on_floor(true);
   add_material(scene, 1000, viscosity);
-  add_body(scene, "water", BodyType::fluid, 1, {-kEdge / 2, -kEdge / 2, 0}, {kEdge / 2, kEdge / 2, 0.04});
+  add_body(scene, "water", BodyKind::fluid, 1, {-kEdge / 2, -kEdge / 2, 0}, {kEdge / 2, kEdge / 2, 0.04});
   return scene;
 }
 
 // A lump of ice that lies on a floor, or was water there until the start.
-Scene frozen(BodyType type) {
+Scene frozen(BodyKind type) {
   using test::body;
   using test::box;
   SceneConfig config = frozen_scene(0.3);
-  config.bodies = {at_temperature(at(body("floor", BodyType::fixed, box({0.2, 0.2, 0.02})), {0, 0, -0.01}), 280),
+  config.bodies = {at_temperature(at(body("floor", BodyKind::fixed, box({0.2, 0.2, 0.02})), {0, 0, -0.01}), 280),
                    of_ice(at(body("ice", type, box({0.06, 0.06, 0.06})), {0, 0, 0.03}), 280)};
   return sampled(config);
 }
@@ -103,8 +103,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Kind{"elastic", [] { return with_block([](MaterialConfig&) {}); }},
                       Kind{"dough", [] { return with_block([](MaterialConfig& m) { m.yield_stress = 1500; }); }},
                       Kind{"jelly", [] { return with_block([](MaterialConfig& m) { m.tear_strain = 0.3; }); }},
-                      Kind{"ice", [] { return frozen(BodyType::elastic); }},
-                      Kind{"frozen_water", [] { return frozen(BodyType::fluid); }},
+                      Kind{"ice", [] { return frozen(BodyKind::elastic); }},
+                      Kind{"frozen_water", [] { return frozen(BodyKind::fluid); }},
                       Kind{"tray_elastic", [] { return scene_file("tray_elastic"); }},
                       Kind{"tray_rigid", [] { return scene_file("tray_rigid"); }},
                       Kind{"tray_fluid", [] { return scene_file("tray_fluid"); }}),

@@ -17,8 +17,8 @@ TEST(RestingFluid, IsStillInTheHand) {
   overrides.accuracy = Accuracy::fast;
   SceneConfig config = load_scene(PALP_SOURCE_DIR "/config/scenes/tray_fluid.toml", overrides);
   for (BodyConfig& body : config.bodies) {
-    if (body.type == BodyType::rigid) body.position.z() = 0.13;
-    if (body.type != BodyType::fluid) continue;
+    if (body.type == BodyKind::rigid) body.position.z() = 0.13;
+    if (body.type != BodyKind::fluid) continue;
     ShapeConfig hole;
     hole.type = ShapeType::sphere;
     hole.radius = 0.05;

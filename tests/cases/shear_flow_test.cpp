@@ -29,9 +29,9 @@ Scene channel(Method method) {
   config.numerics.artificial_viscosity = 0;
   config.numerics.max_speed = 1;
   const auto oil = add_material(scene, 1000, 1000);
-  add_body(scene, "oil", BodyType::fluid, oil, {0, 0, 0}, {deep, deep, 1});
-  add_body(scene, "bottom", BodyType::fixed, oil, {0, 0, -wall}, {deep, deep, 0});
-  add_body(scene, "top", BodyType::fixed, oil, {0, 0, 1}, {deep, deep, 1 + wall});
+  add_body(scene, "oil", BodyKind::fluid, oil, {0, 0, 0}, {deep, deep, 1});
+  add_body(scene, "bottom", BodyKind::fixed, oil, {0, 0, -wall}, {deep, deep, 0});
+  add_body(scene, "top", BodyKind::fixed, oil, {0, 0, 1}, {deep, deep, 1 + wall});
   return scene;
 }
 
@@ -100,7 +100,7 @@ TEST_P(ShearFlow, TaylorGreenVorticesDecay) {
   scene.config.numerics.max_speed = 1;
   scene.config.rate_hz = 200;
   const auto oil = add_material(scene, 1000, 1000 * nu);
-  add_body(scene, "oil", BodyType::fluid, oil, {0, 0, 0}, {1, deep, 1});
+  add_body(scene, "oil", BodyKind::fluid, oil, {0, 0, 0}, {1, deep, 1});
   double before = 0;
   for (std::size_t i = 0; i < scene.position.size(); ++i) {
     const double x = 2 * M_PI * scene.position[i].x(), z = 2 * M_PI * scene.position[i].z();
@@ -140,8 +140,8 @@ TEST_P(FilmFlow, RunsDownASlope) {
   scene.config.gravity = {along, 0, -9.81 * std::sqrt(0.75)};
   scene.config.numerics.max_speed = 1;
   const auto oil = add_material(scene, 1000, 1000 * nu);
-  const auto film = add_body(scene, "film", BodyType::fluid, oil, {0, 0, 0}, {side, side, h});
-  add_body(scene, "plate", BodyType::fixed, oil, {0, 0, -4 * dx}, {side, side, 0});
+  const auto film = add_body(scene, "film", BodyKind::fluid, oil, {0, 0, 0}, {side, side, h});
+  add_body(scene, "plate", BodyKind::fixed, oil, {0, 0, -4 * dx}, {side, side, 0});
   const auto simulation = simulate(scene);
   while (simulation->output().time < 3 * h * h / nu)
     ASSERT_TRUE(simulation->step({}).health.ok) << simulation->output().health.cause;

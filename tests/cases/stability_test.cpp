@@ -19,7 +19,7 @@ double speed_at(double share, double ratio, double viscosity, Method method, boo
   scene.config.numerics.max_speed = 1;
   scene.config.numerics.sound_speed = 10;
   const auto water = add_material(scene, 1000, viscosity);
-  add_body(scene, "water", BodyType::fluid, water, {0, 0, 0}, {0.4, 0.4, 0.3});
+  add_body(scene, "water", BodyKind::fluid, water, {0, 0, 0}, {0.4, 0.4, 0.3});
   add_tray(scene, water, {0, 0, 0}, {0.4, 0.4, 0.4}, 0.15);
   for (std::uint32_t i = 0; i < scene.bodies[0].count; ++i) {
     scene.position[i] += random_vector(random, 0.1 * dx);
@@ -72,8 +72,8 @@ double layered(double light) {
   constexpr double dx = 0.05;
   Scene scene = empty_scene(dx, {-0.15, -0.15, -0.15}, {0.55, 0.55, 1});
   const auto heavy_one = add_material(scene, 1000, 0.01), light_one = add_material(scene, light, 0.01);
-  add_body(scene, "heavy", BodyType::fluid, heavy_one, {0, 0, 0}, {0.4, 0.4, 0.3});
-  add_body(scene, "light", BodyType::fluid, light_one, {0, 0, 0.3}, {0.4, 0.4, 0.5});
+  add_body(scene, "heavy", BodyKind::fluid, heavy_one, {0, 0, 0}, {0.4, 0.4, 0.3});
+  add_body(scene, "light", BodyKind::fluid, light_one, {0, 0, 0.3}, {0.4, 0.4, 0.5});
   add_tray(scene, heavy_one, {0, 0, 0}, {0.4, 0.4, 0.6}, 0.15);
   scene.config.rate_hz = 200;
   const auto simulation = simulate(scene);
@@ -101,9 +101,9 @@ TEST(DensityContrast, LightBodiesFloat) {
     Scene scene = empty_scene(dx, {-0.15, -0.15, -0.15}, {0.75, 0.75, 1});
     scene.config.accuracy = Accuracy::fast;
     const auto water = add_material(scene, 1000, 0.01), cork = add_material(scene, density, 0.01);
-    add_body(scene, "water", BodyType::fluid, water, {0, 0, 0}, {0.6, 0.6, 0.3});
+    add_body(scene, "water", BodyKind::fluid, water, {0, 0, 0}, {0.6, 0.6, 0.3});
     add_tray(scene, water, {0, 0, 0}, {0.6, 0.6, 0.7}, 0.15);
-    const auto box = add_body(scene, "cork", BodyType::rigid, cork, {0.2, 0.2, 0.3}, {0.4, 0.4, 0.4});
+    const auto box = add_body(scene, "cork", BodyKind::rigid, cork, {0.2, 0.2, 0.3}, {0.4, 0.4, 0.4});
     scene.config.rate_hz = 200;
     const auto simulation = simulate(scene);
     double speed = 0;

@@ -23,9 +23,9 @@ Scene channel(double support) {
   scene.config.numerics.artificial_viscosity = 0;
   scene.config.numerics.max_speed = 1;
   const auto batter = add_material(scene, kDensity, kViscosity);
-  add_body(scene, "batter", BodyType::fluid, batter, {0, 0, 0}, {deep, deep, kGap});
-  add_body(scene, "bottom", BodyType::fixed, batter, {0, 0, -wall}, {deep, deep, 0});
-  add_body(scene, "top", BodyType::fixed, batter, {0, 0, kGap}, {deep, deep, kGap + wall});
+  add_body(scene, "batter", BodyKind::fluid, batter, {0, 0, 0}, {deep, deep, kGap});
+  add_body(scene, "bottom", BodyKind::fixed, batter, {0, 0, -wall}, {deep, deep, 0});
+  add_body(scene, "top", BodyKind::fixed, batter, {0, 0, kGap}, {deep, deep, kGap + wall});
   scene.config.probes.push_back(probe_of("bottom"));
   return scene;
 }
@@ -91,9 +91,9 @@ TEST(BatterDrag, IsOfStokesOrder) {
   const auto batter = add_material(scene, 1000, viscosity), steel = add_material(scene, 1000, 0);
   const Eigen::Vector3d center(side / 2, side / 2, side / 2);
   const auto inside = [&](const Eigen::Vector3d& x) { return (x - center).norm() < radius; };
-  add_body(scene, "batter", BodyType::fluid, batter, {0, 0, 0}, {side, side, side},
+  add_body(scene, "batter", BodyKind::fluid, batter, {0, 0, 0}, {side, side, side},
            [&](const Eigen::Vector3d& x) { return !inside(x); });
-  const auto sphere = add_body(scene, "sphere", BodyType::fixed, steel, {0, 0, 0}, {side, side, side}, inside);
+  const auto sphere = add_body(scene, "sphere", BodyKind::fixed, steel, {0, 0, 0}, {side, side, side}, inside);
   scene.config.probes.push_back(probe_of("sphere"));
   scene.config.body_force = {0, 0, 0.5};
   const auto simulation = simulate(scene);
@@ -128,7 +128,7 @@ TEST(BatterAtRest, HasTheHydrostaticPressure) {
   scene.config.periodic = {false, true, false};
   scene.config.gravity_ramp = 0.1;
   const auto honey = add_material(scene, 1400, 1000);
-  add_body(scene, "honey", BodyType::fluid, honey, {0, 0, 0}, {width, 0.09, depth});
+  add_body(scene, "honey", BodyKind::fluid, honey, {0, 0, 0}, {width, 0.09, depth});
   add_tray(scene, honey, {0, 0, 0}, {width, 0.09, 0.13}, 0.03, {false, true, false});
   scene.config.probes.push_back(probe_of("tray"));
   ASSERT_GT(make_plan(scene).viscous_stages, 1);
@@ -166,11 +166,11 @@ TEST(BatterTool, IsPulledSteadily) {
     const auto inside = [&](const Eigen::Vector3d& x) {
       return (x.array() > low.array()).all() && (x.array() < high.array()).all();
     };
-    add_body(scene, "batter", BodyType::fluid, batter, {0, 0, 0}, {0.16, 0.12, 0.12},
+    add_body(scene, "batter", BodyKind::fluid, batter, {0, 0, 0}, {0.16, 0.12, 0.12},
              [&](const Eigen::Vector3d& x) { return !inside(x) && x.x() > 0.02; });
-    add_body(scene, "wall", BodyType::fixed, batter, {0, 0, 0}, {0.02, 0.12, 0.12});
+    add_body(scene, "wall", BodyKind::fixed, batter, {0, 0, 0}, {0.02, 0.12, 0.12});
     Proxy proxy;
-    proxy.body = add_body(scene, "tool", BodyType::rigid, wood, low, high);
+    proxy.body = add_body(scene, "tool", BodyKind::rigid, wood, low, high);
     proxy.limit = {1e6, 1e4, 1e5, 1e3};
     scene.proxies.push_back(proxy);
     RecordProperty("stages", make_plan(scene).viscous_stages);

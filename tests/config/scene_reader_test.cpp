@@ -159,14 +159,14 @@ TEST(SceneReader, TakesEveryKey) {
   EXPECT_EQ(s.numerics.sub_steps, 4);
   EXPECT_EQ(s.numerics.safety, 0.4);
   EXPECT_EQ(s.stream.particle_rate_hz, 30);
-  EXPECT_EQ(s.stream.scalar, "density");
+  EXPECT_EQ(s.stream.scalar, ScalarField::density);
   ASSERT_EQ(s.materials.size(), 1u);
   EXPECT_EQ(s.materials[0].density, 1000);
   EXPECT_EQ(s.materials[0].color, (std::array<float, 3>{16 / 255.f, 32 / 255.f, 48 / 255.f}));
   EXPECT_EQ(s.materials[0].where, "a/all.toml:28");
   ASSERT_EQ(s.bodies.size(), 2u);
   const BodyConfig& stick = s.bodies[1];
-  EXPECT_EQ(stick.type, BodyType::rigid);
+  EXPECT_EQ(stick.type, BodyKind::rigid);
   EXPECT_EQ(stick.where, "a/all.toml:41");
   EXPECT_TRUE((stick.orientation * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY(), 1e-12));
   EXPECT_EQ(stick.angular_velocity, Eigen::Vector3d(0, 0, 1));
@@ -548,7 +548,7 @@ TEST(SceneReader, ReadmeDocumentsExactlyTheKeysThatAreRead) {
 
 // Whatever is done to a scene file, it is read or refused with messages, never worse.
 TEST(SceneReader, FuzzedFilesAreReadOrRefused) {
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   using namespace std::string_literals;

@@ -68,13 +68,13 @@ inline Snapshot snapshot_of(Simulation& simulation) {
   return s;
 }
 
-inline Scene on_a_floor(BodyType type, double temperature) {
+inline Scene on_a_floor(BodyKind type, double temperature) {
   Scene scene = melting_scene();
   scene.config.gravity = {0, 0, -9.81};
   scene.config.numerics.max_speed.reset();
   add_material(scene, 1000, 0.1);
   scene.config.materials[1].heat_capacity = kCapacity;
-  add_body(scene, "floor", BodyType::fixed, 1, {-0.15, -0.15, -0.03}, {0.15, 0.15, 0});
+  add_body(scene, "floor", BodyKind::fixed, 1, {-0.15, -0.15, -0.03}, {0.15, 0.15, 0});
   add_body(scene, "stuff", type, 0, {-0.03, -0.03, 0}, {0.03, 0.03, 0.06});
   for (const std::uint32_t b : scene.body) scene.temperature.push_back(b == 0 ? kMelting : temperature);
   return scene;

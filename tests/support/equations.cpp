@@ -11,8 +11,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 const Body& body_of(const Restated& w, std::size_t i) { return w.scene->bodies[w.scene->body[i]]; }
-bool is_fluid(const Restated& w, std::size_t i) { return body_of(w, i).type == BodyType::fluid; }
-bool is_fixed(const Restated& w, std::size_t i) { return body_of(w, i).type == BodyType::fixed; }
+bool is_fluid(const Restated& w, std::size_t i) { return body_of(w, i).type == BodyKind::fluid; }
+bool is_fixed(const Restated& w, std::size_t i) { return body_of(w, i).type == BodyKind::fixed; }
 const MaterialConfig& material_of(const Restated& w, std::size_t i) {
   return w.scene->config.materials[body_of(w, i).material];
 }
@@ -21,7 +21,7 @@ double density0(const Restated& w, std::size_t i) { return material_of(w, i).den
 double sound(const Restated& w, std::size_t i) {
   double heaviest = 0;
   for (const Body& body : w.scene->bodies)
-    if (body.type == BodyType::fluid) heaviest = std::max(heaviest, w.scene->config.materials[body.material].density);
+    if (body.type == BodyKind::fluid) heaviest = std::max(heaviest, w.scene->config.materials[body.material].density);
   return w.plan.sound_speed * std::max(1.0, std::sqrt(heaviest / (10 * density0(w, i))));
 }
 double impedance(const Restated& w, std::size_t i) { return density0(w, i) * sound(w, i); }
@@ -140,7 +140,7 @@ Vector3d force_on_fluid(const Restated& w, std::size_t i, std::size_t j, const V
 // The share of a body's mass that a contact reckons with, the solver's choice: a part for each particle of the largest
 // face of its box, twenty at least.
 double contact_mass(const Restated& w, const Body& body) {
-  if (body.type != BodyType::rigid) return 1e30;
+  if (body.type != BodyKind::rigid) return 1e30;
   Eigen::Array3d low = Eigen::Array3d::Constant(1e30), high = -low;
   for (const Vector3d& x : w.body[&body - w.scene->bodies.data()].local) {
     low = low.min(x.array());
@@ -246,7 +246,7 @@ void advance_bodies(Restated& w, const StepInput& input, double elapsed) {
   const Vector3d gravity = w.scene->config.gravity + w.scene->config.body_force;
   for (std::size_t k = 0; k < w.body.size(); ++k) {
     const Body& body = w.scene->bodies[k];
-    if (body.type == BodyType::fluid) continue;
+    if (body.type == BodyKind::fluid) continue;
     RestatedBody& b = w.body[k];
     b.force.setZero();
     b.torque.setZero();
@@ -259,7 +259,7 @@ void advance_bodies(Restated& w, const StepInput& input, double elapsed) {
       b.force_size += f.norm();
       b.torque_size += moment.norm();
     }
-    if (body.type != BodyType::rigid) continue;
+    if (body.type != BodyKind::rigid) continue;
     if (b.proxy < 0)
       advance_free(b, body, gravity, w.plan.dt);
     else if (input[b.proxy].engaged)
@@ -272,10 +272,10 @@ void advance_bodies(Restated& w, const StepInput& input, double elapsed) {
 void move(Restated& w) {
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     const Body& body = body_of(w, i);
-    if (body.type == BodyType::fluid) {
+    if (body.type == BodyKind::fluid) {
       w.v[i] += w.plan.dt * (w.force[i] / w.m[i] + w.scene->config.gravity + w.scene->config.body_force);
       w.x[i] += w.plan.dt * w.v[i];
-    } else if (body.type == BodyType::rigid) {
+    } else if (body.type == BodyKind::rigid) {
       const RestatedBody& b = w.body[w.scene->body[i]];
       const Vector3d r = b.q * b.local[i - body.first];
       w.v[i] = b.v + b.w.cross(r);
@@ -304,7 +304,7 @@ double resting_pressure(const Restated& w, const Body& body, std::size_t i) {
     const Vector3d along = g[a] * Vector3d::Unit(a);
     p += density0(w, i) * (highest(body, along) + along.dot(w.x[i]));
   }
-  if (&body != &w.scene->bodies[0] || w.scene->bodies.size() < 2 || w.scene->bodies[1].type != BodyType::fluid)
+  if (&body != &w.scene->bodies[0] || w.scene->bodies.size() < 2 || w.scene->bodies[1].type != BodyKind::fluid)
     return p;
   const Body& above = w.scene->bodies[1];
   const Vector3d down(0, 0, g.z());

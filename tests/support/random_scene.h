@@ -9,7 +9,7 @@
 namespace palp::test {
 
 // A body of given particles. Its frame lies away from its centre of mass and is turned.
-inline std::uint32_t add_points(Scene& scene, const std::string& name, BodyType type, std::uint32_t material,
+inline std::uint32_t add_points(Scene& scene, const std::string& name, BodyKind type, std::uint32_t material,
                                 const std::vector<Eigen::Vector3d>& points, Random& random) {
   Body body;
   body.name = name;
@@ -35,11 +35,11 @@ inline std::uint32_t add_points(Scene& scene, const std::string& name, BodyType 
   const Eigen::Matrix3d R = body.orientation.toRotationMatrix();
   body.inertia = R.transpose() * inertia * R;
   body.velocity = random_vector(random, 0.2);
-  if (type == BodyType::rigid) body.angular_velocity = random_vector(random, 0.5);
+  if (type == BodyKind::rigid) body.angular_velocity = random_vector(random, 0.5);
   const auto index = static_cast<std::uint32_t>(scene.bodies.size());
   for (const Eigen::Vector3d& x : points) {
     scene.position.push_back(x);
-    scene.velocity.push_back(type == BodyType::fluid ? random_vector(random, 0.3)
+    scene.velocity.push_back(type == BodyKind::fluid ? random_vector(random, 0.3)
                                                      : body.velocity + body.angular_velocity.cross(x - center));
     scene.volume.push_back(volume);
     scene.body.push_back(index);
@@ -83,12 +83,12 @@ inline Scene random_scene(Random& random, const RandomSceneOptions& options) {
         points[which].push_back(scene.bounds_min + dx * Eigen::Vector3d(i + 0.5, j + 0.5, k + 0.5) +
                                 random_vector(random, options.jitter * dx));
       }
-  add_points(scene, "water", BodyType::fluid, water, points[0], random);
-  add_points(scene, "oil", BodyType::fluid, oil, points[1], random);
+  add_points(scene, "water", BodyKind::fluid, water, points[0], random);
+  add_points(scene, "oil", BodyKind::fluid, oil, points[1], random);
   if (!options.solids) return scene;
-  add_points(scene, "box", BodyType::rigid, wood, points[2], random);
-  const auto tool = add_points(scene, "tool", BodyType::rigid, stone, points[3], random);
-  const auto floor = add_points(scene, "floor", BodyType::fixed, stone, points[4], random);
+  add_points(scene, "box", BodyKind::rigid, wood, points[2], random);
+  const auto tool = add_points(scene, "tool", BodyKind::rigid, stone, points[3], random);
+  const auto floor = add_points(scene, "floor", BodyKind::fixed, stone, points[4], random);
   ProbeConfig probe;
   probe.name = "floor";
   probe.quantity = Quantity::body;

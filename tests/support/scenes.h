@@ -37,7 +37,7 @@ inline ProbeConfig probe_of(const std::string& body) {
 }
 
 // Fills the cells of a lattice over [min, max] whose centres are inside. The lattice is adjusted to fit the box.
-inline std::uint32_t add_body(Scene& scene, const std::string& name, BodyType type, std::uint32_t material,
+inline std::uint32_t add_body(Scene& scene, const std::string& name, BodyKind type, std::uint32_t material,
                               const Eigen::Vector3d& min, const Eigen::Vector3d& max,
                               const std::function<bool(const Eigen::Vector3d&)>& inside = nullptr) {
   Body body;
@@ -92,7 +92,7 @@ inline std::uint32_t add_tray(Scene& scene, std::uint32_t material, const Eigen:
     low[a] -= thickness;
     if (a < 2) high[a] += thickness;
   }
-  return add_body(scene, "tray", BodyType::fixed, material, low, high, [=](const Eigen::Vector3d& x) {
+  return add_body(scene, "tray", BodyKind::fixed, material, low, high, [=](const Eigen::Vector3d& x) {
     return !((x.array() > min.array()).all() && (x.array() < max.array()).all());
   });
 }

@@ -62,7 +62,7 @@ class FreeFall : public Simulation {
     }
     ++snapshots;
   }
-  bool begin_frame(FrameScalar) override { return false; }
+  bool begin_frame(ScalarField) override { return false; }
   bool take_frame(Frame&) override { return false; }
   Footprint footprint() const override { return {}; }
 
@@ -81,8 +81,8 @@ class RunTest : public testing::Test {
     SceneConfig config = testing_support::scene(0.1);
     config.rate_hz = 100;
     config.duration = 0.5;
-    config.bodies.push_back(body("water", BodyType::fluid, box({0.5, 0.5, 0.5})));
-    config.bodies.push_back(body("tool", BodyType::rigid, box({0.2, 0.2, 0.2}, {0, 0, 0.6})));
+    config.bodies.push_back(body("water", BodyKind::fluid, box({0.5, 0.5, 0.5})));
+    config.bodies.push_back(body("tool", BodyKind::rigid, box({0.2, 0.2, 0.2}, {0, 0, 0.6})));
     ProbeConfig front;
     front.name = "front";
     front.quantity = Quantity::front;

@@ -40,7 +40,7 @@ ShapeConfig ball(double radius) {
   return s;
 }
 
-BodyConfig body(const std::string& name, BodyType type, const std::string& of, const ShapeConfig& solid) {
+BodyConfig body(const std::string& name, BodyKind type, const std::string& of, const ShapeConfig& solid) {
   BodyConfig b;
   b.name = name;
   b.type = type;
@@ -63,7 +63,7 @@ SceneConfig empty(const std::string& name, double spacing, const Vec3& low, cons
 
 void add_tool(SceneConfig& c, const ShapeConfig& solid, double volume, const Vec3& position) {
   c.materials.push_back(material("tool", kToolMass / volume));
-  BodyConfig tool = body("tool", BodyType::rigid, "tool", solid);
+  BodyConfig tool = body("tool", BodyKind::rigid, "tool", solid);
   tool.position = position;
   c.bodies.push_back(tool);
   ProxyConfig proxy;
@@ -87,7 +87,7 @@ void add_ball(SceneConfig& c, const Vec3& position) {
 Scene wall_scene() {
   SceneConfig c = empty("wall", 0.025, {-0.2, -0.2, -0.1}, {0.2, 0.2, 0.2});
   c.materials.push_back(material("plate", 2000));
-  c.bodies.push_back(body("plate", BodyType::fixed, "plate", box({-0.1, -0.1, -0.025}, {0.1, 0.1, 0})));
+  c.bodies.push_back(body("plate", BodyKind::fixed, "plate", box({-0.1, -0.1, -0.025}, {0.1, 0.1, 0})));
   add_cube(c, 0);
   return sample_scene(c, kMostParticles);
 }
@@ -99,7 +99,7 @@ Scene vise_scene() {
   for (const double side : {-1.0, 1.0}) {
     const Vec3 middle(side * (inner + thick / 2), 0, 0), size(thick, length + 0.05, 0.1);
     c.bodies.push_back(
-        body(side < 0 ? "left" : "right", BodyType::fixed, "jaw", box(middle - size / 2, middle + size / 2)));
+        body(side < 0 ? "left" : "right", BodyKind::fixed, "jaw", box(middle - size / 2, middle + size / 2)));
   }
   const Vec3 bar(half, length / 2, half);
   add_tool(c, box(-bar, bar), 4 * half * half * length, Vec3::Zero());
@@ -114,9 +114,9 @@ Scene elastic_scene() {
   jelly.young_modulus = 2e4;
   jelly.damping = 20;
   c.materials.push_back(jelly);
-  c.bodies.push_back(body("plate", BodyType::fixed, "plate", box({-0.06, -0.06, -0.02}, {0.06, 0.06, 0})));
-  c.bodies.push_back(body("post", BodyType::fixed, "plate", box({0.1, -0.06, 0.04}, {0.22, 0.06, top})));
-  BodyConfig block = body("block", BodyType::elastic, "jelly", box({-0.05, -0.05, 0}, {0.05, 0.05, top}));
+  c.bodies.push_back(body("plate", BodyKind::fixed, "plate", box({-0.06, -0.06, -0.02}, {0.06, 0.06, 0})));
+  c.bodies.push_back(body("post", BodyKind::fixed, "plate", box({0.1, -0.06, 0.04}, {0.22, 0.06, top})));
+  BodyConfig block = body("block", BodyKind::elastic, "jelly", box({-0.05, -0.05, 0}, {0.05, 0.05, top}));
   block.bonded_to = {"plate"};
   c.bodies.push_back(block);
   add_cube(c, top);
@@ -131,7 +131,7 @@ Scene current_scene() {
   MaterialConfig syrup = material("syrup", 1000);
   syrup.viscosity = 10;
   c.materials.push_back(syrup);
-  c.bodies.push_back(body("syrup", BodyType::fluid, "syrup", box(Vec3::Constant(-half), Vec3::Constant(half))));
+  c.bodies.push_back(body("syrup", BodyKind::fluid, "syrup", box(Vec3::Constant(-half), Vec3::Constant(half))));
   ShapeConfig hole = ball(kBallRadius);
   hole.subtract = true;
   c.bodies[0].shapes.push_back(hole);
@@ -146,13 +146,13 @@ Scene tank_scene() {
   c.gravity_ramp = 0.5;
   c.materials.push_back(material("water", 1000));
   c.materials.push_back(material("steel", 7800));
-  BodyConfig tray = body("tray", BodyType::fixed, "steel",
+  BodyConfig tray = body("tray", BodyKind::fixed, "steel",
                          box({-half - wall, -half - wall, -wall}, {half + wall, half + wall, deep + 0.04}));
   ShapeConfig inside = box({-half, -half, 0}, {half, half, 0.2});
   inside.subtract = true;
   tray.shapes.push_back(inside);
   c.bodies.push_back(tray);
-  BodyConfig water = body("water", BodyType::fluid, "water", box({-half, -half, 0}, {half, half, deep}));
+  BodyConfig water = body("water", BodyKind::fluid, "water", box({-half, -half, 0}, {half, half, deep}));
   ShapeConfig hole = ball(kBallRadius);
   hole.position = {0, 0, deep};
   hole.subtract = true;

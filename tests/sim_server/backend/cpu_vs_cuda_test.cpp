@@ -68,7 +68,7 @@ TEST(CpuVsCudaSizes, AgreeWhateverSharesAParticle) {
     scene.config.numerics.sub_steps = 4;
     scene.config.numerics.support_over_spacing = 2.3;
     scene.config.rate_hz = 1 / (4 * 0.4 * dx / 10);
-    add_body(scene, "water", BodyType::fluid, add_material(scene, 1000, 1e-3), scene.bounds_min, scene.bounds_max);
+    add_body(scene, "water", BodyKind::fluid, add_material(scene, 1000, 1e-3), scene.bounds_min, scene.bounds_max);
     for (Eigen::Vector3d& x : scene.position) x += random_vector(random, 0.1 * dx);
     for (Eigen::Vector3d& v : scene.velocity) v = random_vector(random, 0.5);
     const auto cpu = simulate(scene, Backend::cpu), gpu = simulate(scene, Backend::cuda);
@@ -94,7 +94,7 @@ TEST_P(CpuVsCuda, AgreeInTheSumOfALongRun) {
   scene.config.method = GetParam();
   scene.config.numerics.max_speed = 2;
   const auto water = add_material(scene, 1000, GetParam() == Method::paper ? 5 : 0.1);
-  add_body(scene, "water", BodyType::fluid, water, {0, 0, 0}, {0.2, 0.3, 0.3});
+  add_body(scene, "water", BodyKind::fluid, water, {0, 0, 0}, {0.2, 0.3, 0.3});
   add_tray(scene, water, {0, 0, 0}, {0.5, 0.3, 0.4}, 3 * dx);
   scene.config.probes.push_back(probe_of("tray"));
   const auto cpu = simulate(scene, Backend::cpu), gpu = simulate(scene, Backend::cuda);
@@ -130,8 +130,8 @@ TEST(CpuVsCudaChanges, AgreeOnPiecesAndTheirMotion) {
     Scene scene = melting_scene();
     scene.config.numerics.support_over_spacing = support;
     scene.config.materials[0].rigid_below = kMelting - 5;
-    add_body(scene, "bar", BodyType::elastic, 0, {-0.06, -0.015, -0.015}, {0.06, 0.015, 0.015});
-    add_body(scene, "pool", BodyType::fluid, 0, {-0.06, -0.03, -0.06}, {0.06, 0.03, -0.02});
+    add_body(scene, "bar", BodyKind::elastic, 0, {-0.06, -0.015, -0.015}, {0.06, 0.015, 0.015});
+    add_body(scene, "pool", BodyKind::fluid, 0, {-0.06, -0.03, -0.06}, {0.06, 0.03, -0.02});
     for (std::size_t i = 0; i < scene.position.size(); ++i) {
       scene.velocity[i] = random_vector(random, 0.02);
       const double melt = std::abs(scene.position[i].x()) < 0.02 ? 0.1 : -6;

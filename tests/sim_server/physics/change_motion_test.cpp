@@ -17,7 +17,7 @@ double top_of(const Snapshot& s) {
 }
 
 TEST(StateChange, StandsUntilItMelts) {
-  Scene scene = on_a_floor(BodyType::elastic, kMelting - 1);
+  Scene scene = on_a_floor(BodyKind::elastic, kMelting - 1);
   add_heat(scene, 20 * mass_of(scene), 0.3, 0.5);
   const auto simulation = simulate(scene);
   run_until(*simulation, 0.3);
@@ -28,7 +28,7 @@ TEST(StateChange, StandsUntilItMelts) {
 
 // What freezes keeps the shape that it has then, and rests in it: bonds form without strain.
 TEST(StateChange, WhatFreezesRestsAsItIs) {
-  Scene scene = on_a_floor(BodyType::fluid, kMelting + 0.5);
+  Scene scene = on_a_floor(BodyKind::fluid, kMelting + 0.5);
   scene.config.materials[0].damping = 30;
   add_heat(scene, -20 * mass_of(scene), 0, 0.05);
   const auto simulation = simulate(scene);
@@ -57,7 +57,7 @@ double energy_of(const Scene& scene, const Snapshot& s) {
 TEST(StateChange, ASplashThatFreezesHolds) {
   for (const double support : {2.0, 3.0})
     for (const double young : {1e4, 1e5}) {
-      Scene scene = on_a_floor(BodyType::fluid, kMelting + 0.5);
+      Scene scene = on_a_floor(BodyKind::fluid, kMelting + 0.5);
       scene.config.numerics.support_over_spacing = support;
       scene.config.materials[0].young_modulus = young;
       add_heat(scene, -20 * mass_of(scene), 0.1, 0.15);
@@ -87,9 +87,9 @@ TEST_P(HeldRod, AHandFeelsNoJump) {
   const auto in_rod = [](const Eigen::Vector3d& x) {
     return std::abs(x.x()) < 0.015 && std::abs(x.y()) < 0.015 && x.z() > 0.025 && x.z() < 0.055;
   };
-  add_body(scene, "stuff", BodyType::fluid, 0, {-0.06, -0.06, 0}, {0.06, 0.06, 0.08},
+  add_body(scene, "stuff", BodyKind::fluid, 0, {-0.06, -0.06, 0}, {0.06, 0.06, 0.08},
            [&](const Eigen::Vector3d& x) { return !in_rod(x); });
-  const auto rod = add_body(scene, "rod", BodyType::fixed, 1, {-0.02, -0.02, 0.02}, {0.02, 0.02, 0.06}, in_rod);
+  const auto rod = add_body(scene, "rod", BodyKind::fixed, 1, {-0.02, -0.02, 0.02}, {0.02, 0.02, 0.06}, in_rod);
   scene.temperature.assign(scene.position.size(), kMelting + 0.5);
   scene.config.probes.push_back(probe_of("rod"));
   const double mass = mass_of(scene);
@@ -128,7 +128,7 @@ TEST(StateChange, KeepsMomentumAndAddsNoEnergy) {
   Random random(seed);
   Scene scene = melting_scene();
   scene.config.materials[0].viscosity = 0;  // Morris's form is not central
-  add_body(scene, "lump", BodyType::fluid, 0, {-0.04, -0.04, -0.04}, {0.04, 0.04, 0.04},
+  add_body(scene, "lump", BodyKind::fluid, 0, {-0.04, -0.04, -0.04}, {0.04, 0.04, 0.04},
            [](const Eigen::Vector3d& x) { return x.norm() < 0.038; });
   const Eigen::Vector3d v = random_vector(random, 0.2), w = random_vector(random, 3);
   double scale = 0;
@@ -163,7 +163,7 @@ TEST(StateChange, KeepsMomentumAndAddsNoEnergy) {
 }
 
 TEST(StateChange, WhatHasSetStaysSo) {
-  Scene scene = on_a_floor(BodyType::fluid, 300);
+  Scene scene = on_a_floor(BodyKind::fluid, 300);
   MaterialConfig& m = scene.config.materials[0];
   m.melting_temperature.reset();
   m.latent_heat = 0;

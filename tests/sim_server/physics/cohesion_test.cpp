@@ -28,7 +28,7 @@ Scene drop(double support, double viscosity, double half, const std::function<bo
   scene.config.numerics.support_over_spacing = support;
   const auto water = add_material(scene, 1000, viscosity);
   scene.config.materials[water].surface_tension = kTension;
-  add_body(scene, "drop", BodyType::fluid, water, Eigen::Vector3d::Constant(-half), Eigen::Vector3d::Constant(half),
+  add_body(scene, "drop", BodyKind::fluid, water, Eigen::Vector3d::Constant(-half), Eigen::Vector3d::Constant(half),
            inside);
   return scene;
 }
@@ -165,7 +165,7 @@ double lying(double adhesion, double& foot) {
   Scene scene = drop(3, 0.05, R, [](const Eigen::Vector3d& x) { return x.z() > 0 && x.norm() < R; });
   scene.config.gravity = {0, 0, -5};  // holds what does not wet
   scene.config.materials[0].adhesion = adhesion;
-  add_body(scene, "plate", BodyType::fixed, 0, {-11e-3, -11e-3, -3e-3}, {11e-3, 11e-3, 0});
+  add_body(scene, "plate", BodyKind::fixed, 0, {-11e-3, -11e-3, -3e-3}, {11e-3, 11e-3, 0});
   const auto simulation = simulate(scene);
   while (simulation->output().time < 0.2) {
     const StepOutput& out = simulation->step({});

@@ -55,11 +55,11 @@ TEST(ContactMotion, CupsHoldABall) {
       SCOPED_TRACE(std::to_string(static_cast<int>(shapes[0].type)) + (free ? ", on a floor" : ", fixed"));
       SceneConfig config = contact_scene(0.02, 0.3, 0.4);
       config.numerics.max_speed = 2;
-      BodyConfig cup = at(body("cup", free ? BodyType::rigid : BodyType::fixed, shapes[0]), {0, 0, 0});
+      BodyConfig cup = at(body("cup", free ? BodyKind::rigid : BodyKind::fixed, shapes[0]), {0, 0, 0});
       cup.shapes = shapes;
-      config.bodies = {cup, at(body("ball", BodyType::rigid, sphere(kBall)), {0, 0, 0.06},
+      config.bodies = {cup, at(body("ball", BodyKind::rigid, sphere(kBall)), {0, 0, 0.06},
                                {uniform(random, -1, 1), uniform(random, -1, 1), -1.5})};
-      if (free) config.bodies.push_back(at(body("floor", BodyType::fixed, box({0.8, 0.8, 0.04})), {0, 0, -0.04}));
+      if (free) config.bodies.push_back(at(body("floor", BodyKind::fixed, box({0.8, 0.8, 0.04})), {0, 0, -0.04}));
       const Scene scene = sampled(config);
       const auto simulation = simulate(scene);
       // what holds the ball, on the mean over the last second, and how high it is at least: it may still roll to and
@@ -86,7 +86,7 @@ TEST(ContactMotion, CupsHoldABall) {
 bool may_touch(const Scene& scene, const StepOutput& out, double half) {
   std::vector<std::pair<Vector3d, double>> balls;  // centre, radius: around each body
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    if (scene.bodies[b].type != BodyType::rigid) continue;
+    if (scene.bodies[b].type != BodyKind::rigid) continue;
     if (out.bodies[b].force.norm() > 0) return true;
     const RigidState& s = out.bodies[b].state;
     double reach = 0;
@@ -114,12 +114,12 @@ TEST(ContactMotion, EnergyNeverGrows) {
       SceneConfig config = contact_scene(0.02, friction, restitution);
       config.gravity.setZero();
       config.numerics.max_speed = 2;
-      BodyConfig room = body("room", BodyType::fixed, box({0.6, 0.6, 0.6}));
+      BodyConfig room = body("room", BodyKind::fixed, box({0.6, 0.6, 0.6}));
       room.shapes.push_back(cut(box({0.5, 0.5, 0.5})));
       config.bodies.push_back(room);
       for (int k = 0; k < 4; ++k) {
         const ShapeConfig shape = k == 0 ? sphere(0.05) : k == 1 ? cylinder(0.04, 0.1) : box({0.1, 0.08, 0.06});
-        BodyConfig one = at(body("body " + std::to_string(k), BodyType::rigid, shape),
+        BodyConfig one = at(body("body " + std::to_string(k), BodyKind::rigid, shape),
                             {0.13 * (k % 2 ? 1 : -1), 0.13 * (k / 2 ? 1 : -1), 0}, random_vector(random, 1.5));
         one.orientation = random_rotation(random);
         one.angular_velocity = random_vector(random, 10);
@@ -146,15 +146,15 @@ TEST(ContactMotion, EnergyNeverGrows) {
 TEST(ContactMotion, AMinuteOfRest) {
   constexpr double dx = 0.02;
   SceneConfig config = contact_scene(dx, 0.3, 0.2);
-  config.bodies.push_back(at(body("floor", BodyType::fixed, box({0.8, 0.4, 0.04})), {0, 0, -0.02}));
-  BodyConfig cup = at(body("cup", BodyType::rigid, cups()[0][0]), {0.2, 0, 0.02});
+  config.bodies.push_back(at(body("floor", BodyKind::fixed, box({0.8, 0.4, 0.04})), {0, 0, -0.02}));
+  BodyConfig cup = at(body("cup", BodyKind::rigid, cups()[0][0]), {0.2, 0, 0.02});
   cup.shapes = cups()[0];
   config.bodies.push_back(cup);
-  config.bodies.push_back(at(body("ball", BodyType::rigid, sphere(kBall)), {0.2, 0, kBall + 0.02}));
-  config.bodies.push_back(at(body("can", BodyType::rigid, cylinder(0.05, 0.1)), {-0.2, 0.12, 0.05}));
+  config.bodies.push_back(at(body("ball", BodyKind::rigid, sphere(kBall)), {0.2, 0, kBall + 0.02}));
+  config.bodies.push_back(at(body("can", BodyKind::rigid, cylinder(0.05, 0.1)), {-0.2, 0.12, 0.05}));
   for (int k = 0; k < 3; ++k)
     config.bodies.push_back(
-        at(body("box " + std::to_string(k), BodyType::rigid, box({0.1, 0.1, 0.08})), {-0.2, -0.08, 0.08 * k + 0.04}));
+        at(body("box " + std::to_string(k), BodyKind::rigid, box({0.1, 0.1, 0.08})), {-0.2, -0.08, 0.08 * k + 0.04}));
   const Scene scene = sampled(config);
   const auto simulation = simulate(scene);
   run(*simulation, 1);
@@ -179,13 +179,13 @@ TEST(ContactMotion, ManyBodiesSettleInATray) {
   Random random(seed);
   constexpr double dx = 0.02;
   SceneConfig config = contact_scene(dx, 0.4, 0.2);
-  BodyConfig tray = body("tray", BodyType::fixed, box({0.5, 0.5, 0.3}));
+  BodyConfig tray = body("tray", BodyKind::fixed, box({0.5, 0.5, 0.3}));
   tray.shapes.push_back(cut(box({0.4, 0.4, 0.3}, {0, 0, 0.05})));
   config.bodies.push_back(tray);
   for (int k = 0; k < 27; ++k) {
     const int row = k / 3, layer = k / 9;
     const ShapeConfig shape = k % 3 == 0 ? sphere(0.04) : k % 3 == 1 ? cylinder(0.03, 0.08) : box({0.08, 0.06, 0.05});
-    BodyConfig one = at(body("body " + std::to_string(k), BodyType::rigid, shape),
+    BodyConfig one = at(body("body " + std::to_string(k), BodyKind::rigid, shape),
                         0.12 * Vector3d(k % 3 - 1, row % 3 - 1, layer) + random_vector(random, 0.005));
     one.orientation = random_rotation(random);
     config.bodies.push_back(one);
@@ -210,7 +210,7 @@ TEST(ContactMotion, ManyBodiesSettleInATray) {
 TEST(ContactMotion, AMeshIsFlatToo) {
   SceneConfig config = contact_scene(0.01, 0, 0.2);
   config.bodies = {
-      at(body("plate", BodyType::fixed, as_mesh({box({0.6, 0.12, 0.02})}, "contact_plate.obj", 0.01)), {0, 0, -0.01})};
+      at(body("plate", BodyKind::fixed, as_mesh({box({0.6, 0.12, 0.02})}, "contact_plate.obj", 0.01)), {0, 0, -0.01})};
   add_flat_tool(config, Eigen::Quaterniond::Identity());
   const DrawnTool drawn = draw_flat_tool(*simulate(sampled(config)), Eigen::Quaterniond::Identity());
   EXPECT_GT(drawn.contact.low, 4);

@@ -95,7 +95,7 @@ inline Slide slide(const Scene& scene, double slope, const Tilt& tilt) {
 // A tool with a flat face, the last body, that a soft hand holds 1 mm above its place of contact.
 inline void add_flat_tool(SceneConfig& config, const Eigen::Quaterniond& orientation) {
   BodyConfig tool =
-      at(testing_support::body("tool", BodyType::rigid, testing_support::box({0.05, 0.05, 0.05})), {-0.15, 0, 0.026});
+      at(testing_support::body("tool", BodyKind::rigid, testing_support::box({0.05, 0.05, 0.05})), {-0.15, 0, 0.026});
   tool.orientation = orientation;
   config.bodies.push_back(tool);
   ProxyConfig proxy;
@@ -186,7 +186,7 @@ inline double energy(const Scene& scene, const StepOutput& out) {
   double sum = 0;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& from = scene.bodies[b];
-    if (from.type != BodyType::rigid) continue;
+    if (from.type != BodyKind::rigid) continue;
     const RigidState& s = out.bodies[b].state;
     const Eigen::Vector3d arm = s.orientation * from.center, w = s.orientation.conjugate() * s.angular;
     sum += 0.5 * from.mass * (s.linear + s.angular.cross(arm)).squaredNorm() + 0.5 * w.dot(from.inertia * w);

@@ -18,8 +18,8 @@ using testing_support::sphere;
 Scene level(double friction, Method method = Method::accurate) {
   SceneConfig config = contact_scene(0.02, friction, 0.2);
   config.method = method;
-  config.bodies.push_back(at(body("plate", BodyType::fixed, box({1.9, 0.4, 0.04})), {0, 0, -0.02}));
-  config.bodies.push_back(at(body("block", BodyType::rigid, box({0.1, 0.1, 0.06})), {-0.85, 0, 0.03}));
+  config.bodies.push_back(at(body("plate", BodyKind::fixed, box({1.9, 0.4, 0.04})), {0, 0, -0.02}));
+  config.bodies.push_back(at(body("block", BodyKind::rigid, box({0.1, 0.1, 0.06})), {-0.85, 0, 0.03}));
   return sampled(config);
 }
 
@@ -45,8 +45,8 @@ double sliding_acceleration(const Scene& scene, double slope) {
 TEST(Contact, ASlidingBallBeginsToRoll) {
   constexpr double mu = 0.3, radius = 0.05, speed = 1, rolling = 5. / 7 * speed;
   SceneConfig config = contact_scene(0.02, mu, 0);
-  config.bodies = {at(body("table", BodyType::fixed, box({1.3, 0.3, 0.06})), {0, 0, -0.03}),
-                   at(body("ball", BodyType::rigid, sphere(radius)), {-0.5, 0, radius}, {speed, 0, 0})};
+  config.bodies = {at(body("table", BodyKind::fixed, box({1.3, 0.3, 0.06})), {0, 0, -0.03}),
+                   at(body("ball", BodyKind::rigid, sphere(radius)), {-0.5, 0, radius}, {speed, 0, 0})};
   const auto simulation = simulate(sampled(config));
   const RigidState& ball = simulation->output().bodies[1].state;
   run(*simulation, 0.05);
@@ -100,9 +100,9 @@ TEST(Contact, BallsBounceByTheirRestitution) {
       SceneConfig config = contact_scene(0.02, 0.3, e);
       config.gravity.setZero();
       const double v = uniform(random, 0.2, 2);
-      config.bodies.push_back(at(body("plate", BodyType::fixed, box({0.4, 0.4, 0.04})), {0, 0, -0.02}));
+      config.bodies.push_back(at(body("plate", BodyKind::fixed, box({0.4, 0.4, 0.04})), {0, 0, -0.02}));
       config.bodies.push_back(
-          at(body("ball", BodyType::rigid, sphere(0.05)), {0, 0, 0.05 + uniform(random, 0.001, 0.01)}, {0, 0, -v}));
+          at(body("ball", BodyKind::rigid, sphere(0.05)), {0, 0, 0.05 + uniform(random, 0.001, 0.01)}, {0, 0, -v}));
       const auto simulation = simulate(sampled(config));
       for (int k = 0; k < 150; ++k) simulation->step({});
       const double after = simulation->output().bodies[1].state.linear.z();
@@ -124,7 +124,7 @@ TEST(Contact, BodiesExchangeMomentum) {
     const ShapeConfig shape = round < 3 ? sphere(0.05) : box({0.1, 0.08, 0.06});
     for (int k = 0; k < 2; ++k) {
       BodyConfig one =
-          at(body(k ? "b" : "a", BodyType::rigid, shape), {k ? 0.09 : -0.09, 0, 0}, {k ? -0.5 : 0.7, 0.1, 0});
+          at(body(k ? "b" : "a", BodyKind::rigid, shape), {k ? 0.09 : -0.09, 0, 0}, {k ? -0.5 : 0.7, 0.1, 0});
       one.position += random_vector(random, 0.01);
       if (round >= 3) one.orientation = random_rotation(random);
       if (round >= 3) one.angular_velocity = random_vector(random, 3);
@@ -158,10 +158,10 @@ TEST(Contact, StacksRest) {
   constexpr int kBoxes = 5;
   constexpr double dx = 0.02, edge = 0.08;
   SceneConfig config = contact_scene(dx, 0.3, 0.2);
-  config.bodies.push_back(at(body("floor", BodyType::fixed, box({0.6, 0.6, 0.04})), {0, 0, -0.02}));
+  config.bodies.push_back(at(body("floor", BodyKind::fixed, box({0.6, 0.6, 0.04})), {0, 0, -0.02}));
   for (int k = 0; k < kBoxes; ++k)
     config.bodies.push_back(
-        at(body("box " + std::to_string(k), BodyType::rigid, box({edge, edge, edge})), {0, 0, (k + 0.5) * edge}));
+        at(body("box " + std::to_string(k), BodyKind::rigid, box({edge, edge, edge})), {0, 0, (k + 0.5) * edge}));
   config.probes.push_back(probe_of("floor"));
   const Scene scene = sampled(config);
   const auto simulation = simulate(scene);
@@ -204,7 +204,7 @@ TEST_P(ContactIn, FlatToolSlidesWithoutRipple) {
   for (const double yaw : {0.0, uniform(random, 0.05, 1.5)}) {
     SceneConfig config = contact_scene(0.01, 0, 0.2);
     config.method = GetParam();
-    config.bodies.push_back(at(body("plate", BodyType::fixed, box({0.6, 0.12, 0.02})), {0, 0, -0.01}));
+    config.bodies.push_back(at(body("plate", BodyKind::fixed, box({0.6, 0.12, 0.02})), {0, 0, -0.01}));
     const Eigen::Quaterniond orientation(Eigen::AngleAxisd(yaw, Vector3d::UnitZ()));
     add_flat_tool(config, orientation);
     // particles let the tool sink in further before they press back with as much
@@ -239,9 +239,9 @@ TEST(Contact, NothingPassesThroughAThinPlate) {
       SceneConfig config = contact_scene(0.005, 0.3, 0.2);
       config.gravity.setZero();
       config.numerics.max_speed = 2;
-      config.bodies.push_back(at(body("plate", BodyType::fixed, box({0.1, 0.1, 0.005})), {0, 0, -0.0025}));
+      config.bodies.push_back(at(body("plate", BodyKind::fixed, box({0.1, 0.1, 0.005})), {0, 0, -0.0025}));
       const ShapeConfig shape = ball ? sphere(0.01) : box({0.02, 0.02, 0.02});
-      config.bodies.push_back(at(body("tool", BodyType::rigid, shape), {0, 0, 0.0203}));
+      config.bodies.push_back(at(body("tool", BodyKind::rigid, shape), {0, 0, 0.0203}));
       ProxyConfig proxy;
       proxy.body = "tool";
       config.proxies.push_back(proxy);
@@ -270,8 +270,8 @@ TEST(Contact, AThrownBoxBouncesOffAThinPlate) {
     SceneConfig config = contact_scene(0.005, 0.3, 0.5);
     config.gravity.setZero();
     config.numerics.max_speed = 2;
-    config.bodies.push_back(at(body("plate", BodyType::fixed, box({0.2, 0.2, 0.005})), {0, 0, -0.0025}));
-    BodyConfig thrown = at(body("box", BodyType::rigid, box({0.02, 0.03, 0.02})), {0, 0, 0.03}, {0.1, 0, -2});
+    config.bodies.push_back(at(body("plate", BodyKind::fixed, box({0.2, 0.2, 0.005})), {0, 0, -0.0025}));
+    BodyConfig thrown = at(body("box", BodyKind::rigid, box({0.02, 0.03, 0.02})), {0, 0, 0.03}, {0.1, 0, -2});
     thrown.orientation = random_rotation(random);
     config.bodies.push_back(thrown);
     const Scene scene = sampled(config);
@@ -290,9 +290,9 @@ TEST(Contact, AThrownBoxBouncesOffAThinPlate) {
 TEST(Contact, ManySupportsAreStable) {
   SceneConfig config = contact_scene(0.02, 0.3, 0.1);
   for (int k = 0; k < 6; ++k)
-    config.bodies.push_back(at(body("post " + std::to_string(k), BodyType::fixed, box({0.04, 0.04, 0.1})),
+    config.bodies.push_back(at(body("post " + std::to_string(k), BodyKind::fixed, box({0.04, 0.04, 0.1})),
                                {0.1 * (k % 3) - 0.1, k < 3 ? -0.1 : 0.1, -0.05}));
-  config.bodies.push_back(at(body("plate", BodyType::rigid, box({0.3, 0.3, 0.02})), {0, 0, 0.03}));
+  config.bodies.push_back(at(body("plate", BodyKind::rigid, box({0.3, 0.3, 0.02})), {0, 0, 0.03}));
   const Scene scene = sampled(config);
   const auto simulation = simulate(scene);
   double speed = 0;
@@ -346,10 +346,10 @@ bool pays(const Scene& scene) {
 // What cannot touch another solid costs nothing; two that can are one more launch, and no neighbours.
 TEST(Contact, ScenesWithoutItPayNothing) {
   SceneConfig config = contact_scene(0.05, 0.3, 0.2);
-  const BodyConfig water = at(body("water", BodyType::fluid, box({0.4, 0.4, 0.4})), {0.5, 0.5, 0});
-  const BodyConfig block = body("block", BodyType::rigid, box({0.2, 0.2, 0.2}));
-  const BodyConfig floor = at(body("floor", BodyType::fixed, box({1, 1, 0.1})), {0, 0, -0.5});
-  const BodyConfig wall = at(body("wall", BodyType::fixed, box({1, 0.1, 1})), {0, 0.9, 0});
+  const BodyConfig water = at(body("water", BodyKind::fluid, box({0.4, 0.4, 0.4})), {0.5, 0.5, 0});
+  const BodyConfig block = body("block", BodyKind::rigid, box({0.2, 0.2, 0.2}));
+  const BodyConfig floor = at(body("floor", BodyKind::fixed, box({1, 1, 0.1})), {0, 0, -0.5});
+  const BodyConfig wall = at(body("wall", BodyKind::fixed, box({1, 0.1, 1})), {0, 0.9, 0});
   config.bodies = {water, block};
   EXPECT_FALSE(pays(sampled(config)));
   config.bodies = {water, floor, wall};

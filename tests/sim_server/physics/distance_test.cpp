@@ -23,10 +23,10 @@ class Field {
  public:
   explicit Field(const std::vector<ShapeConfig>& shapes, double spacing = 0.02) {
     SceneConfig config = testing_support::scene(spacing);
-    BodyConfig subject = testing_support::body("subject", BodyType::rigid, shapes[0]);
+    BodyConfig subject = testing_support::body("subject", BodyKind::rigid, shapes[0]);
     subject.shapes = shapes;
     config.bodies = {subject,
-                     testing_support::body("other", BodyType::fixed, box({0.05, 0.05, 0.05}, {0.9, 0.9, 0.9}))};
+                     testing_support::body("other", BodyKind::fixed, box({0.05, 0.05, 0.05}, {0.9, 0.9, 0.9}))};
     scene_ = sample_scene(config, 1000000);
     store_.emplace(scene_, make_plan(scene_));
     grids_ = store_->grids_at(store_->node.data());

@@ -23,12 +23,12 @@ SceneConfig soft_scene(double friction, double young = 1e5) {
   return config;
 }
 
-BodyConfig plate() { return at(body("plate", BodyType::fixed, box({1.2, 0.2, 0.02})), {0, 0, -0.01}); }
+BodyConfig plate() { return at(body("plate", BodyKind::fixed, box({1.2, 0.2, 0.02})), {0, 0, -0.01}); }
 
 // A soft block of six by six by four particles on a plate.
 Scene level(double friction) {
   SceneConfig config = soft_scene(friction);
-  config.bodies = {plate(), at(body("block", BodyType::elastic, box({0.06, 0.06, 0.04})), {-0.5, 0, 0.02})};
+  config.bodies = {plate(), at(body("block", BodyKind::elastic, box({0.06, 0.06, 0.04})), {-0.5, 0, 0.02})};
   return sampled(config);
 }
 
@@ -77,7 +77,7 @@ Vector3d momentum(const Scene& scene, const Snapshot& s, Vector3d& angular, doub
   angular.setZero();
   size = 0;
   for (std::size_t i = 0; i < scene.position.size(); ++i) {
-    if (scene.bodies[scene.body[i]].type != BodyType::elastic) continue;
+    if (scene.bodies[scene.body[i]].type != BodyKind::elastic) continue;
     const Vector3d x(s.position[3 * i], s.position[3 * i + 1], s.position[3 * i + 2]);
     const Vector3d p = scene.volume[i] * scene.config.materials[0].density *
                        Vector3d(s.velocity[3 * i], s.velocity[3 * i + 1], s.velocity[3 * i + 2]);
@@ -95,10 +95,10 @@ TEST(ElasticContact, KeepsMomentum) {
   Random random(seed);
   SceneConfig config = soft_scene(0.5);
   config.gravity.setZero();
-  BodyConfig thrown = at(body("box", BodyType::rigid, box({0.05, 0.05, 0.05})), {-0.09, 0.01, 0}, {1, 0.1, 0});
+  BodyConfig thrown = at(body("box", BodyKind::rigid, box({0.05, 0.05, 0.05})), {-0.09, 0.01, 0}, {1, 0.1, 0});
   thrown.orientation = random_rotation(random);
   thrown.angular_velocity = random_vector(random, 5);
-  config.bodies = {thrown, body("block", BodyType::elastic, box({0.06, 0.06, 0.06}))};
+  config.bodies = {thrown, body("block", BodyKind::elastic, box({0.06, 0.06, 0.06}))};
   const Scene scene = sampled(config);
   const auto simulation = simulate(scene);
   Snapshot snapshot;
@@ -136,8 +136,8 @@ TEST(ElasticContact, NothingPassesThroughAThinPlate) {
     SceneConfig config = soft_scene(0.3);
     config.gravity.setZero();
     config.numerics.max_speed = 2;
-    config.bodies = {at(body("plate", BodyType::fixed, box({0.3, 0.3, kSpacing})), {0, 0, -0.5 * kSpacing}),
-                     at(body("ball", BodyType::elastic, sphere(0.04)), {0, 0, 0.045}, {0, 0, -speed})};
+    config.bodies = {at(body("plate", BodyKind::fixed, box({0.3, 0.3, kSpacing})), {0, 0, -0.5 * kSpacing}),
+                     at(body("ball", BodyKind::elastic, sphere(0.04)), {0, 0, 0.045}, {0, 0, -speed})};
     const auto simulation = simulate(sampled(config));
     run(*simulation, 0.3);
     Snapshot snapshot;
@@ -154,8 +154,8 @@ TEST(ElasticContact, NothingPassesThroughAThinPlate) {
 // pushed up, and hardly to the side.
 TEST(ElasticContact, AHandPressesAndDrawsATool) {
   SceneConfig config = soft_scene(0, 5e4);
-  config.bodies = {plate(), at(body("block", BodyType::elastic, box({0.16, 0.08, 0.03})), {0, 0, 0.015}),
-                   at(body("tool", BodyType::rigid, sphere(0.03)), {-0.03, 0, 0.061})};
+  config.bodies = {plate(), at(body("block", BodyKind::elastic, box({0.16, 0.08, 0.03})), {0, 0, 0.015}),
+                   at(body("tool", BodyKind::rigid, sphere(0.03)), {-0.03, 0, 0.061})};
   config.bodies[1].bonded_to = {"plate"};
   ProxyConfig proxy;
   proxy.body = "tool";

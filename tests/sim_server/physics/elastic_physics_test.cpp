@@ -76,7 +76,7 @@ double pulse_speed(Scene& scene, int axis, double first, double second) {
 TEST_P(ElasticIn, WavesRunAtTheSpeedOfYoungsModulus) {
   constexpr double young = 1e5, speed = 10;
   Scene scene = with_material(young, 0.3, 0, GetParam());
-  add_body(scene, "bar", BodyType::elastic, 0, {0, 0, 0}, {1, 3 * kSpacing, 3 * kSpacing});
+  add_body(scene, "bar", BodyKind::elastic, 0, {0, 0, 0}, {1, 3 * kSpacing, 3 * kSpacing});
   const double measured = pulse_speed(scene, 0, 0.5, 0.8);
   RecordProperty("speed_over_exact", std::to_string(measured / speed));
   EXPECT_TRUE(within(measured / speed - 1, tol::kWaveSpeed,
@@ -95,7 +95,7 @@ TEST_P(ElasticIn, WavesInBulkRunAtTheirTwoSpeeds) {
     scene.config.domain_min = scene.bounds_min = {-1, 0, 0};
     scene.config.domain_max = scene.bounds_max = {2, across, across};
     scene.config.periodic = {false, true, true};
-    add_body(scene, "slab", BodyType::elastic, 0, {0, 0, 0}, {1, across, across});
+    add_body(scene, "slab", BodyKind::elastic, 0, {0, 0, 0}, {1, across, across});
     return pulse_speed(scene, axis, first, second);
   };
   const double along = std::sqrt((lambda + 2 * mu) / 1000), aside = std::sqrt(mu / 1000);
@@ -117,8 +117,8 @@ TEST_P(ElasticIn, HangingColumnStretchesByItsWeight) {
   Scene scene = with_material(young, 0, 20, GetParam());
   scene.config.gravity = {-9.81, 0, 0};
   const auto clamp =
-      add_body(scene, "clamp", BodyType::fixed, 0, {length, 0, 0}, {length + 3 * kSpacing, 5 * kSpacing, 5 * kSpacing});
-  const auto column = add_body(scene, "column", BodyType::elastic, 0, {0, 0, 0}, {length, 5 * kSpacing, 5 * kSpacing});
+      add_body(scene, "clamp", BodyKind::fixed, 0, {length, 0, 0}, {length + 3 * kSpacing, 5 * kSpacing, 5 * kSpacing});
+  const auto column = add_body(scene, "column", BodyKind::elastic, 0, {0, 0, 0}, {length, 5 * kSpacing, 5 * kSpacing});
   scene.bodies[column].bonded_to = {clamp};
   scene.config.probes.push_back(probe_of("clamp"));
   const auto simulation = simulate(scene);
@@ -147,7 +147,7 @@ TEST_P(ElasticIn, HangingColumnStretchesByItsWeight) {
 // Far-fetched, but hands do such things: a block turned inside out finds back to its shape.
 TEST(ElasticBody, InvertedBlockRecovers) {
   Scene scene = with_material(1e4, 0.3, 10);
-  const auto block = add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, Eigen::Vector3d::Constant(6 * kSpacing));
+  const auto block = add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, Eigen::Vector3d::Constant(6 * kSpacing));
   // a throw that squeezes its ends through one another
   for (std::size_t i = 0; i < scene.position.size(); ++i)
     scene.velocity[i].x() = -60 * (scene.position[i].x() - 3 * kSpacing);
@@ -172,7 +172,7 @@ TEST_P(ElasticIn, TooSmallOnesFallLikeStones) {
   for (int count = 1; count <= 3; ++count) {
     Scene scene = with_material(1e5, 0.3, 0, GetParam());
     scene.config.gravity = {0, 0, -9.81};
-    add_body(scene, "crumb", BodyType::elastic, 0, {0, 0, 0}, {count * kSpacing, kSpacing, kSpacing});
+    add_body(scene, "crumb", BodyKind::elastic, 0, {0, 0, 0}, {count * kSpacing, kSpacing, kSpacing});
     const auto simulation = simulate(scene);
     for (int k = 0; k < 200; ++k) ASSERT_TRUE(simulation->step({}).health.ok);
     Snapshot snapshot;
@@ -190,9 +190,9 @@ TEST_P(ElasticIn, TooSmallOnesFallLikeStones) {
 // A plate presses a block of jelly 6 mm down within 0.1 s and stops: with damping its force has settled 0.2 s later.
 TEST_P(ElasticIn, WithDampingTheForceSettles) {
   Scene scene = with_material(2e4, 0.4, 20, GetParam());
-  const auto clamp = add_body(scene, "clamp", BodyType::fixed, 0, {0, 0, -0.02}, {0.06, 0.06, 0});
-  const auto plate = add_body(scene, "plate", BodyType::rigid, 0, {0, 0, 0.06}, {0.06, 0.06, 0.08});
-  const auto jelly = add_body(scene, "jelly", BodyType::elastic, 0, {0, 0, 0}, {0.06, 0.06, 0.06});
+  const auto clamp = add_body(scene, "clamp", BodyKind::fixed, 0, {0, 0, -0.02}, {0.06, 0.06, 0});
+  const auto plate = add_body(scene, "plate", BodyKind::rigid, 0, {0, 0, 0.06}, {0.06, 0.06, 0.08});
+  const auto jelly = add_body(scene, "jelly", BodyKind::elastic, 0, {0, 0, 0}, {0.06, 0.06, 0.06});
   scene.bodies[jelly].bonded_to = {clamp, plate};
   scene.proxies.push_back({0, plate, Eigen::Vector3d::Zero(), {1e6, 1e4, 1e4, 1e2}});
   const auto simulation = simulate(scene);
@@ -221,7 +221,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, ElasticIn, ::testing::ValuesIn(methods()),
 TEST(ElasticBody, StiffOnesStayBounded) {
   for (const double young : {1e3, 1e7}) {
     Scene scene = with_material(young, 0.49, 0);
-    add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, {6 * kSpacing, 5 * kSpacing, 5 * kSpacing});
+    add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, {6 * kSpacing, 5 * kSpacing, 5 * kSpacing});
     for (std::size_t i = 0; i < scene.position.size(); ++i) {
       const Eigen::Vector3d r = scene.position[i] - scene.bodies[0].position;
       scene.velocity[i] = std::sqrt(young / 1000) * Eigen::Vector3d(1.5 * r.x(), r.x() - 0.8 * r.y(), -0.8 * r.z());
@@ -271,7 +271,7 @@ TEST(ElasticBody, PapersFormDoesNotFeedItsMotion) {
 
 TEST(ElasticBody, AloneItLaunchesNothingForOthers) {
   Scene scene = with_material(1e5, 0.3, 0);
-  add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, Eigen::Vector3d::Constant(4 * kSpacing));
+  add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, Eigen::Vector3d::Constant(4 * kSpacing));
   const auto simulation = simulate(scene);
   simulation->step({});
   const Footprint footprint = simulation->footprint();

@@ -38,7 +38,7 @@ class ElasticTest : public RandomCase {
 
 Scene block(int nx, int ny, int nz, double spacing = kSpacing) {
   Scene scene = elastic_scene(spacing);
-  add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, {nx * spacing, ny * spacing, nz * spacing});
+  add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, {nx * spacing, ny * spacing, nz * spacing});
   return scene;
 }
 

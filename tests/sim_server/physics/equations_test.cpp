@@ -45,7 +45,7 @@ Residuals compare(const Restated& w, const Snapshot& s) {
     }
     r.position = std::max(r.position, d.norm() / w.scene->spacing);
     r.velocity = std::max(r.velocity, (vector_at(s.velocity, i) - w.v[i]).norm() / v_scale);
-    if (body.type != BodyType::fluid) continue;
+    if (body.type != BodyKind::fluid) continue;
     const double acting = w.plan.tension ? w.p[i] : std::max(0.0, w.p[i]);
     r.pressure = std::max(r.pressure, std::abs(s.pressure[i] - acting) / p_scale);
     r.density = std::max(r.density, std::abs(s.density[i] * w.V[i] / w.m[i] - 1));
@@ -61,7 +61,7 @@ void expect_bodies_agree(const Restated& w, const StepOutput& out) {
   }
   for (std::size_t k = 0; k < w.body.size(); ++k) {
     const Body& body = w.scene->bodies[k];
-    if (body.type == BodyType::fluid) continue;
+    if (body.type == BodyKind::fluid) continue;
     SCOPED_TRACE("body " + body.name);
     const RestatedBody& b = w.body[k];
     const BodyOutput& o = out.bodies[k];

@@ -16,13 +16,13 @@ using testing_support::body;
 using testing_support::box;
 
 BodyConfig floor(double temperature) {
-  return at_temperature(at(body("floor", BodyType::fixed, box({1.2, 0.2, 0.02})), {0, 0, -0.01}), temperature);
+  return at_temperature(at(body("floor", BodyKind::fixed, box({1.2, 0.2, 0.02})), {0, 0, -0.01}), temperature);
 }
 
 Scene level(double friction) {
   SceneConfig config = frozen_scene(friction);
   config.bodies = {floor(280),
-                   of_ice(at(body("ice", BodyType::elastic, box({0.06, 0.06, 0.04})), {-0.5, 0, 0.02}), 280)};
+                   of_ice(at(body("ice", BodyKind::elastic, box({0.06, 0.06, 0.04})), {-0.5, 0, 0.02}), 280)};
   return sampled(config);
 }
 
@@ -66,7 +66,7 @@ TEST(FrozenContact, FreezingAtAWallStoresNoEnergy) {
     SceneConfig config = frozen_scene(0.3);
     config.gravity.setZero();
     config.bodies = {floor(280),
-                     of_ice(at(body("water", BodyType::fluid, box({0.06, 0.06, 0.04})), {0, 0, 0.02}), 280)};
+                     of_ice(at(body("water", BodyKind::fluid, box({0.06, 0.06, 0.04})), {0, 0, 0.02}), 280)};
     Scene scene = sampled(config);
     const Body& water = scene.bodies[1];
     for (std::size_t i = water.first; i < water.first + water.count; ++i) {
@@ -85,8 +85,8 @@ TEST(FrozenContact, KeepsMomentum) {
   config.gravity.setZero();
   config.numerics.max_speed = 1;
   config.bodies = {
-      of_ice(at(body("ice", BodyType::elastic, box({0.06, 0.06, 0.04})), {0, 0, 0}), 280),
-      at_temperature(at(body("box", BodyType::rigid, box({0.04, 0.04, 0.04})), {0.01, 0.015, 0.05}, {0.1, 0.05, -0.5}),
+      of_ice(at(body("ice", BodyKind::elastic, box({0.06, 0.06, 0.04})), {0, 0, 0}), 280),
+      at_temperature(at(body("box", BodyKind::rigid, box({0.04, 0.04, 0.04})), {0.01, 0.015, 0.05}, {0.1, 0.05, -0.5}),
                      280)};
   const Scene scene = sampled(config);
   const auto simulation = simulate(scene);

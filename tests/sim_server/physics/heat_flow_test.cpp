@@ -33,7 +33,7 @@ std::uint32_t add_conductor(Scene& scene, double k) {
 
 // A piece of the bar, at one temperature.
 Body& add_piece(Scene& scene, const std::string& name, std::uint32_t material, double low, double high, double T,
-                BodyType type = BodyType::fixed) {
+                BodyKind type = BodyKind::fixed) {
   add_body(scene, name, type, material, {low, 0, 0}, {high, kDeep, kDeep});
   scene.temperature.resize(scene.position.size(), T);
   return scene.bodies.back();
@@ -77,7 +77,7 @@ TEST(HeatFlow, ASemiInfiniteBodyWarmsFromItsEnd) {
 }
 
 // Two half-spaces that touch at x = 0: there it soon is (e1 T1 + e2 T2) / (e1 + e2), e = sqrt(k rho c).
-void expect_half_spaces(double k, BodyType right, double between, const std::string& title) {
+void expect_half_spaces(double k, BodyKind right, double between, const std::string& title) {
   const double until = 0.02, left_end = -4 * std::sqrt(until), right_end = 4 * std::sqrt(k * until);
   Scene scene = bar(left_end, right_end);
   add_piece(scene, "left", add_conductor(scene, 1), left_end, 0, 0);
@@ -105,14 +105,14 @@ void expect_half_spaces(double k, BodyType right, double between, const std::str
 }
 
 TEST(HeatFlow, HalfSpacesOfOneMaterialMeet) {
-  expect_half_spaces(1, BodyType::fixed, 0.5, "D17 two half-spaces of one material");
+  expect_half_spaces(1, BodyKind::fixed, 0.5, "D17 two half-spaces of one material");
 }
 
 TEST(HeatFlow, ABetterConductorMeets) {
-  expect_half_spaces(10, BodyType::fixed, 0.759747, "D17 two half-spaces, one conducts ten times better");
+  expect_half_spaces(10, BodyKind::fixed, 0.759747, "D17 two half-spaces, one conducts ten times better");
 }
 
-TEST(HeatFlow, AFluidMeetsASolid) { expect_half_spaces(1, BodyType::fluid, 0.5, "D17 a fluid and a solid half-space"); }
+TEST(HeatFlow, AFluidMeetsASolid) { expect_half_spaces(1, BodyKind::fluid, 0.5, "D17 a fluid and a solid half-space"); }
 
 TEST(HeatFlow, ASineDecays) {
   for (const double ratio : {2.0, 3.0}) {
@@ -227,7 +227,7 @@ TEST(HeatFlow, ACubeLosesHeatOnAllSides) {
   scene.bounds_min = {-1, -1, -1};
   scene.bounds_max = {1, 1, 1};
   const auto stuff = add_conductor(scene, 1);
-  add_body(scene, "cube", BodyType::fixed, stuff, {-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3});
+  add_body(scene, "cube", BodyKind::fixed, stuff, {-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3});
   scene.temperature.assign(scene.position.size(), 400);
   expect_cooling(scene, 6 * 0.36, 0.216, tol::kCubeLoss, "Cube that loses heat to air on all sides: rate");
 }
@@ -241,9 +241,9 @@ TEST(HeatFlow, ABallCoolsInAShell) {
   scene.config.rate_hz = 400;
   const auto stuff = add_conductor(scene, 1);
   const auto low = scene.config.domain_min, high = scene.config.domain_max;
-  add_body(scene, "ball", BodyType::fixed, stuff, low, high, [](const auto& x) { return x.norm() < radius; });
+  add_body(scene, "ball", BodyKind::fixed, stuff, low, high, [](const auto& x) { return x.norm() < radius; });
   scene.temperature.assign(scene.position.size(), 1);
-  add_body(scene, "shell", BodyType::fixed, stuff, low, high,
+  add_body(scene, "shell", BodyKind::fixed, stuff, low, high,
            [](const auto& x) { return x.norm() >= radius && x.norm() < shell; });
   scene.temperature.resize(scene.position.size(), 0);
   scene.bodies[1].holds_temperature = true;

@@ -136,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(Domains, HeatStep,
                                            std::array<bool, 3>{true, true, true}),
                          [](const auto& param) { return param.param[0] ? "periodic" : "closed"; });
 
-Scene cold_block(BodyType type = BodyType::fixed) {
+Scene cold_block(BodyKind type = BodyKind::fixed) {
   Scene scene = empty_scene(0.1, {-1, -1, -1}, {1, 1, 1});
   scene.config.gravity.setZero();
   const auto stuff = add_material(scene, 1000, 0.1);
@@ -200,7 +200,7 @@ TEST(HeatZones, HoldATemperature) {
 
 // A box that a turned, turning and moving body carries along heats the same particles all the way.
 TEST(HeatZones, MoveWithTheirBody) {
-  Scene scene = cold_block(BodyType::rigid);
+  Scene scene = cold_block(BodyKind::rigid);
   Body& body = scene.bodies[0];
   scene.config.materials[0].conductivity = 0;
   scene.config.periodic = {true, false, false};
@@ -244,7 +244,7 @@ TEST(Heat, TheLimitIsReal) {
       scene.config.periodic = {true, true, true};
       scene.bodies.clear();
       scene.position.clear(), scene.velocity.clear(), scene.volume.clear(), scene.body.clear();
-      add_body(scene, "block", BodyType::fixed, 0, scene.bounds_min, scene.bounds_max);
+      add_body(scene, "block", BodyKind::fixed, 0, scene.bounds_min, scene.bounds_max);
       scene.config.materials[0].conductivity = 1e6;
       scene.config.numerics.support_over_spacing = ratio;
       scene.temperature.clear();
@@ -305,11 +305,11 @@ Names added(const Names& base, const Names& more) {
 }
 
 TEST(Lightness, HeatIsPaidForWhereItFlows) {
-  Scene still = cold_block(BodyType::fluid);
+  Scene still = cold_block(BodyKind::fluid);
   still.config.materials[0].conductivity = 0;
-  Scene zoned = cold_block(BodyType::fluid);
+  Scene zoned = cold_block(BodyKind::fluid);
   add_zone(zoned, {0, 0, 0}, {1, 1, 1});
-  const Contents without = contents_of(still), with = contents_of(cold_block(BodyType::fluid)),
+  const Contents without = contents_of(still), with = contents_of(cold_block(BodyKind::fluid)),
                  more = contents_of(zoned);
   for (const std::string& name : without.arrays) {
     EXPECT_EQ(name.find("heat"), std::string::npos) << name;

@@ -28,7 +28,7 @@ Scene block(const std::array<int, 3>& n) {
   scene.config.materials[0].damping = 500;
   scene.config.numerics.elastic_solver = ElasticSolver::implicit;
   scene.config.numerics.sub_steps = 1;
-  add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, kSpacing * Vector3d(n[0], n[1], n[2]));
+  add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, kSpacing * Vector3d(n[0], n[1], n[2]));
   return scene;
 }
 

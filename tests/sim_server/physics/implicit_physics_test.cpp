@@ -28,7 +28,7 @@ Scene with_material(double young, double poisson = 0.3) {
 
 Scene block(double young, double poisson, const Vector3d& size) {
   Scene scene = with_material(young, poisson);
-  add_body(scene, "block", BodyType::elastic, 0, -0.5 * kSpacing * size, 0.5 * kSpacing * size);
+  add_body(scene, "block", BodyKind::elastic, 0, -0.5 * kSpacing * size, 0.5 * kSpacing * size);
   return scene;
 }
 
@@ -113,8 +113,8 @@ TEST(ImplicitElastic, HangingColumnsStretchByTheirWeight) {
   constexpr double young = 1e8, length = 0.16, across = 4 * kSpacing;
   Scene scene = with_material(young, 0);
   scene.config.gravity = {-kGravity, 0, 0};
-  const auto clamp = add_body(scene, "clamp", BodyType::fixed, 0, {length, 0, 0}, {length + 0.03, across, across});
-  const auto column = add_body(scene, "column", BodyType::elastic, 0, {0, 0, 0}, {length, across, across});
+  const auto clamp = add_body(scene, "clamp", BodyKind::fixed, 0, {length, 0, 0}, {length + 0.03, across, across});
+  const auto column = add_body(scene, "column", BodyKind::elastic, 0, {0, 0, 0}, {length, across, across});
   scene.bodies[column].bonded_to = {clamp};
   scene.config.probes.push_back(probe_of("clamp"));
   const auto simulation = simulate(scene);
@@ -217,8 +217,8 @@ TEST(ImplicitElastic, FallenBlocksLieStill) {
   config.numerics.elastic_solver = ElasticSolver::implicit;
   using testing_support::body;
   using testing_support::box;
-  config.bodies = {palp::test::at(body("plate", BodyType::fixed, box({0.2, 0.2, 0.02})), {0, 0, -0.01}),
-                   palp::test::at(body("block", BodyType::elastic, box({0.06, 0.05, 0.04})), {0, 0, 0.022})};
+  config.bodies = {palp::test::at(body("plate", BodyKind::fixed, box({0.2, 0.2, 0.02})), {0, 0, -0.01}),
+                   palp::test::at(body("block", BodyKind::elastic, box({0.06, 0.05, 0.04})), {0, 0, 0.022})};
   config.probes.push_back(probe_of("plate"));
   const Scene scene = sampled(config);
   const auto simulation = simulate(scene);
@@ -296,7 +296,7 @@ TEST(ImplicitElastic, ThePlanSaysWhatCannotBeSolved) {
   EXPECT_EQ(refusal([](Scene& s) { s.config.method = Method::paper; }), "method \"paper\" has no implicit solve");
   EXPECT_EQ(
       refusal([](Scene& s) {
-        s.bodies[0].bonded_to = {add_body(s, "lid", BodyType::rigid, 0, {-0.03, -0.02, 0.02}, {0.03, 0.02, 0.04})};
+        s.bodies[0].bonded_to = {add_body(s, "lid", BodyKind::rigid, 0, {-0.03, -0.02, 0.02}, {0.03, 0.02, 0.04})};
       }),
       "body 'block' is bonded to 'lid', which moves");
 }

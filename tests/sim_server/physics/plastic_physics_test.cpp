@@ -40,9 +40,9 @@ double energy_of(const Scene& scene, const Snapshot& s) {
 TEST(PlasticBody, PulledBarStaysLonger) {
   Scene scene = with_dough(0);
   const double length = 0.16, side = 4 * kSpacing, area = side * side;
-  const auto clamp = add_body(scene, "clamp", BodyType::fixed, 0, {-2 * kSpacing, 0, 0}, {0, side, side});
-  const auto grip = add_body(scene, "grip", BodyType::rigid, 0, {length, 0, 0}, {length + 2 * kSpacing, side, side});
-  const auto bar = add_body(scene, "bar", BodyType::elastic, 0, {0, 0, 0}, {length, side, side});
+  const auto clamp = add_body(scene, "clamp", BodyKind::fixed, 0, {-2 * kSpacing, 0, 0}, {0, side, side});
+  const auto grip = add_body(scene, "grip", BodyKind::rigid, 0, {length, 0, 0}, {length + 2 * kSpacing, side, side});
+  const auto bar = add_body(scene, "bar", BodyKind::elastic, 0, {0, 0, 0}, {length, side, side});
   scene.bodies[bar].bonded_to = {clamp, grip};
   scene.proxies.push_back({0, grip, Eigen::Vector3d::Zero(), {1e6, 1e4, 1e4, 1e2}});
   const auto simulation = simulate(scene);
@@ -90,7 +90,7 @@ TEST(PlasticBody, EnergyNeverGrows) {
     Scene scene = with_dough(hardening);
     scene.config.materials[0].damping = 0;
     scene.config.numerics.safety = 0.25;  // symplectic Euler's energy ripples in proportion
-    add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, {8 * kSpacing, 6 * kSpacing, 6 * kSpacing});
+    add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, {8 * kSpacing, 6 * kSpacing, 6 * kSpacing});
     const Eigen::Vector3d middle = scene.bodies[0].position;
     for (std::size_t i = 0; i < scene.position.size(); ++i) {
       const Eigen::Vector3d r = scene.position[i] - middle;
@@ -131,7 +131,7 @@ TEST(Lightness, PlasticityIsPaidForWhereSomethingYields) {
   const auto arrays = [](bool yields) {
     Scene scene = with_dough(0);
     if (!yields) scene.config.materials[0].yield_stress.reset();
-    add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, Eigen::Vector3d::Constant(4 * kSpacing));
+    add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, Eigen::Vector3d::Constant(4 * kSpacing));
     Names names;
     for (const auto& [name, bytes] : simulate(scene)->footprint().arrays) names.insert(name);
     return names;

@@ -68,7 +68,7 @@ struct Particle {
   explicit Particle(double hardening) {
     Scene scene = empty_scene(kSpacing, {-1, -1, -1}, {1, 1, 1});
     scene.config.materials.push_back(dough(hardening));
-    add_body(scene, "dough", BodyType::elastic, 0, {0, 0, 0}, Vector3d::Constant(kSpacing));
+    add_body(scene, "dough", BodyKind::elastic, 0, {0, 0, 0}, Vector3d::Constant(kSpacing));
     m = make_medium(scene, make_plan(scene)).material[0];
   }
   Matrix3d stress(const Matrix3d& F) { return plastic_stress(m, F.cast<real>(), q, inverse, hardened).cast<double>(); }
@@ -171,7 +171,7 @@ TEST_F(PlasticTest, SurvivesAnything) {
 Scene bar(double hardening) {
   Scene scene = empty_scene(kSpacing, {-1, -1, -1}, {1, 1, 1});
   scene.config.materials.push_back(dough(hardening));
-  add_body(scene, "bar", BodyType::elastic, 0, {0, 0, 0}, {12 * kSpacing, 4 * kSpacing, 4 * kSpacing});
+  add_body(scene, "bar", BodyKind::elastic, 0, {0, 0, 0}, {12 * kSpacing, 4 * kSpacing, 4 * kSpacing});
   return scene;
 }
 

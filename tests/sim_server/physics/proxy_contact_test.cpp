@@ -25,8 +25,8 @@ SceneConfig plate_and_tool(const ShapeConfig& shape, double volume, double mass,
   config.materials.push_back(config.materials[0]);
   config.materials[1].name = "tool";
   config.materials[1].density = mass / volume;
-  config.bodies.push_back(at(body("plate", BodyType::fixed, box({0.2, 0.2, 0.04})), {0, 0, -0.02}));
-  BodyConfig tool = at(body("tool", BodyType::rigid, shape), place, velocity);
+  config.bodies.push_back(at(body("plate", BodyKind::fixed, box({0.2, 0.2, 0.04})), {0, 0, -0.02}));
+  BodyConfig tool = at(body("tool", BodyKind::rigid, shape), place, velocity);
   tool.material = "tool";
   config.bodies.push_back(tool);
   ProxyConfig proxy;
@@ -124,8 +124,8 @@ TEST(ProxyContact, ToolsComeToRestInACorner) {
     SCOPED_TRACE(::testing::Message() << mass << " kg, " << stiffness << " N/m");
     const Vector3d place(0.05, 0.05, 0.05);
     SceneConfig config = plate_and_tool(box({0.04, 0.04, 0.04}), 6.4e-5, mass, place, Vector3d::Zero());
-    config.bodies.push_back(at(body("left", BodyType::fixed, box({0.04, 0.2, 0.2})), {-0.02, 0, 0.1}));
-    config.bodies.push_back(at(body("back", BodyType::fixed, box({0.2, 0.04, 0.2})), {0.101, -0.02, 0.1}));
+    config.bodies.push_back(at(body("left", BodyKind::fixed, box({0.04, 0.2, 0.2})), {-0.02, 0, 0.1}));
+    config.bodies.push_back(at(body("back", BodyKind::fixed, box({0.2, 0.04, 0.2})), {0.101, -0.02, 0.1}));
     const auto simulation = simulate(sampled(config));
     StepInput input = held(place, {stiffness, 5, 20, 0.1});
     const Vector3d way = 0.08 * (Vector3d(-1, -1, -1) + 0.5 * random_vector(random, 1)).normalized();

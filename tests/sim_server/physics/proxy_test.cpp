@@ -14,7 +14,7 @@ namespace {
 Scene lone_tool() {
   Scene scene = empty_scene(0.02, {-1, -1, -1}, {1, 1, 1});
   const auto steel = add_material(scene, 2000, 0);
-  const auto body = add_body(scene, "tool", BodyType::rigid, steel, {-0.06, -0.02, -0.02}, {0.06, 0.02, 0.02});
+  const auto body = add_body(scene, "tool", BodyKind::rigid, steel, {-0.06, -0.02, -0.02}, {0.06, 0.02, 0.02});
   Proxy proxy;
   proxy.body = body;
   proxy.handle = {0.08, 0, 0.03};
@@ -171,7 +171,7 @@ TEST(Proxy, GainsAreClippedToItsLimit) {
 TEST(Proxy, BlendIsSmallInTheAirAndLargeAtAWall) {
   Scene scene = lone_tool();
   scene.config.gravity.setZero();
-  const auto wall = add_body(scene, "wall", BodyType::fixed, 0, {0.1, -0.2, -0.2}, {0.2, 0.2, 0.2});
+  const auto wall = add_body(scene, "wall", BodyKind::fixed, 0, {0.1, -0.2, -0.2}, {0.2, 0.2, 0.2});
   (void)wall;
   const auto simulation = simulate(scene);
   StepInput input = held_at(scene, {1000, 20, 50, 0.5});

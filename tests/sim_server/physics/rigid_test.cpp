@@ -16,7 +16,7 @@ Scene lone_body(double rate_hz, Method method) {
   scene.config.method = method;
   scene.config.rate_hz = rate_hz;
   const auto wood = add_material(scene, 500, 0);
-  add_body(scene, "box", BodyType::rigid, wood, {-0.2, -0.1, -0.1}, {0.2, 0.1, 0.1});
+  add_body(scene, "box", BodyKind::rigid, wood, {-0.2, -0.1, -0.1}, {0.2, 0.1, 0.1});
   return scene;
 }
 
@@ -100,8 +100,8 @@ double resting_height(int across, double drop, double& kinetic_energy, bool& ok)
   const double half = 0.5 * across * dx, reach = half + 0.02;
   Scene scene = empty_scene(dx, {-reach, -reach, -0.05}, {reach, reach, 0.5});
   const auto wood = add_material(scene, 500, 0);
-  add_body(scene, "floor", BodyType::fixed, wood, {-reach, -reach, -0.03}, {reach, reach, 0});
-  const auto block = add_body(scene, "block", BodyType::rigid, wood, {-half, -half, drop}, {half, half, drop + 0.04});
+  add_body(scene, "floor", BodyKind::fixed, wood, {-reach, -reach, -0.03}, {reach, reach, 0});
+  const auto block = add_body(scene, "block", BodyKind::rigid, wood, {-half, -half, drop}, {half, half, drop + 0.04});
   const auto simulation = simulate(scene);
   const StepOutput* out = nullptr;
   for (int k = 0; k < 800; ++k) out = &simulation->step({});

@@ -27,7 +27,7 @@ Piece piece_of(const Scene& scene, Simulation& simulation, std::uint32_t body) {
 
 // What stands under its weight is in balance still when it becomes rigid, and when it is soft again.
 TEST(RigidPiece, RestsOnAFloor) {
-  Scene scene = on_a_floor(BodyType::elastic, kMelting - 1);
+  Scene scene = on_a_floor(BodyKind::elastic, kMelting - 1);
   scene.config.materials[0].rigid_below = kMelting - 5;
   scene.config.materials[0].damping = 30;
   const double kelvin = mass_of(scene) * kCapacity / kLatent;
@@ -71,10 +71,10 @@ Scene pool(double density, double low, std::uint32_t liquid) {
   const auto in_block = [=](const Eigen::Vector3d& x) {
     return std::abs(x.x() - 0.06) < 0.03 && std::abs(x.y() - 0.06) < 0.03 && x.z() > low && x.z() < low + 0.02;
   };
-  add_body(scene, "floor", BodyType::fixed, 1, {0, 0, -0.03}, {0.12, 0.12, 0});
-  add_body(scene, "liquid", BodyType::fluid, liquid, {0, 0, 0}, {0.12, 0.12, 0.06},
+  add_body(scene, "floor", BodyKind::fixed, 1, {0, 0, -0.03}, {0.12, 0.12, 0});
+  add_body(scene, "liquid", BodyKind::fluid, liquid, {0, 0, 0}, {0.12, 0.12, 0.06},
            [=](const Eigen::Vector3d& x) { return !in_block(x); });
-  add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, {0.12, 0.12, 0.12}, in_block);
+  add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, {0.12, 0.12, 0.12}, in_block);
   for (const std::uint32_t b : scene.body) scene.temperature.push_back(kMelting + (b == 2 ? -6 : 5));
   return scene;
 }

@@ -72,7 +72,7 @@ TEST_F(Rigidify, KeepsMomentaAndAddsNoEnergy) {
   for (int round = 0; round < 3; ++round) {
     Scene scene = freezing_scene();
     const Eigen::Vector3d shape = Eigen::Vector3d(1, between(0.3, 1), between(0.5, 1));
-    add_body(scene, "lump", BodyType::elastic, 0, {-0.04, -0.04, -0.04}, {0.04, 0.04, 0.04},
+    add_body(scene, "lump", BodyKind::elastic, 0, {-0.04, -0.04, -0.04}, {0.04, 0.04, 0.04},
              [&](const Eigen::Vector3d& x) { return x.cwiseQuotient(shape).norm() < 0.04; });
     set_moving(scene, 0.2, 5, 0.05);
     scene.temperature.assign(scene.position.size(), kMelting - 1);
@@ -124,7 +124,7 @@ TEST_F(Rigidify, KeepsMomentaAndAddsNoEnergy) {
 // The middle of a rigid bar melts and freezes: two rigid bodies, then one.
 TEST_F(Rigidify, RigidPiecesSplitAndMerge) {
   Scene scene = freezing_scene();
-  add_body(scene, "bar", BodyType::elastic, 0, {-0.06, -0.015, -0.015}, {0.06, 0.015, 0.015});
+  add_body(scene, "bar", BodyKind::elastic, 0, {-0.06, -0.015, -0.015}, {0.06, 0.015, 0.015});
   set_moving(scene, 0.01, 0.1, 0.02);  // the middle stays in the zone
   scene.temperature.assign(scene.position.size(), kMelting - 6);
   for (const double sign : {1.0, -1.0}) {
@@ -154,7 +154,7 @@ TEST_F(Rigidify, FewParticlesFlyOn) {
   for (const Eigen::Vector3i& n : {Eigen::Vector3i(1, 1, 1), {2, 1, 1}, {5, 1, 1}, {4, 3, 1}}) {
     SCOPED_TRACE(::testing::Message() << n.transpose());
     Scene scene = freezing_scene();
-    add_body(scene, "few", BodyType::elastic, 0, Eigen::Vector3d::Zero(), kSpacing * n.cast<double>());
+    add_body(scene, "few", BodyKind::elastic, 0, Eigen::Vector3d::Zero(), kSpacing * n.cast<double>());
     set_moving(scene, 0.2, 40, 0);
     scene.temperature.assign(scene.position.size(), kMelting - 6);
     const auto simulation = simulate(scene);
@@ -174,7 +174,7 @@ TEST_F(Rigidify, FewParticlesFlyOn) {
 TEST_F(Rigidify, MorePiecesThanThereIsRoomForStaySoft) {
   Scene scene = freezing_scene();
   const auto alone = [](double x) { return static_cast<int>(std::floor(x / kSpacing)) % 3 == 0; };
-  add_body(scene, "grains", BodyType::elastic, 0, {0, 0, 0}, {0.15, 0.15, 0.09},
+  add_body(scene, "grains", BodyKind::elastic, 0, {0, 0, 0}, {0.15, 0.15, 0.09},
            [&](const Eigen::Vector3d& x) { return alone(x.x()) && alone(x.y()) && alone(x.z()); });
   set_moving(scene, 0.1, 0, 0.01);
   scene.temperature.assign(scene.position.size(), kMelting - 6);
@@ -197,7 +197,7 @@ TEST_F(Rigidify, WhatHasSetIsRigidWhereThatIsAsked) {
     m.rigid_when_set = asked;
     m.cooking_temperature = 310;
     m.cooking_time = 0.05;
-    add_body(scene, "batter", BodyType::fluid, 0, {0, 0, 0}, {0.03, 0.03, 0.03});
+    add_body(scene, "batter", BodyKind::fluid, 0, {0, 0, 0}, {0.03, 0.03, 0.03});
     scene.temperature.assign(scene.position.size(), 350);
     const auto simulation = simulate(scene);
     run_until(*simulation, 0.03);
@@ -212,9 +212,9 @@ TEST_F(Rigidify, WhatHoldsAToolStaysSoft) {
   Scene scene = freezing_scene();
   add_material(scene, 1000, 0.1);
   scene.config.materials[1].heat_capacity = kCapacity;
-  const auto tool = add_body(scene, "tool", BodyType::rigid, 1, {-0.02, -0.02, 0}, {0.02, 0.02, 0.04});
-  const auto coat = add_body(scene, "coat", BodyType::elastic, 0, {-0.02, -0.02, 0.04}, {0.02, 0.02, 0.06});
-  add_body(scene, "crumb", BodyType::elastic, 0, {-0.02, -0.02, 0.1}, {0.02, 0.02, 0.12});
+  const auto tool = add_body(scene, "tool", BodyKind::rigid, 1, {-0.02, -0.02, 0}, {0.02, 0.02, 0.04});
+  const auto coat = add_body(scene, "coat", BodyKind::elastic, 0, {-0.02, -0.02, 0.04}, {0.02, 0.02, 0.06});
+  add_body(scene, "crumb", BodyKind::elastic, 0, {-0.02, -0.02, 0.1}, {0.02, 0.02, 0.12});
   scene.bodies[coat].bonded_to.push_back(tool);
   scene.temperature.assign(scene.position.size(), kMelting - 6);
   const auto simulation = simulate(scene);
@@ -228,8 +228,8 @@ TEST_F(Rigidify, WhatHoldsAToolStaysSoft) {
 
 TEST_F(Rigidify, RunsRepeatBitForBit) {
   Scene scene = freezing_scene();
-  add_body(scene, "bar", BodyType::elastic, 0, {-0.06, -0.015, -0.015}, {0.06, 0.015, 0.015});
-  add_body(scene, "melt", BodyType::fluid, 0, {-0.06, -0.015, 0.02}, {0.06, 0.015, 0.05});
+  add_body(scene, "bar", BodyKind::elastic, 0, {-0.06, -0.015, -0.015}, {0.06, 0.015, 0.015});
+  add_body(scene, "melt", BodyKind::fluid, 0, {-0.06, -0.015, 0.02}, {0.06, 0.015, 0.05});
   set_moving(scene, 0.1, 1, 0.05);
   for (const std::uint32_t b : scene.body)
     scene.temperature.push_back(b == 0 ? kMelting - 6 : kMelting + between(0, 1));
@@ -253,7 +253,7 @@ TEST_F(Rigidify, RunsRepeatBitForBit) {
 
 TEST(Lightness, RigidPiecesArePaidForWhereTheyCanBe) {
   Scene scene = freezing_scene();
-  add_body(scene, "lump", BodyType::elastic, 0, {0, 0, 0}, {0.03, 0.03, 0.03});
+  add_body(scene, "lump", BodyKind::elastic, 0, {0, 0, 0}, {0.03, 0.03, 0.03});
   scene.temperature.assign(scene.position.size(), kMelting - 6);
   for (const bool asked : {true, false}) {
     if (!asked) scene.config.materials[0].rigid_below.reset();

@@ -16,7 +16,7 @@ namespace {
 TEST(StateChange, ASolidIsAnElasticBody) {
   Scene scene = melting_scene();
   scene.config.numerics.support_over_spacing = 2;
-  add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, {0.06, 0.05, 0.04});
+  add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, {0.06, 0.05, 0.04});
   Random random(5);
   for (Eigen::Vector3d& v : scene.velocity) v = random_vector(random, 0.05);
   for (std::size_t i = 0; i < scene.position.size(); ++i)
@@ -73,8 +73,8 @@ std::size_t number_of(const std::vector<std::uint32_t>& ids, std::size_t bodies)
 // A bar of two bodies whose middle melts and freezes: one piece, two, and one again.
 TEST(StateChange, PiecesSplitAndMerge) {
   Scene scene = melting_scene();
-  add_body(scene, "other", BodyType::fluid, 0, {-0.06, 0.1, 0}, {0.06, 0.12, 0.02});
-  add_body(scene, "bar", BodyType::elastic, 0, {-0.06, -0.015, -0.015}, {0.06, 0.015, 0.015});
+  add_body(scene, "other", BodyKind::fluid, 0, {-0.06, 0.1, 0}, {0.06, 0.12, 0.02});
+  add_body(scene, "bar", BodyKind::elastic, 0, {-0.06, -0.015, -0.015}, {0.06, 0.015, 0.015});
   for (const std::uint32_t b : scene.body) scene.temperature.push_back(kMelting + (b == 0 ? 0.5 : -0.5));
   for (const double sign : {1.0, -1.0}) {
     add_heat(scene, sign * 1.5 * 0.036, sign > 0 ? 0.05 : 0.15, sign > 0 ? 0.1 : 0.2);
@@ -99,7 +99,7 @@ TEST(StateChange, PiecesOfABodyMeet) {
   for (const bool rigid : {false, true}) {
     Scene scene = melting_scene(1e5);
     if (rigid) scene.config.materials[0].rigid_below = kMelting - 5;
-    const auto body = add_body(scene, "two", BodyType::elastic, 0, {-0.05, -0.02, -0.02}, {0.05, 0.02, 0.02},
+    const auto body = add_body(scene, "two", BodyKind::elastic, 0, {-0.05, -0.02, -0.02}, {0.05, 0.02, 0.02},
                                [](const Eigen::Vector3d& x) { return std::abs(x.x()) > 0.02; });
     for (std::size_t i = 0; i < scene.position.size(); ++i)
       scene.velocity[i] = {scene.position[i].x() > 0 ? -0.2 : 0.2, 0, 0};
@@ -127,7 +127,7 @@ TEST(StateChange, PiecesOfABodyMeet) {
 }
 
 TEST(StateChange, WithAWrenchIsRefused) {
-  Scene scene = on_a_floor(BodyType::elastic, kMelting - 1);
+  Scene scene = on_a_floor(BodyKind::elastic, kMelting - 1);
   ProbeConfig probe;
   probe.name = "p";
   probe.quantity = Quantity::body;
@@ -137,7 +137,7 @@ TEST(StateChange, WithAWrenchIsRefused) {
 }
 
 TEST(Lightness, ChangeIsPaidForWhereItHappens) {
-  Scene scene = on_a_floor(BodyType::fluid, kMelting + 1);
+  Scene scene = on_a_floor(BodyKind::fluid, kMelting + 1);
   Scene lasting = scene;
   lasting.config.materials[0].young_modulus.reset();
   const auto with = simulate(scene), without = simulate(lasting);

@@ -61,9 +61,9 @@ struct Strip {
   Vector3d start;
 
   Strip() {
-    clamp = add_body(scene, "clamp", BodyType::fixed, 0, {-2 * kSpacing, 0, 0}, {0, kWide, kThick});
-    grip = add_body(scene, "grip", BodyType::rigid, 0, {kLength, 0, 0}, {kLength + 2 * kSpacing, kWide, kThick});
-    strip = add_body(scene, "strip", BodyType::elastic, 0, {0, 0, 0}, {kLength, kWide, kThick}, [](const Vector3d& X) {
+    clamp = add_body(scene, "clamp", BodyKind::fixed, 0, {-2 * kSpacing, 0, 0}, {0, kWide, kThick});
+    grip = add_body(scene, "grip", BodyKind::rigid, 0, {kLength, 0, 0}, {kLength + 2 * kSpacing, kWide, kThick});
+    strip = add_body(scene, "strip", BodyKind::elastic, 0, {0, 0, 0}, {kLength, kWide, kThick}, [](const Vector3d& X) {
       return std::abs(X.x() - kLength / 2) > 2 * kSpacing || std::abs(X.y() - kWide / 2) < 2 * kSpacing;
     });
     scene.bodies[strip].bonded_to = {clamp, grip};
@@ -134,7 +134,7 @@ TEST(Tearing, BelowItsStrengthItNeverRips) {
 TEST(Tearing, ThroughTheBreakMomentaAreKeptAndEnergyIsNotMade) {
   Scene scene = with_jelly(0);
   scene.config.numerics.safety = 0.05;  // symplectic Euler's energy ripples in proportion
-  add_body(scene, "bar", BodyType::elastic, 0, {-8 * kSpacing, -2 * kSpacing, -2 * kSpacing},
+  add_body(scene, "bar", BodyKind::elastic, 0, {-8 * kSpacing, -2 * kSpacing, -2 * kSpacing},
            {8 * kSpacing, 2 * kSpacing, 2 * kSpacing});
   for (std::size_t i = 0; i < scene.position.size(); ++i) {
     const Vector3d& x = scene.position[i];
@@ -183,7 +183,7 @@ TEST(Tearing, CrumbsFlyOn) {
     for (const double speed : {1.0, 4.0, 20.0}) {
       Scene scene = with_jelly(0);
       scene.config.numerics.safety = 0.05;
-      add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, kSpacing * n);
+      add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, kSpacing * n);
       for (Vector3d& v : scene.velocity) v = speed * Vector3d(normal(random), normal(random), normal(random));
       const auto simulation = simulate(scene);
       Snapshot s;
@@ -219,7 +219,7 @@ TEST(Tearing, BitsOfAFewParticlesStayFinite) {
           Scene scene = with_jelly(0);
           if (yields) scene.config.materials[0].yield_stress = 2e3;
           if (!tears) scene.config.materials[0].tear_strain.reset();
-          add_body(scene, "bit", BodyType::elastic, 0, {0, 0, 0}, {count * kSpacing, kSpacing, kSpacing});
+          add_body(scene, "bit", BodyKind::elastic, 0, {0, 0, 0}, {count * kSpacing, kSpacing, kSpacing});
           for (Vector3d& v : scene.velocity) v = speed * Vector3d(normal(random), normal(random), normal(random));
           const auto simulation = simulate(scene);
           Snapshot s;
@@ -237,7 +237,7 @@ TEST(Lightness, TearsArePaidForWhereSomethingTears) {
   const auto contents = [](bool tears) {
     Scene scene = with_jelly(0);
     if (!tears) scene.config.materials[0].tear_strain.reset();
-    add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, Vector3d::Constant(4 * kSpacing));
+    add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, Vector3d::Constant(4 * kSpacing));
     const auto simulation = simulate(scene);
     simulation->step({});
     const Footprint f = simulation->footprint();

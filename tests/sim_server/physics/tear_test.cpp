@@ -22,7 +22,7 @@ Scene block(int nx, int ny, int nz, double support = 2) {
   scene.config.materials[0].young_modulus = kYoung;
   scene.config.materials[0].tear_strain = kTear;
   scene.config.numerics.support_over_spacing = support;
-  add_body(scene, "block", BodyType::elastic, 0, {0, 0, 0}, {nx * kSpacing, ny * kSpacing, nz * kSpacing});
+  add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, {nx * kSpacing, ny * kSpacing, nz * kSpacing});
   return scene;
 }
 

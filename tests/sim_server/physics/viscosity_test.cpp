@@ -66,7 +66,7 @@ TEST(ViscousStages, DecayAtEveryRateThatTheyReach) {
 TEST(Viscosity, IsStagedWhereThatCostsLess) {
   Scene scene = empty_scene(0.01, {-0.1, -0.1, -0.1}, {0.2, 0.2, 0.2});
   add_material(scene, 1000, 1e-3);
-  add_body(scene, "fluid", BodyType::fluid, 0, {0, 0, 0}, {0.1, 0.1, 0.1});
+  add_body(scene, "fluid", BodyKind::fluid, 0, {0, 0, 0}, {0.1, 0.1, 0.1});
   const Plan water = make_plan(scene);
   EXPECT_EQ(water.viscous_stages, 0);
   EXPECT_NE(describe(water, scene).find("viscosity explicit"), std::string::npos);
@@ -122,7 +122,7 @@ TEST_P(ViscousMomentum, IsKept) {
   Scene scene = stirred(random, GetParam(), 3e3);
   scene.proxies.clear();
   if (GetParam()) {  // without the floor nothing holds the rest
-    scene.bodies[4].type = BodyType::rigid;
+    scene.bodies[4].type = BodyKind::rigid;
     scene.config.probes.clear();
   }
   const auto simulation = simulate(scene);
@@ -162,7 +162,7 @@ TEST(Viscosity, NeverCreatesEnergy) {
     scene.proxies.clear();
     scene.config.probes.clear();
     for (const std::size_t b : {3u, 4u}) {  // one body among four fluids: contact gives back what it took
-      scene.bodies[b].type = BodyType::fluid;
+      scene.bodies[b].type = BodyKind::fluid;
       scene.config.materials[scene.bodies[b].material].viscosity = viscosity;
     }
     for (std::size_t i = 0; i < scene.position.size(); ++i)
@@ -189,8 +189,8 @@ TEST(Lightness, ViscousStagesArePaidForWhereTheyRun) {
     Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
     add_material(scene, 1000, 1000);
     scene.config.rate_hz = 2000;
-    add_body(scene, "fluid", BodyType::fluid, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
-    if (body) add_body(scene, "box", BodyType::rigid, 0, {-0.1, -0.1, 0.3}, {0.1, 0.1, 0.4});
+    add_body(scene, "fluid", BodyKind::fluid, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
+    if (body) add_body(scene, "box", BodyKind::rigid, 0, {-0.1, -0.1, 0.3}, {0.1, 0.1, 0.4});
     scene.config.numerics.viscosity = scheme;
     const auto simulation = simulate(scene);
     simulation->step({});
@@ -221,7 +221,7 @@ TEST(Lightness, ViscousStagesArePaidForWhereTheyRun) {
 TEST(Viscosity, CanBeTurnedUpAtRunTime) {
   Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
   add_material(scene, 1000, 1e-3);
-  add_body(scene, "fluid", BodyType::fluid, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
+  add_body(scene, "fluid", BodyKind::fluid, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
   scene.config.rate_hz = 200;
   const auto simulation = simulate(scene);
   simulation->step({});

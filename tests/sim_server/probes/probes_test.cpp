@@ -32,9 +32,9 @@ class ProbesTest : public ::testing::Test {
  protected:
   ProbesTest() {
     SceneConfig config = scene(0.1);
-    config.bodies.push_back(body("left", BodyType::fluid, box({0.8, 1, 0.6}, {-0.4, 0, 0})));
-    config.bodies.push_back(body("right", BodyType::fluid, box({0.6, 1, 0.6}, {0.3, 0, 0})));
-    config.bodies.push_back(body("block", BodyType::rigid, box({0.2, 0.4, 0.2}, {0, 0, 0.8})));
+    config.bodies.push_back(body("left", BodyKind::fluid, box({0.8, 1, 0.6}, {-0.4, 0, 0})));
+    config.bodies.push_back(body("right", BodyKind::fluid, box({0.6, 1, 0.6}, {0.3, 0, 0})));
+    config.bodies.push_back(body("block", BodyKind::rigid, box({0.2, 0.4, 0.2}, {0, 0, 0.8})));
     config.gravity = {0, 0, -10};
     set(config);
   }
@@ -99,7 +99,7 @@ TEST_F(ProbesTest, LinesGiveARowForEachPoint) {
 TEST_F(ProbesTest, InterpolationCrossesPeriodicBoundaries) {
   SceneConfig config = scene(0.1);
   config.periodic = {true, false, false};
-  config.bodies.push_back(body("w", BodyType::fluid, box({2, 0.6, 0.6})));
+  config.bodies.push_back(body("w", BodyKind::fluid, box({2, 0.6, 0.6})));
   set(config);
   for (std::size_t i = 0; i < scene_.position.size(); ++i) {
     snapshot_.pressure[i] = static_cast<float>(std::cos(EIGEN_PI * scene_.position[i].x()));

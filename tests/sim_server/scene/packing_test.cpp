@@ -19,11 +19,11 @@ constexpr double kSpacing = 0.1;
 SceneConfig pool(double radius, const Eigen::Vector3d& center) {
   SceneConfig config = scene(kSpacing);
   config.periodic = {true, true, false};
-  config.bodies.push_back(body("floor", BodyType::fixed, box({2, 2, 0.3}, {0, 0, -0.85})));
-  config.bodies.push_back(body("water", BodyType::fluid, box({2, 2, 1.2}, {0, 0, -0.1})));
+  config.bodies.push_back(body("floor", BodyKind::fixed, box({2, 2, 0.3}, {0, 0, -0.85})));
+  config.bodies.push_back(body("water", BodyKind::fluid, box({2, 2, 1.2}, {0, 0, -0.1})));
   config.bodies[1].shapes.push_back(sphere(radius, center));
   config.bodies[1].shapes[1].subtract = true;
-  config.bodies.push_back(body("ball", BodyType::rigid, sphere(radius, center)));
+  config.bodies.push_back(body("ball", BodyKind::rigid, sphere(radius, center)));
   return config;
 }
 
@@ -55,7 +55,7 @@ TEST(Packing, FillsTheSpaceAroundASolidEvenly) {
     const PointGrid grid(s.position, box, 3 * kSpacing);
     double water = 0, worst = 0, top = -1, nearest = 1;
     for (std::size_t i = 0; i < s.position.size(); ++i) {
-      if (s.bodies[s.body[i]].type != BodyType::fluid) continue;
+      if (s.bodies[s.body[i]].type != BodyKind::fluid) continue;
       water += s.volume[i];
       top = std::max(top, s.position[i].z());
       grid.near(s.position[i], [&](std::uint32_t j) {
@@ -80,7 +80,7 @@ TEST(Packing, LeavesNoGapAroundWhatIsAlmostOnTheLattice) {
     const PeriodicBox box{s.bounds_min, s.bounds_max, s.config.periodic};
     const PointGrid grid(s.position, box, 3 * kSpacing);
     for (std::size_t i = 0; i < s.position.size(); ++i)
-      if (s.bodies[s.body[i]].type == BodyType::fluid && s.position[i].z() < 0.2) {
+      if (s.bodies[s.body[i]].type == BodyKind::fluid && s.position[i].z() < 0.2) {
         EXPECT_LT(unevenness(s, grid, i), 0.05) << off;
       }
   }
@@ -88,11 +88,11 @@ TEST(Packing, LeavesNoGapAroundWhatIsAlmostOnTheLattice) {
 
 TEST(Packing, LeavesWhatIsOnOneLatticeAlone) {
   SceneConfig config = scene(kSpacing);
-  config.bodies.push_back(body("floor", BodyType::fixed, box({2, 2, 0.3}, {0, 0, -0.85})));
-  config.bodies.push_back(body("water", BodyType::fluid, box({2, 2, 1.2}, {0, 0, -0.1})));
+  config.bodies.push_back(body("floor", BodyKind::fixed, box({2, 2, 0.3}, {0, 0, -0.85})));
+  config.bodies.push_back(body("water", BodyKind::fluid, box({2, 2, 1.2}, {0, 0, -0.1})));
   config.bodies[1].shapes.push_back(box({0.4, 0.4, 0.4}));
   config.bodies[1].shapes[1].subtract = true;
-  config.bodies.push_back(body("block", BodyType::rigid, box({0.4, 0.4, 0.4}, {0, 0, -0.0})));
+  config.bodies.push_back(body("block", BodyKind::rigid, box({0.4, 0.4, 0.4}, {0, 0, -0.0})));
   const Scene s = sample_scene(config, 1000000);
   for (std::size_t i = 0; i < s.position.size(); ++i) {
     const Eigen::Vector3d cells = s.position[i] / kSpacing + Eigen::Vector3d::Constant(0.5);

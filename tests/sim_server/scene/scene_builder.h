@@ -22,7 +22,7 @@ inline ShapeConfig sphere(double radius, const Eigen::Vector3d& position = Eigen
   return shape;
 }
 
-inline BodyConfig body(const std::string& name, BodyType type, const ShapeConfig& shape) {
+inline BodyConfig body(const std::string& name, BodyKind type, const ShapeConfig& shape) {
   BodyConfig body;
   body.name = name;
   body.type = type;

@@ -36,7 +36,7 @@ TEST(SceneFiles, SampleAtEveryAccuracy) {
       for (const Body& body : scene.bodies) {
         EXPECT_GT(body.count, 0u);
         EXPECT_EQ(scene.body[body.first], scene.body[body.first + body.count - 1]);
-        const bool deforms = body.type == BodyType::fluid || body.type == BodyType::elastic;
+        const bool deforms = body.type == BodyKind::fluid || body.type == BodyKind::elastic;
         EXPECT_EQ(body.surface.triangles.empty(), deforms) << body.name;
       }
     }

@@ -32,7 +32,7 @@ std::string fault_of(const SceneConfig& config, std::size_t max_particles = 1000
 
 TEST(Scene, RigidBodiesHaveExactMassAndMoveAsOne) {
   SceneConfig config = scene(0.05);
-  BodyConfig from = body("ball", BodyType::rigid, sphere(0.2, {0.1, 0, 0}));
+  BodyConfig from = body("ball", BodyKind::rigid, sphere(0.2, {0.1, 0, 0}));
   from.position = {0.2, 0.3, -0.1};
   from.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()));
   from.velocity = {1, 2, 3};
@@ -79,8 +79,8 @@ TEST(Scene, HasAsManyParticlesAsWanted) {
 
 TEST(Scene, BodiesFollowOneAnotherAndProxiesFindTheirs) {
   SceneConfig config = scene(0.1);
-  config.bodies.push_back(body("fluid", BodyType::fluid, box({0.5, 0.5, 0.5})));
-  config.bodies.push_back(body("tool", BodyType::rigid, box({0.2, 0.2, 0.2}, {0.6, 0, 0})));
+  config.bodies.push_back(body("fluid", BodyKind::fluid, box({0.5, 0.5, 0.5})));
+  config.bodies.push_back(body("tool", BodyKind::rigid, box({0.2, 0.2, 0.2}, {0.6, 0, 0})));
   config.bodies[0].temperature = 300;
   config.bodies[1].temperature = 320;
   ProxyConfig proxy;
@@ -106,60 +106,60 @@ TEST(Scene, BodiesFollowOneAnotherAndProxiesFindTheirs) {
 
 TEST(Scene, OverlapsNameBothBodies) {
   SceneConfig config = scene(0.1);
-  config.bodies.push_back(body("water", BodyType::fluid, box({1, 1, 1})));
-  config.bodies.push_back(body("stone", BodyType::rigid, sphere(0.2)));
+  config.bodies.push_back(body("water", BodyKind::fluid, box({1, 1, 1})));
+  config.bodies.push_back(body("stone", BodyKind::rigid, sphere(0.2)));
   std::string fault = fault_of(config);
   EXPECT_EQ(fault.rfind("s.toml:1: body 'stone' overlaps body 'water' near (", 0), 0u) << fault;
 
   // a stone so thin that no particle centres come close to the water's, yet water is inside it
-  config.bodies[1] = body("plate", BodyType::fixed, box({0.3, 0.3, 0.11}, {0.05, 0.05, 0}));
+  config.bodies[1] = body("plate", BodyKind::fixed, box({0.3, 0.3, 0.11}, {0.05, 0.05, 0}));
   EXPECT_NE(fault_of(config).find("'plate' overlaps body 'water'"), std::string::npos);
 
   // side by side is fine, and so is a hole cut for it
-  config.bodies[1] = body("stone", BodyType::rigid, box({0.4, 1, 1}, {0.7, 0, 0}));
+  config.bodies[1] = body("stone", BodyKind::rigid, box({0.4, 1, 1}, {0.7, 0, 0}));
   EXPECT_EQ(fault_of(config), "");
-  config.bodies[1] = body("stone", BodyType::rigid, sphere(0.2));
+  config.bodies[1] = body("stone", BodyKind::rigid, sphere(0.2));
   config.bodies[0].shapes.push_back(sphere(0.2));
   config.bodies[0].shapes[1].subtract = true;
   EXPECT_EQ(fault_of(config), "");
 
   // two fluids a quarter spacing into one another
-  config.bodies[0] = body("water", BodyType::fluid, box({0.5, 0.5, 0.5}));
-  config.bodies[1] = body("oil", BodyType::fluid, box({0.5, 0.5, 0.5}, {0.44, 0, 0}));
+  config.bodies[0] = body("water", BodyKind::fluid, box({0.5, 0.5, 0.5}));
+  config.bodies[1] = body("oil", BodyKind::fluid, box({0.5, 0.5, 0.5}, {0.44, 0, 0}));
   EXPECT_NE(fault_of(config).find("'oil' overlaps body 'water'"), std::string::npos);
 }
 
 TEST(Scene, OverlapsAreSeenAcrossPeriodicBoundaries) {
   SceneConfig config = scene(0.1);
   config.periodic = {true, false, false};
-  config.bodies.push_back(body("a", BodyType::fluid, box({1, 0.5, 0.5}, {-0.5, 0, 0})));
-  config.bodies.push_back(body("b", BodyType::fluid, box({1, 0.5, 0.5}, {0.5, 0, 0})));
+  config.bodies.push_back(body("a", BodyKind::fluid, box({1, 0.5, 0.5}, {-0.5, 0, 0})));
+  config.bodies.push_back(body("b", BodyKind::fluid, box({1, 0.5, 0.5}, {0.5, 0, 0})));
   EXPECT_EQ(fault_of(config), "");
   config.bodies[1].shapes[0].position.x() = 0.56;
   EXPECT_NE(fault_of(config).find("'b' overlaps body 'a'"), std::string::npos);
-  config.bodies = {body("long", BodyType::fluid, box({2.2, 0.5, 0.5}))};
+  config.bodies = {body("long", BodyKind::fluid, box({2.2, 0.5, 0.5}))};
   EXPECT_NE(fault_of(config).find("'long' has two particles in one place"), std::string::npos);
-  config.bodies = {body("shifted", BodyType::fluid, box({2, 0.5, 0.5}, {0.7, 0, 0}))};
+  config.bodies = {body("shifted", BodyKind::fluid, box({2, 0.5, 0.5}, {0.7, 0, 0}))};
   const Scene s = sample_scene(config, 100000);
   for (const Eigen::Vector3d& p : s.position) EXPECT_TRUE(p.x() >= -1 && p.x() < 1);
 }
 
 TEST(Scene, ParticlesMustBeInsideTheDomain) {
   SceneConfig config = scene(0.1);
-  config.bodies.push_back(body("water", BodyType::fluid, box({1, 1, 1}, {0.8, 0, 0})));
+  config.bodies.push_back(body("water", BodyKind::fluid, box({1, 1, 1}, {0.8, 0, 0})));
   EXPECT_EQ(fault_of(config),
             "s.toml:1: body 'water' has 300 of 1000 particles outside the domain, the first at (1.05, -0.45, "
             "-0.45) m; move it or make the [domain] larger");
   // a solid body is not wrapped: it would be torn apart
   config.periodic = {true, true, true};
   EXPECT_EQ(fault_of(config), "");
-  config.bodies[0].type = BodyType::rigid;
+  config.bodies[0].type = BodyKind::rigid;
   EXPECT_NE(fault_of(config).find("outside the domain"), std::string::npos);
 }
 
 TEST(Scene, BodiesAndShapesWithoutParticlesAreRefused) {
   SceneConfig config = scene(0.1);
-  config.bodies.push_back(body("dust", BodyType::fluid, box({0.5, 0.5, 0.5})));
+  config.bodies.push_back(body("dust", BodyKind::fluid, box({0.5, 0.5, 0.5})));
   config.bodies[0].shapes.push_back(box({0.6, 0.6, 0.6}));
   config.bodies[0].shapes[1].subtract = true;
   EXPECT_EQ(fault_of(config),
@@ -172,7 +172,7 @@ TEST(Scene, BodiesAndShapesWithoutParticlesAreRefused) {
 
 TEST(Scene, TooManyParticlesAreRefusedBeforeTheyAreMade) {
   SceneConfig config = scene(1e-5);
-  config.bodies.push_back(body("sea", BodyType::fluid, box({2, 2, 2})));
+  config.bodies.push_back(body("sea", BodyKind::fluid, box({2, 2, 2})));
   EXPECT_EQ(fault_of(config),
             "s.toml: the scene needs about 8e+15 particles at spacing 1e-05 m (5.44e+08 GB for the host's copy "
             "alone), and memory here allows 1000000; a spacing of 0.021 m would fit");
@@ -185,8 +185,8 @@ TEST(Scene, TooManyParticlesAreRefusedBeforeTheyAreMade) {
 
 TEST(Scene, TemperatureIsForEveryBodyOrNone) {
   SceneConfig config = scene(0.1);
-  config.bodies.push_back(body("warm", BodyType::fluid, box({0.5, 0.5, 0.5})));
-  config.bodies.push_back(body("tool", BodyType::rigid, box({0.2, 0.2, 0.2}, {0.6, 0, 0})));
+  config.bodies.push_back(body("warm", BodyKind::fluid, box({0.5, 0.5, 0.5})));
+  config.bodies.push_back(body("tool", BodyKind::rigid, box({0.2, 0.2, 0.2}, {0.6, 0, 0})));
   config.bodies[0].temperature = 300;
   EXPECT_EQ(fault_of(config), "s.toml:1: body 'tool' has no temperature, expected one for every body or for none");
 }
@@ -209,7 +209,7 @@ TEST_F(FileScene, MeshesAreFilledAndDamagedOnesNamed) {
   mesh.type = ShapeType::mesh;
   mesh.scale = 0.001;
   mesh.file = write("closed.obj", tetrahedron + "f 1 4 3\n");
-  config.bodies.push_back(body("tetra", BodyType::rigid, mesh));
+  config.bodies.push_back(body("tetra", BodyKind::rigid, mesh));
   const Scene s = sample_scene(config, 100000);
   const double volume = 0.3 * 0.3 * 0.3 / 6;
   EXPECT_NEAR(s.bodies[0].volume, volume, 1e-12);
@@ -231,7 +231,7 @@ TEST_F(FileScene, ParticlesComeFromCsvWithPoseAndVelocity) {
   ShapeConfig shape = box({0, 0, 0}, {0, 0, 0.5});
   shape.type = ShapeType::particles;
   shape.file = write("p.csv", "x,y,z,vx,vy,vz,temperature\n0.1,0,0,1,0,0,290\n0.3,0,0,0,1,0,291\n");
-  config.bodies.push_back(body("p", BodyType::fluid, shape));
+  config.bodies.push_back(body("p", BodyKind::fluid, shape));
   config.bodies[0].orientation = Eigen::Quaterniond(Eigen::AngleAxisd(EIGEN_PI / 2, Eigen::Vector3d::UnitZ()));
   config.bodies[0].velocity = {0, 0, 2};
   const Scene s = sample_scene(config, 100);
@@ -246,7 +246,7 @@ TEST_F(FileScene, ParticlesComeFromCsvWithPoseAndVelocity) {
             "s.toml:1: body 'p' has two particles in one place, near (0, 0, 0.5) m; leave one of them out of " +
                 config.bodies[0].shapes[0].file);
   // springs between elastic particles get stiffer than a step allows as they get nearer
-  config.bodies[0].type = BodyType::elastic;
+  config.bodies[0].type = BodyKind::elastic;
   config.materials[0].young_modulus = 1e5;
   config.bodies[0].shapes[0].file = write("near.csv", "x,y,z\n0,0,0\n0.049,0,0\n0.2,0,0\n");
   EXPECT_EQ(fault_of(config),
@@ -266,7 +266,7 @@ TEST(Scene, SamplingMovesWithTheBody) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(-1, 1);
   SceneConfig config = scene(0.05);
-  config.bodies.push_back(body("b", BodyType::rigid, sphere(0.15)));
+  config.bodies.push_back(body("b", BodyKind::rigid, sphere(0.15)));
   config.bodies[0].shapes.push_back(box({0.1, 0.1, 0.4}, {0, 0, 0.2}));
   const Scene still = sample_scene(config, 100000);
   for (int round = 0; round < 5; ++round) {

@@ -26,7 +26,7 @@ Momentum fluid_momentum(const Scene& scene, const Snapshot& s) {
   Momentum m;
   for (std::size_t i = 0; i < scene.position.size(); ++i) {
     const Body& body = scene.bodies[scene.body[i]];
-    if (body.type != BodyType::fluid) continue;
+    if (body.type != BodyKind::fluid) continue;
     const Eigen::Vector3d p =
         scene.volume[i] * scene.config.materials[body.material].density * vector_at(s.velocity, i);
     m.sum += p;
@@ -73,7 +73,7 @@ TEST_P(Conservation, FluidAndRigidBodyExchangeMomentum) {
   options.periodic = {true, true, true};
   Scene scene = without_forces(random_scene(random, options));
   scene.proxies.clear();  // the tool is free, the floor becomes a third free body
-  scene.bodies[4].type = BodyType::rigid;
+  scene.bodies[4].type = BodyKind::rigid;
   scene.config.probes.clear();
   const auto simulation = simulate(scene);
   const auto momentum = [&](const StepOutput& out) {
@@ -82,7 +82,7 @@ TEST_P(Conservation, FluidAndRigidBodyExchangeMomentum) {
     Momentum m = fluid_momentum(scene, s);
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
       const Body& body = scene.bodies[b];
-      if (body.type != BodyType::rigid) continue;
+      if (body.type != BodyKind::rigid) continue;
       const RigidState& state = out.bodies[b].state;
       const Eigen::Vector3d p = body.mass * (state.linear + state.angular.cross(state.orientation * body.center));
       m.sum += p;

@@ -13,7 +13,7 @@ namespace {
 Scene drop() {
   Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
   add_material(scene, 1000, 1e-3);
-  add_body(scene, "water", BodyType::fluid, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
+  add_body(scene, "water", BodyKind::fluid, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
   return scene;
 }
 
@@ -52,7 +52,7 @@ TEST(Health, NanStopsWithACause) {
 TEST(Health, ABodyThatIsNoLongerFiniteGivesNothingNonFiniteOut) {
   Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
   add_material(scene, 1000, 1e-3);
-  const std::uint32_t stone = add_body(scene, "stone", BodyType::rigid, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
+  const std::uint32_t stone = add_body(scene, "stone", BodyKind::rigid, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
   Proxy proxy;
   proxy.body = stone;
   scene.proxies.push_back(proxy);
@@ -92,7 +92,7 @@ TEST(Health, SpeedPastSoundIsADivergence) {
 // Two blocks pushed into each other.
 TEST(Health, OverlappingFluidsNeverCrash) {
   Scene scene = drop();
-  add_body(scene, "more", BodyType::fluid, 0, {-0.2, -0.2, 0.01}, {0.2, 0.2, 0.31});
+  add_body(scene, "more", BodyKind::fluid, 0, {-0.2, -0.2, 0.01}, {0.2, 0.2, 0.31});
   const auto simulation = simulate(scene);
   for (int k = 0; k < 200; ++k) simulation->step({});
   Snapshot s;
@@ -119,7 +119,7 @@ TEST(Health, ABodyCrossesAPeriodicDomainManyTimes) {
   scene.config.periodic = {true, true, true};
   scene.config.gravity.setZero();
   add_material(scene, 1000, 0);
-  add_body(scene, "box", BodyType::rigid, 0, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
+  add_body(scene, "box", BodyKind::rigid, 0, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
   scene.bodies[0].velocity = {5, -3, 1};
   scene.velocity.assign(scene.velocity.size(), scene.bodies[0].velocity);
   const auto simulation = simulate(scene);

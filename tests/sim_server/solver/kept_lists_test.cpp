@@ -112,7 +112,7 @@ TEST(Lists, WithoutRoomAreReported) {
   scene.config.gravity.setZero();
   add_material(scene, 1000, 1e-3);
   scene.spacing = 0.05;
-  add_body(scene, "water", BodyType::fluid, 0, {0.3, 0.3, 0.3}, {0.7, 0.7, 0.7});
+  add_body(scene, "water", BodyKind::fluid, 0, {0.3, 0.3, 0.3}, {0.7, 0.7, 0.7});
   scene.spacing = 0.1;
   const auto simulation = simulate(scene);
   for (int k = 0; k < 2; ++k) {

@@ -14,8 +14,8 @@ Scene spill(Method method) {
   Scene scene = empty_scene(kSpacing, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
   scene.config.method = method;
   add_material(scene, 1000, 0.1);
-  add_body(scene, "shelf", BodyType::fixed, 0, {-0.1, -0.05, -0.03}, {0, 0.05, 0});
-  add_body(scene, "water", BodyType::fluid, 0, {-0.08, -0.03, 0}, {0.06, 0.03, 0.03});
+  add_body(scene, "shelf", BodyKind::fixed, 0, {-0.1, -0.05, -0.03}, {0, 0.05, 0});
+  add_body(scene, "water", BodyKind::fluid, 0, {-0.08, -0.03, 0}, {0.06, 0.03, 0.03});
   return scene;
 }
 
@@ -77,7 +77,7 @@ TEST(Outside, WhatStaysKeepsItsMomentum) {
   scene.config.numerics.tension = false;
   scene.config.numerics.max_speed = 1;
   add_material(scene, 1000, 1);
-  add_body(scene, "stream", BodyType::fluid, 0, {-0.08, -0.03, -0.03}, {0.08, 0.03, 0.03});
+  add_body(scene, "stream", BodyKind::fluid, 0, {-0.08, -0.03, -0.03}, {0.08, 0.03, 0.03});
   for (Vector3d& v : scene.velocity) v = {0.5, 0, 0};
   const auto simulation = simulate(scene);
   run_to(*simulation, 0.25);
@@ -99,7 +99,7 @@ TEST(Outside, WhatStaysKeepsItsMomentum) {
 TEST(Outside, ASplashAboveTheDomainComesBack) {
   Scene scene = empty_scene(kSpacing, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
   add_material(scene, 1000, 0.1);
-  add_body(scene, "drop", BodyType::fluid, 0, {-0.02, -0.02, 0}, {0.02, 0.02, 0.04});
+  add_body(scene, "drop", BodyKind::fluid, 0, {-0.02, -0.02, 0}, {0.02, 0.02, 0.04});
   for (Vector3d& v : scene.velocity) v = {0, 0, 2};
   const auto simulation = simulate(scene);
   run_to(*simulation, 0.2);
@@ -110,7 +110,7 @@ TEST(Outside, ASplashAboveTheDomainComesBack) {
   EXPECT_LT(place(snapshot_of(*simulation), 0).z(), 0.1);
 }
 
-class Dropped : public ::testing::TestWithParam<BodyType> {};
+class Dropped : public ::testing::TestWithParam<BodyKind> {};
 
 // A spoon that is dropped beside the table does not end the run, but comes to rest below it, in one piece.
 TEST_P(Dropped, SolidsComeToRestOutside) {
@@ -131,8 +131,8 @@ TEST_P(Dropped, SolidsComeToRestOutside) {
               0.1 * kSpacing);
 }
 
-INSTANTIATE_TEST_SUITE_P(Bodies, Dropped, ::testing::Values(BodyType::rigid, BodyType::elastic),
-                         [](const auto& param) { return param.param == BodyType::rigid ? "Rigid" : "Elastic"; });
+INSTANTIATE_TEST_SUITE_P(Bodies, Dropped, ::testing::Values(BodyKind::rigid, BodyKind::elastic),
+                         [](const auto& param) { return param.param == BodyKind::rigid ? "Rigid" : "Elastic"; });
 
 // Frozen lumps come to rest as they are; what melts out there is let go.
 TEST(Outside, FrozenMatterRestsUntilItMelts) {
@@ -142,7 +142,7 @@ TEST(Outside, FrozenMatterRestsUntilItMelts) {
     scene.config.numerics.max_speed = 2;
     scene.bounds_min.z() = scene.config.domain_min.z() = -0.1;
     if (rigid) scene.config.materials[0].rigid_below = kMelting - 0.5;
-    add_body(scene, "lump", BodyType::elastic, 0, {-0.02, -0.02, 0}, {0.02, 0.02, 0.03});
+    add_body(scene, "lump", BodyKind::elastic, 0, {-0.02, -0.02, 0}, {0.02, 0.02, 0.03});
     scene.temperature.assign(scene.position.size(), kMelting - 1);
     add_heat(scene, 2 * mass_of(scene), 0.8, 0.9);
     scene.config.heat_zones.back().size.setConstant(10);

@@ -17,7 +17,7 @@ using Names = std::set<std::string>;
 Scene pool() {
   Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
   const auto water = add_material(scene, 1000, 1e-3);
-  add_body(scene, "water", BodyType::fluid, water, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
+  add_body(scene, "water", BodyKind::fluid, water, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
   return scene;
 }
 
@@ -62,7 +62,7 @@ TEST(Lightness, AWallAddsItsArraysAndOneStage) {
 TEST(Lightness, ABodyAddsItsArraysAndStages) {
   const Contents base = contents_of(pool());
   Scene scene = pool();
-  add_body(scene, "box", BodyType::rigid, 0, {-0.1, -0.1, 0.3}, {0.1, 0.1, 0.4});
+  add_body(scene, "box", BodyKind::rigid, 0, {-0.1, -0.1, 0.3}, {0.1, 0.1, 0.4});
   const Contents c = contents_of(scene);
   EXPECT_EQ(added(base.arrays, c.arrays),
             (Names{"wall", "bodies", "solid force", "solid local", "reactive bodies", "rigid bodies"}));
@@ -81,7 +81,7 @@ TEST(Lightness, ATemperatureAddsItsArrays) {
 TEST(Lightness, ABodyAloneNeedsNoFluidStages) {
   Scene scene = empty_scene(0.05, {-1, -1, -1}, {1, 1, 1});
   add_material(scene, 500, 0);
-  add_body(scene, "box", BodyType::rigid, 0, {-0.1, -0.1, 0}, {0.1, 0.1, 0.2});
+  add_body(scene, "box", BodyKind::rigid, 0, {-0.1, -0.1, 0}, {0.1, 0.1, 0.2});
   const Contents c = contents_of(scene);
   EXPECT_FALSE(c.arrays.count("wall"));
   EXPECT_FALSE(c.arrays.count("acceleration"));
@@ -92,14 +92,14 @@ TEST(Lightness, AFrameIsPaidForWhenAskedFor) {
   const auto simulation = simulate(pool());
   simulation->step({});
   const std::size_t before = simulation->footprint().arrays.size();
-  ASSERT_TRUE(simulation->begin_frame(FrameScalar::none));
+  ASSERT_TRUE(simulation->begin_frame(ScalarField::none));
   EXPECT_EQ(simulation->footprint().arrays.size(), before + 1) << "positions only";
   Frame frame;
   while (!simulation->take_frame(frame)) {
   }
   EXPECT_EQ(frame.position.size(), 3 * simulation->scene().position.size());
   EXPECT_TRUE(frame.scalar.empty());
-  ASSERT_TRUE(simulation->begin_frame(FrameScalar::speed));
+  ASSERT_TRUE(simulation->begin_frame(ScalarField::speed));
   EXPECT_EQ(simulation->footprint().arrays.size(), before + 2);
 }
 
@@ -135,9 +135,9 @@ TEST(Plan, KnowsWhetherFluidsOfSeveralMaterialsMeet) {
   const auto other = add_material(scene, 900, 1e-2);
   add_tray(scene, other, {-0.2, -0.2, 0}, {0.2, 0.2, 0.4}, 0.15);
   EXPECT_TRUE(make_plan(scene).one_fluid) << "a solid of another material is no fluid";
-  add_body(scene, "more water", BodyType::fluid, 0, {-0.2, -0.2, 0.35}, {0.2, 0.2, 0.4});
+  add_body(scene, "more water", BodyKind::fluid, 0, {-0.2, -0.2, 0.35}, {0.2, 0.2, 0.4});
   EXPECT_TRUE(make_plan(scene).one_fluid);
-  add_body(scene, "oil", BodyType::fluid, other, {-0.2, -0.2, 0.45}, {0.2, 0.2, 0.5});
+  add_body(scene, "oil", BodyKind::fluid, other, {-0.2, -0.2, 0.45}, {0.2, 0.2, 0.5});
   EXPECT_FALSE(make_plan(scene).one_fluid);
 }
 
@@ -175,8 +175,8 @@ TEST(Plan, ExpectsTheSpeedThatABodyForceDrives) {
 TEST(Plan, ExpectsTheSpeedOfAFall) {
   Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 1.2});
   add_material(scene, 1000, 0);
-  add_body(scene, "floor", BodyType::fixed, 0, {-0.3, -0.3, -0.15}, {0.3, 0.3, 0});
-  add_body(scene, "drop", BodyType::fluid, 0, {-0.1, -0.1, 0.8}, {0.1, 0.1, 1});
+  add_body(scene, "floor", BodyKind::fixed, 0, {-0.3, -0.3, -0.15}, {0.3, 0.3, 0});
+  add_body(scene, "drop", BodyKind::fluid, 0, {-0.1, -0.1, 0.8}, {0.1, 0.1, 1});
   EXPECT_GT(make_plan(scene).max_speed, 0.9 * std::sqrt(2 * 9.81 * 0.8));
 }
 

@@ -1,0 +1,37 @@
+// What kinds of bodies there are and which scalar of the particles is sent and drawn: one enumeration and one table of
+// names for each, from the scene file through the kernels to the viewer's legend. Host and device.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace palp {
+
+enum class BodyKind : std::uint32_t { fluid = 0, rigid = 1, fixed = 2, elastic = 3 };
+
+// Its name in scene files, by value. A body that never moves is `fixed` here, as `static` is a word of C++.
+inline constexpr std::array<std::string_view, 4> kBodyKindNames{"fluid", "rigid", "static", "elastic"};
+
+enum class ScalarField : std::uint32_t { none = 0, speed = 1, density = 2, pressure = 3, temperature = 4 };
+
+struct ScalarFieldRow {
+  std::string_view name;  // in scene files and on command lines
+  std::string_view unit;  // for people
+};
+
+// By value.
+inline constexpr std::array<ScalarFieldRow, 5> kScalarFields{
+    {{"none", ""}, {"speed", "m/s"}, {"density", "kg/m³"}, {"pressure", "Pa"}, {"temperature", "K"}}};
+
+constexpr const ScalarFieldRow& row_of(ScalarField field) { return kScalarFields[static_cast<std::size_t>(field)]; }
+
+// Returns the field of that name, or nothing.
+constexpr std::optional<ScalarField> scalar_field_from(std::string_view name) {
+  for (std::size_t i = 0; i < kScalarFields.size(); ++i)
+    if (kScalarFields[i].name == name) return static_cast<ScalarField>(i);
+  return std::nullopt;
+}
+
+}  // namespace palp
