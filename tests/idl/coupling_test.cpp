@@ -45,7 +45,7 @@ double energy(const Handle& device, const Handle& proxy) {
 }
 
 TEST(Coupling, WrenchIsMinusTheDerivativeOfTheStoredEnergy) {
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Draw draw(seed);
   std::uniform_real_distribution<double> angles(0.05, kMaxCouplingAngle - 0.05);
@@ -72,7 +72,7 @@ TEST(Coupling, WrenchIsMinusTheDerivativeOfTheStoredEnergy) {
 }
 
 TEST(Coupling, DampersTakeEnergyFromRelativeMotionOnly) {
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Draw draw(seed);
   for (int i = 0; i < 1000; ++i) {

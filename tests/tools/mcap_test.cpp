@@ -180,7 +180,7 @@ TEST(Mcap, RandomDamageNeverGivesAWrongMessage) {
   const ScratchFolder folder;
   const std::vector<OwnedMessage> written = make_file(folder / "a.mcap", 120, 7);
   const Bytes whole = file_bytes(folder / "a.mcap");
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   std::mt19937 random(seed);
   SCOPED_TRACE("seed " + std::to_string(seed));
   int refused = 0;
@@ -215,7 +215,7 @@ TEST(Mcap, RandomDamageWithoutChecksumsNeverCrashes) {
   const ScratchFolder folder;
   make_file(folder / "a.mcap", 120, 8);
   const Bytes whole = file_bytes(folder / "a.mcap");
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   std::mt19937 random(seed);
   SCOPED_TRACE("seed " + std::to_string(seed));
   McapReaderOptions options;

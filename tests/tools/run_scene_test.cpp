@@ -15,8 +15,8 @@
 namespace palp {
 namespace {
 
-using testing_support::body;
-using testing_support::box;
+using test::body;
+using test::box;
 
 // Particles that fall freely; the proxy is where its device is. Sick at the step that it is told.
 class FreeFall : public Simulation {
@@ -78,7 +78,7 @@ class FreeFall : public Simulation {
 class RunTest : public testing::Test {
  protected:
   RunTest() {
-    SceneConfig config = testing_support::scene(0.1);
+    SceneConfig config = test::scene(0.1);
     config.rate_hz = 100;
     config.duration = 0.5;
     config.bodies.push_back(body("water", BodyKind::fluid, box({0.5, 0.5, 0.5})));

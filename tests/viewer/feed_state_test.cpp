@@ -156,7 +156,7 @@ TEST(FeedState, OldKnowledgeIsForgotten) {
 
 // Garbage of every kind between sound samples, through to the picture: nothing falls over, and the sound ones count.
 TEST(FeedState, GarbageDoesNoHarm) {
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
   const auto any = [&random] { return static_cast<std::uint32_t>(random()); };

@@ -22,7 +22,7 @@ std::size_t key_bytes(const TopicRow& topic) {
 bool raw_key(Payload payload, std::size_t bytes, std::array<std::uint8_t, 16>& key) {
   key.fill(0);
   // 0 0: big-endian, 0 1: little-endian; anything else is no plain CDR
-  if (payload.size() < 4 + bytes || payload[0] != 0 || payload[1] > 1) return false;
+  if (bytes > key.size() || payload.size() < 4 + bytes || payload[0] != 0 || payload[1] > 1) return false;
   const auto first = payload.subspan(4, bytes);
   if (payload[1] == 1) {
     std::reverse_copy(first.begin(), first.end(), key.begin());

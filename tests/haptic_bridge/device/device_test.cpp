@@ -252,7 +252,7 @@ TEST(SimulatedArm, StandsStillWhileTheLoopDoes) {
 }
 
 TEST(SimulatedArm, StaysBoundedUnderAnyWrench) {
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937_64 random(seed);
   std::normal_distribution<double> n;

@@ -101,7 +101,7 @@ class HostileFiles : public ::testing::Test {
   }
 
   fs::path folder_;
-  const unsigned seed_ = testing::drawn_seed();
+  const unsigned seed_ = test::drawn_seed();
 };
 
 TEST_F(HostileFiles, Profiles) {

@@ -144,7 +144,7 @@ class RunAgain : public ::testing::Test {
   }
 
   std::filesystem::path folder_;
-  unsigned seed_ = testing::drawn_seed();
+  unsigned seed_ = test::drawn_seed();
   std::set<LoopState> states_;
   bool lowered_ = false, late_ = false;
   double felt_ = 0;

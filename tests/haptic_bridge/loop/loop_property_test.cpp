@@ -93,7 +93,7 @@ std::map<std::string, int> run_schedules(unsigned seed, int schedules, int ticks
 }
 
 TEST(LoopProperty, LimitsHoldInEveryTickOfEverySchedule) {
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   SCOPED_TRACE("base seed " + std::to_string(seed));
   const std::map<std::string, int> reached = run_schedules(seed, kSchedules, kTicks);
   expect_all_reached(reached, {"fault"});
@@ -103,7 +103,7 @@ TEST(LoopProperty, LimitsHoldInEveryTickOfEverySchedule) {
 }
 
 TEST(LoopProperty, LimitsHoldInLongSchedules) {
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   SCOPED_TRACE("base seed " + std::to_string(seed));
   const std::map<std::string, int> reached = run_schedules(seed, kLongSchedules, kLongTicks);
   EXPECT_GT(reached.at("force"), kLongSchedules * kLongTicks / 40);

@@ -188,7 +188,7 @@ TEST(Mesh, DamagedFilesAreNamedWithTheirLine) {
 
 // Any damage: the mesh is read, or refused with a message that names the file.
 TEST(Mesh, FuzzedFilesAreReadOrRefused) {
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (const Format& format : all_formats(cube())) {

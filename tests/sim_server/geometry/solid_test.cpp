@@ -46,7 +46,7 @@ class SolidTest : public ::testing::Test {
     return shape;
   }
 
-  unsigned seed_ = testing::drawn_seed();
+  unsigned seed_ = test::drawn_seed();
   std::mt19937 random_{seed_};
   ::testing::ScopedTrace trace_{__FILE__, __LINE__, "seed " + std::to_string(seed_)};
 };

@@ -14,10 +14,10 @@ namespace palp::test {
 namespace {
 
 using Eigen::Vector3d;
-using testing_support::as_mesh;
-using testing_support::body;
-using testing_support::box;
-using testing_support::sphere;
+using test::as_mesh;
+using test::body;
+using test::box;
+using test::sphere;
 
 constexpr double kCup = 0.08, kBall = 0.03;  // inner radius or half width of a cup, a ball's radius
 

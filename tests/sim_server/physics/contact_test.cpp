@@ -10,9 +10,9 @@ namespace palp::test {
 namespace {
 
 using Eigen::Vector3d;
-using testing_support::body;
-using testing_support::box;
-using testing_support::sphere;
+using test::body;
+using test::box;
+using test::sphere;
 
 // A block on a level plate.
 Scene level(double friction, Method method = Method::accurate) {

@@ -13,9 +13,9 @@ namespace palp::test {
 namespace {
 
 using Eigen::Vector3d;
-using testing_support::body;
-using testing_support::box;
-using testing_support::sphere;
+using test::body;
+using test::box;
+using test::sphere;
 
 // A plate whose top is z = 0 and a tool above it, so heavy.
 SceneConfig plate_and_tool(const ShapeConfig& shape, double volume, double mass, const Vector3d& place,

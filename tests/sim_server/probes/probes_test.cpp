@@ -15,9 +15,9 @@
 namespace palp {
 namespace {
 
-using testing_support::body;
-using testing_support::box;
-using testing_support::scene;
+using test::body;
+using test::box;
+using test::scene;
 
 ProbeConfig probe(Quantity quantity, std::vector<Eigen::Vector3d> points = {}) {
   ProbeConfig probe;
@@ -222,7 +222,7 @@ TEST_F(ProbesTest, PiecesAreCounted) {
 }
 
 TEST_F(ProbesTest, StraysAndNonFiniteParticlesDoNoHarm) {
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const float odd[] = {NAN, INFINITY, -INFINITY, 3e38f, -3e38f, 1e20f};

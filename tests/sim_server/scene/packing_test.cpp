@@ -11,7 +11,7 @@
 namespace palp {
 namespace {
 
-using namespace testing_support;
+using namespace test;
 
 constexpr double kSpacing = 0.1;
 
@@ -42,7 +42,7 @@ double unevenness(const Scene& s, const PointGrid& grid, std::size_t i) {
 }
 
 TEST(Packing, FillsTheSpaceAroundASolidEvenly) {
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);

@@ -16,10 +16,10 @@
 namespace palp {
 namespace {
 
-using testing_support::body;
-using testing_support::box;
-using testing_support::scene;
-using testing_support::sphere;
+using test::body;
+using test::box;
+using test::scene;
+using test::sphere;
 
 std::string fault_of(const SceneConfig& config, std::size_t max_particles = 1000000) {
   try {
@@ -261,7 +261,7 @@ TEST_F(FileScene, ParticlesComeFromCsvWithPoseAndVelocity) {
 
 // Particles in, particles out: how many and how they lie does not depend on where the body is.
 TEST(Scene, SamplingMovesWithTheBody) {
-  const unsigned seed = testing::drawn_seed();
+  const unsigned seed = test::drawn_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(-1, 1);
