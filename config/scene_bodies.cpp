@@ -288,6 +288,7 @@ void read_proxies(TomlTable& root, SceneConfig& scene) {
                                         proxy.body, other.device));
       }
     }
+    proxy.hand = table.text("hand").value_or("");
     proxy.handle = read_vector(table, "handle", "m", proxy.handle);
     proxy.coupling_limit = read_coupling_limit(table.table("coupling_limit"));
     scene.proxies.push_back(proxy);

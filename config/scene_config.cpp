@@ -183,6 +183,8 @@ SceneConfig read_scene(TomlFile& file, const std::string& path, const SceneOverr
 SceneConfig load_scene(const std::string& path, const SceneOverrides& overrides) {
   TomlFile file = TomlFile::read(path);
   SceneConfig scene = read_scene(file, path, overrides);
+  TomlTable root = file.root();
+  find_hands(root, scene);
   file.finish();
   return scene;
 }

@@ -91,6 +91,7 @@ struct ProxyConfig {
   std::string body;                                  // a rigid body
   Eigen::Vector3d handle = Eigen::Vector3d::Zero();  // coupling point in the body frame [m]
   CouplingConfig coupling_limit;                     // the most the server lets a bridge ask for
+  std::string hand;  // file of the hand script that a simulated arm plays here; empty: none is named
   std::string where;
 };
 

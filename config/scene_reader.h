@@ -15,6 +15,8 @@ void read_bodies(TomlTable& root, SceneConfig& scene);
 void read_proxies(TomlTable& root, SceneConfig& scene);
 void read_heat(TomlTable& root, SceneConfig& scene);
 void read_probes(TomlTable& root, SceneConfig& scene);
+// Turns the names of hands, which read_proxies took as they stand, into paths of files that exist; looks at the disk.
+void find_hands(TomlTable& root, SceneConfig& scene);
 
 // The keys of a [[material]] and of a [[body]], all but these read, that concern heat.
 void read_heat_keys(TomlTable& table, MaterialConfig& material);
