@@ -23,12 +23,8 @@ bool raw_key(Payload payload, std::size_t bytes, std::array<std::uint8_t, 16>& k
   key.fill(0);
   // 0 0: big-endian, 0 1: little-endian; anything else is no plain CDR
   if (bytes > key.size() || payload.size() < 4 + bytes || payload[0] != 0 || payload[1] > 1) return false;
-  const auto first = payload.subspan(4, bytes);
-  if (payload[1] == 1) {
-    std::reverse_copy(first.begin(), first.end(), key.begin());
-  } else {
-    std::copy(first.begin(), first.end(), key.begin());
-  }
+  const bool little = payload[1] == 1;
+  for (std::size_t i = 0; i < bytes; ++i) key[i] = payload[4 + (little ? bytes - 1 - i : i)];
   return true;
 }
 
