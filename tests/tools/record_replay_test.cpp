@@ -365,6 +365,35 @@ TEST(Record, WrongUseIsOneClearSentence) {
   }
 }
 
+TEST(Replay, GoesOnBehindADamagedChunkAndSaysWhatWasLost) {
+  const ScratchFolder folder;
+  record_something(folder, Vendor::cyclone, 1500);  // 3 s, a chunk each second
+  const std::size_t whole = payloads_by_topic(folder / "a.mcap").at("palp/proxy").size();
+  const std::vector<McapChunkIndex> chunks = McapReader(folder / "a.mcap").chunks();
+  McapChunkIndex hit;
+  for (const McapChunkIndex& chunk : chunks)
+    if (chunk.compression == "zstd" && hit.length == 0) hit = chunk;  // not the particles'
+  Bytes bytes = file_bytes(folder / "a.mcap");
+  bytes[hit.offset + hit.length / 2] ^= 0x10;
+  write_file(folder / "a.mcap", bytes);
+
+  ChildProcess replay(with(program("palp_replay", folder / "a.mcap", Vendor::cyclone, unused_domain()),
+                           {"--wait-readers", "0", "--rate", "0", "--topics", "proxy"}),
+                      folder / "replay.txt");
+  EXPECT_EQ(replay.wait(), 1) << replay.output();
+  const std::string said = replay.output();
+  unsigned long played = 0, lost = 0;
+  if (const std::size_t at = said.find(" messages played"); at != std::string::npos)
+    played = std::stoul(said.substr(said.rfind('\n', at) + 1));
+  if (const std::size_t at = said.find(" messages are lost in 1 damaged chunk;"); at != std::string::npos)
+    lost = std::stoul(said.substr(said.rfind(' ', at - 1)));
+  EXPECT_GT(played, whole / 4) << said;
+  EXPECT_GT(lost, 0u) << said;
+  EXPECT_EQ(played + lost, whole) << said;
+  EXPECT_NE(said.find(fmt::format("at byte {}", hit.offset)), std::string::npos) << said;
+  EXPECT_NE(said.find("palp_record --recover " + (folder / "a.mcap")), std::string::npos) << said;
+}
+
 TEST(Replay, SaysThatNobodyListens) {
   const ScratchFolder folder;
   record_something(folder, Vendor::cyclone, 5);

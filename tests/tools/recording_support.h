@@ -80,6 +80,22 @@ inline std::vector<OwnedMessage> fill(McapWriter& writer, std::size_t count, std
   return out;
 }
 
+inline McapWriterOptions small_chunks() {
+  McapWriterOptions options;
+  options.chunk_bytes = 2000;
+  return options;
+}
+
+// Writes and closes a file with `count` messages.
+inline std::vector<OwnedMessage> make_file(const std::string& path, std::size_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  McapWriter writer(path, small_chunks());
+  std::vector<OwnedMessage> messages = fill(writer, count, random);
+  writer.add_metadata({"palp_recording", {{"drops", "0"}}});
+  writer.close();
+  return messages;
+}
+
 inline std::vector<OwnedMessage> read_all(const McapReader& reader) {
   std::vector<OwnedMessage> out;
   reader.read([&](const McapMessage& m) {

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -11,81 +10,13 @@
 #include <tuple>
 #include <utility>
 
-#include "tools/recording/byte_cursor.h"
+#include "tools/recording/mcap_records.h"
 
 namespace palp {
 namespace {
 
 constexpr std::size_t kMostDamages = 1000;
 constexpr std::uint64_t kMaxLoadedBytes = 2ull << 30;  // of chunks whose times overlap
-
-std::uint32_t crc(std::uint32_t before, ByteView bytes) {
-  return static_cast<std::uint32_t>(crc32_z(before, bytes.data(), bytes.size()));
-}
-
-McapSchema schema_from(ByteCursor in) {
-  McapSchema schema;
-  schema.id = in.get<std::uint16_t>();
-  schema.name = in.string();
-  schema.encoding = in.string();
-  schema.data = in.string();
-  return schema;
-}
-
-McapChannel channel_from(ByteCursor in) {
-  McapChannel channel;
-  channel.id = in.get<std::uint16_t>();
-  channel.schema_id = in.get<std::uint16_t>();
-  channel.topic = in.string();
-  channel.encoding = in.string();
-  channel.metadata = in.string_map();
-  return channel;
-}
-
-McapMessage message_from(ByteCursor in) {
-  McapMessage message;
-  message.channel_id = in.get<std::uint16_t>();
-  message.sequence = in.get<std::uint32_t>();
-  message.log_time_ns = in.get<std::uint64_t>();
-  message.publish_time_ns = in.get<std::uint64_t>();
-  message.data = in.take(in.left());
-  return message;
-}
-
-McapMetadata metadata_from(ByteCursor in) {
-  McapMetadata metadata;
-  metadata.name = in.string();
-  metadata.values = in.string_map();
-  return metadata;
-}
-
-McapChunkIndex chunk_index_from(ByteCursor in) {
-  McapChunkIndex chunk;
-  chunk.start_time_ns = in.get<std::uint64_t>();
-  chunk.end_time_ns = in.get<std::uint64_t>();
-  chunk.offset = in.get<std::uint64_t>();
-  chunk.length = in.get<std::uint64_t>();
-  chunk.message_index = in.number_map();
-  chunk.message_index_length = in.get<std::uint64_t>();
-  chunk.compression = in.string();
-  chunk.packed_size = in.get<std::uint64_t>();
-  chunk.size = in.get<std::uint64_t>();
-  return chunk;
-}
-
-McapStatistics statistics_from(ByteCursor in) {
-  McapStatistics s;
-  s.messages = in.get<std::uint64_t>();
-  s.schemas = in.get<std::uint16_t>();
-  s.channels = in.get<std::uint32_t>();
-  s.attachments = in.get<std::uint32_t>();
-  s.metadata = in.get<std::uint32_t>();
-  s.chunks = in.get<std::uint32_t>();
-  s.start_time_ns = in.get<std::uint64_t>();
-  s.end_time_ns = in.get<std::uint64_t>();
-  s.channel_messages = in.number_map();
-  return s;
-}
 
 // Adds one of schemas or channels; the same id twice must mean the same thing.
 template <class T>
@@ -132,7 +63,7 @@ McapReader::McapReader(std::string path, McapReaderOptions options) : path_(std:
     try {
       read_summary();
     } catch (const McapError& error) {
-      index_fault_ = error.what();
+      index_fault_ = error.what() + ("; palp_record --recover " + path_ + " rebuilds the index");
       schemas_.clear();
       channels_.clear();
       chunks_.clear();
@@ -181,7 +112,7 @@ McapReader::RecordHead McapReader::head_at(std::uint64_t offset) const {
 
 void McapReader::read_summary() {
   const std::uint64_t tail = kFooterBytes + kMcapMagic.size();
-  const std::string hint = "; the recorder was killed or the file was cut: palp_record --recover can repair it";
+  const std::string hint = ": the recorder was killed or the file was cut";
   if (size_ < data_start_ + tail) fail(size_, "the file ends without a summary" + hint);
   const Bytes end = bytes_at(size_ - tail, tail);
   if (!std::equal(kMcapMagic.begin(), kMcapMagic.end(), end.end() - kMcapMagic.size()))
@@ -191,22 +122,22 @@ void McapReader::read_summary() {
   const auto start = footer.get<std::uint64_t>();
   footer.get<std::uint64_t>();  // where the offsets are: all of the summary is read anyway
   const auto expected_crc = footer.get<std::uint32_t>();
-  if (start == 0) footer.fail("the file has no summary: palp_record --recover can add one");
+  if (start == 0) footer.fail("the file has no summary");
   if (start < data_start_ || start > size_ - tail) footer.fail("the summary is said to begin outside of the file");
 
   const Bytes bytes = bytes_at(start, size_ - kMcapMagic.size() - 4 - start);  // up to the checksum itself
-  if (options_.check_crc && expected_crc != 0 && crc(0, bytes) != expected_crc)
-    fail(start, "the summary's checksum is wrong: palp_record --recover can rebuild it");
+  if (options_.check_crc && expected_crc != 0 && crc32_of(0, bytes) != expected_crc)
+    fail(start, "the summary's checksum is wrong");
   ByteCursor in(bytes, path_, start);
   while (in.offset() < size_ - tail) {
     const auto op = in.get<Op>();
     const auto length = in.get<std::uint64_t>();
     const std::uint64_t begin = in.offset();
     const ByteCursor record(in.take(length), path_, begin);
-    if (op == Op::schema) add_once(schemas_, schema_from(record), record);
-    if (op == Op::channel) add_once(channels_, channel_from(record), record);
-    if (op == Op::chunk_index) chunks_.push_back(chunk_index_from(record));
-    if (op == Op::statistics) statistics_ = statistics_from(record);
+    if (op == Op::schema) add_once(schemas_, decode_schema(record), record);
+    if (op == Op::channel) add_once(channels_, decode_channel(record), record);
+    if (op == Op::chunk_index) chunks_.push_back(decode_chunk_index(record));
+    if (op == Op::statistics) statistics_ = decode_statistics(record);
     if (op == Op::metadata_index) {
       ByteCursor index = record;
       const auto offset = index.get<std::uint64_t>();
@@ -220,8 +151,7 @@ void McapReader::read_summary() {
   }
   std::uint64_t counted = 0;
   if (statistics_) counted = statistics_->messages;
-  if (chunks_.empty() && counted > 0)
-    fail(start, "the messages are not indexed: palp_record --recover can add an index");
+  if (chunks_.empty() && counted > 0) fail(start, "the messages are not indexed");
 }
 
 void McapReader::check_chunk_index(const McapChunkIndex& chunk) const {
@@ -240,13 +170,13 @@ std::vector<McapMetadata> McapReader::metadata() const {
     const RecordHead head = head_at(offset);
     if (head.op != Op::metadata || length != head.length + kRecordHead) fail(offset, "metadata was expected");
     const Bytes content = bytes_at(offset + kRecordHead, head.length);
-    out.push_back(metadata_from(ByteCursor(content, path_, offset + kRecordHead)));
+    out.push_back(decode_metadata(ByteCursor(content, path_, offset + kRecordHead)));
   }
   return out;
 }
 
-// content: of the chunk record that begins at `offset` of the file.
-McapReader::Chunk McapReader::chunk_from(ByteView content, std::uint64_t offset) const {
+// content: what follows the head of the chunk record that begins at `offset` of the file.
+McapReader::Chunk McapReader::unpack_chunk(ByteView content, std::uint64_t offset) const {
   ByteCursor in(content, path_, offset + kRecordHead);
   Chunk chunk;
   chunk.offset = offset;
@@ -263,7 +193,7 @@ McapReader::Chunk McapReader::chunk_from(ByteView content, std::uint64_t offset)
   } catch (const std::exception& error) {
     fail(offset, error.what());
   }
-  if (options_.check_crc && expected_crc != 0 && crc(0, chunk.records) != expected_crc)
+  if (options_.check_crc && expected_crc != 0 && crc32_of(0, chunk.records) != expected_crc)
     fail(offset, "the checksum of the chunk is wrong");
   return chunk;
 }
@@ -271,13 +201,13 @@ McapReader::Chunk McapReader::chunk_from(ByteView content, std::uint64_t offset)
 McapReader::Chunk McapReader::load(const McapChunkIndex& index) const {
   const RecordHead head = head_at(index.offset);
   if (head.op != Op::chunk || head.length + kRecordHead != index.length) fail(index.offset, "a chunk was expected");
-  Chunk chunk = chunk_from(bytes_at(index.offset + kRecordHead, head.length), index.offset);
+  Chunk chunk = unpack_chunk(bytes_at(index.offset + kRecordHead, head.length), index.offset);
   if (chunk.start_time_ns != index.start_time_ns || chunk.end_time_ns != index.end_time_ns)
     fail(index.offset, "the chunk and the index give different times");
   return chunk;
 }
 
-// The chosen messages of a chunk by time; they point into the chunk.
+// Returns the chosen messages of a chunk by time; they point into the chunk.
 McapReader::Loaded McapReader::load_messages(const McapChunkIndex& index, const std::set<std::uint16_t>& chosen) const {
   Loaded out;
   out.chunk = load(index);
@@ -287,7 +217,7 @@ McapReader::Loaded McapReader::load_messages(const McapChunkIndex& index, const 
     const auto length = in.get<std::uint64_t>();
     const ByteCursor record(in.take(length), path_, index.offset);
     if (op != Op::message) continue;
-    const McapMessage message = message_from(record);
+    const McapMessage message = decode_message(record);
     if (!channels_.contains(message.channel_id)) in.fail("a message of an unknown channel");
     if (message.log_time_ns < index.start_time_ns || message.log_time_ns > index.end_time_ns)
       in.fail("a message outside of the chunk's times");
@@ -298,9 +228,8 @@ McapReader::Loaded McapReader::load_messages(const McapChunkIndex& index, const 
   return out;
 }
 
-void McapReader::read(const std::function<bool(const McapMessage&)>& on_message,
-                      const std::set<std::uint16_t>& chosen) const {
-  if (!indexed()) throw McapError(index_fault_);
+// Returns the chunks that may hold messages of the chosen channels, by the time of their first message.
+std::vector<const McapChunkIndex*> McapReader::chunks_by_time(const std::set<std::uint16_t>& chosen) const {
   std::vector<const McapChunkIndex*> to_load;
   for (const McapChunkIndex& chunk : chunks_) {
     const auto& channels = chunk.message_index;
@@ -312,7 +241,22 @@ void McapReader::read(const std::function<bool(const McapMessage&)>& on_message,
   std::stable_sort(to_load.begin(), to_load.end(), [](const McapChunkIndex* a, const McapChunkIndex* b) {
     return std::tie(a->start_time_ns, a->offset) < std::tie(b->start_time_ns, b->offset);
   });
+  return to_load;
+}
 
+void McapReader::read(const std::function<bool(const McapMessage&)>& on_message, const std::set<std::uint16_t>& chosen,
+                      const std::function<void(const std::string&)>& on_damage) const {
+  if (!indexed()) throw McapError(index_fault_);
+  const std::vector<const McapChunkIndex*> to_load = chunks_by_time(chosen);
+  const auto load_or_report = [&](const McapChunkIndex& index) {
+    try {
+      return load_messages(index, chosen);
+    } catch (const McapError& error) {
+      if (!on_damage) throw;
+      on_damage(error.what());
+      return Loaded{};
+    }
+  };
   // chunks overlap in time, so several are loaded at once and a heap holds the next message of each
   using Next = std::tuple<std::uint64_t, std::uint64_t, std::size_t>;  // time, offset in the file, slot in `loaded`
   std::priority_queue<Next, std::vector<Next>, std::greater<>> heap;
@@ -321,7 +265,7 @@ void McapReader::read(const std::function<bool(const McapMessage&)>& on_message,
   std::size_t slot = 0;
   while (true) {
     while (slot < to_load.size() && (heap.empty() || to_load[slot]->start_time_ns <= std::get<0>(heap.top()))) {
-      Loaded next = load_messages(*to_load[slot], chosen);
+      Loaded next = load_or_report(*to_load[slot]);
       if (!next.messages.empty()) {
         loaded_bytes += next.bytes();
         if (loaded_bytes > kMaxLoadedBytes) fail(next.chunk.offset, "too many chunks overlap in time to be sorted");
@@ -345,7 +289,7 @@ void McapReader::read(const std::function<bool(const McapMessage&)>& on_message,
 }
 
 void McapReader::scan_message(const ByteCursor& record, Compression compression, Scan& scan) const {
-  const McapMessage message = message_from(record);
+  const McapMessage message = decode_message(record);
   if (!scan.channels.contains(message.channel_id)) {
     if (scan.unknown.insert(message.channel_id).second)
       scan.out.damages.push_back(path_ + ": at byte " + std::to_string(record.offset()) +
@@ -358,11 +302,11 @@ void McapReader::scan_message(const ByteCursor& record, Compression compression,
 
 void McapReader::scan_record(Op op, ByteView content, std::uint64_t offset, Scan& scan) const {
   ByteCursor in(content, path_, offset + kRecordHead);
-  if (op == Op::schema && scan.visitor.schema) scan.visitor.schema(schema_from(in));
-  if (op == Op::metadata && scan.visitor.metadata) scan.visitor.metadata(metadata_from(in));
+  if (op == Op::schema && scan.visitor.schema) scan.visitor.schema(decode_schema(in));
+  if (op == Op::metadata && scan.visitor.metadata) scan.visitor.metadata(decode_metadata(in));
   if (op == Op::message) scan_message(in, Compression::none, scan);
   if (op == Op::channel) {
-    const McapChannel channel = channel_from(in);
+    const McapChannel channel = decode_channel(in);
     scan.channels.insert(channel.id);
     if (scan.visitor.channel) scan.visitor.channel(channel);
   }
@@ -372,7 +316,7 @@ void McapReader::scan_record(Op op, ByteView content, std::uint64_t offset, Scan
     if (in.left() != 0) in.fail("a message index says two lengths");
   }
   if (op != Op::chunk) return;
-  const Chunk chunk = chunk_from(content, offset);
+  const Chunk chunk = unpack_chunk(content, offset);
   ByteCursor records(chunk.records, path_ + ": in the chunk at byte " + std::to_string(offset), 0);
   while (records.left() > 0) {
     const auto inner = records.get<Op>();
@@ -396,7 +340,7 @@ McapScan McapReader::scan(const McapVisitor& visitor) const {
     scan.channels.insert(id);
     if (visitor.channel) visitor.channel(channel);
   }
-  std::uint32_t data_crc = crc(0, bytes_at(0, data_start_));
+  std::uint32_t data_crc = crc32_of(0, bytes_at(0, data_start_));
   std::uint64_t at = data_start_;
   while (true) {
     std::uint64_t next = 0;
@@ -413,7 +357,7 @@ McapScan McapReader::scan(const McapVisitor& visitor) const {
           fail(at, "the checksum of the data section is wrong");
         return out;
       }
-      data_crc = crc(data_crc, record);
+      data_crc = crc32_of(data_crc, record);
       if (head.op == Op::footer) fail(at, "the footer comes before the end of the data section");
       scan_record(head.op, content, at, scan);
     } catch (const McapError& error) {

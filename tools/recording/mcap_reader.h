@@ -22,7 +22,8 @@ struct McapReaderOptions {
   bool check_crc = true;  // false only for tests that must reach what a checksum shields
 };
 
-// What a scan meets. Any may be left empty. A schema or channel may come more than once.
+// What a scan meets. Any may be left empty. A schema or channel may come more than once. A McapError of theirs counts
+// as damage of the file, any other exception ends the scan.
 struct McapVisitor {
   std::function<void(const McapSchema&)> schema;
   std::function<void(const McapChannel&)> channel;
@@ -50,7 +51,7 @@ class McapReader {
   std::uint64_t size() const { return size_; }
   const std::string& library() const { return library_; }
   bool indexed() const { return index_fault_.empty(); }
-  const std::string& index_fault() const { return index_fault_; }  // why not, one sentence
+  const std::string& index_fault() const { return index_fault_; }  // why not and what to do, one sentence
 
   // From the summary; empty without an index.
   const std::map<std::uint16_t, McapSchema>& schemas() const { return schemas_; }
@@ -61,9 +62,10 @@ class McapReader {
   std::vector<McapMetadata> metadata() const;
 
   // Hands over the messages of the chosen channels (empty: all) in the order of log time, messages of one time in the
-  // order of the file, until `on_message` returns false. Throws McapError without an index and on any damage.
-  void read(const std::function<bool(const McapMessage&)>& on_message,
-            const std::set<std::uint16_t>& chosen = {}) const;
+  // order of the file, until `on_message` returns false. A damaged chunk is left out and `on_damage` gets one sentence
+  // on it; without `on_damage` it throws McapError. Throws McapError without an index.
+  void read(const std::function<bool(const McapMessage&)>& on_message, const std::set<std::uint16_t>& chosen = {},
+            const std::function<void(const std::string&)>& on_damage = {}) const;
   // Reads from front to end, leaves out what is damaged and says so. Needs no index, but finds its way behind damage
   // with one.
   McapScan scan(const McapVisitor& visitor) const;
@@ -85,8 +87,9 @@ class McapReader {
     std::set<std::uint16_t> channels;  // known so far
     std::set<std::uint16_t> unknown;   // met without their channel record
   };
-  Chunk chunk_from(ByteView content, std::uint64_t offset) const;
+  Chunk unpack_chunk(ByteView content, std::uint64_t offset) const;
   Chunk load(const McapChunkIndex& index) const;
+  std::vector<const McapChunkIndex*> chunks_by_time(const std::set<std::uint16_t>& chosen) const;
   Loaded load_messages(const McapChunkIndex& index, const std::set<std::uint16_t>& chosen) const;
   void scan_message(const ByteCursor& record, Compression compression, Scan& scan) const;
   void scan_record(Op op, ByteView content, std::uint64_t offset, Scan& scan) const;

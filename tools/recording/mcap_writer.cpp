@@ -3,19 +3,16 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <utility>
 
+#include "tools/recording/mcap_records.h"
+
 namespace palp {
 namespace {
-
-std::uint32_t crc(std::uint32_t before, ByteView bytes) {
-  return static_cast<std::uint32_t>(crc32_z(before, bytes.data(), bytes.size()));
-}
 
 std::string error_text() { return std::strerror(errno); }
 
@@ -25,83 +22,19 @@ void put_record(Bytes& out, Op op, ByteView content) {
   put_bytes(out, content);
 }
 
-void put_map(Bytes& out, const std::map<std::string, std::string>& values) {
-  const std::size_t at = out.size();
-  put(out, std::uint32_t{0});
-  for (const auto& [key, value] : values) {
-    put_string(out, key);
-    put_string(out, value);
-  }
-  patch(out, at, static_cast<std::uint32_t>(out.size() - at - 4));
-}
-
-void put_map(Bytes& out, const std::map<std::uint16_t, std::uint64_t>& values) {
-  put(out, static_cast<std::uint32_t>(values.size() * 10));
-  for (const auto& [key, value] : values) {
-    put(out, key);
-    put(out, value);
-  }
-}
-
-Bytes content_of(const McapSchema& schema) {
-  Bytes out;
-  put(out, schema.id);
-  put_string(out, schema.name);
-  put_string(out, schema.encoding);
-  put_string(out, schema.data);
-  return out;
-}
-
-Bytes content_of(const McapChannel& channel) {
-  Bytes out;
-  put(out, channel.id);
-  put(out, channel.schema_id);
-  put_string(out, channel.topic);
-  put_string(out, channel.encoding);
-  put_map(out, channel.metadata);
-  return out;
-}
-
-Bytes content_of(const McapChunkIndex& chunk) {
-  Bytes out;
-  put(out, chunk.start_time_ns);
-  put(out, chunk.end_time_ns);
-  put(out, chunk.offset);
-  put(out, chunk.length);
-  put_map(out, chunk.message_index);
-  put(out, chunk.message_index_length);
-  put_string(out, chunk.compression);
-  put(out, chunk.packed_size);
-  put(out, chunk.size);
-  return out;
-}
-
-Bytes content_of(const McapStatistics& s) {
-  Bytes out;
-  put(out, s.messages);
-  put(out, s.schemas);
-  put(out, s.channels);
-  put(out, s.attachments);
-  put(out, s.metadata);
-  put(out, s.chunks);
-  put(out, s.start_time_ns);
-  put(out, s.end_time_ns);
-  put_map(out, s.channel_messages);
-  return out;
-}
-
 // An existing recording is never lost by starting another one under its name.
 void refuse_existing(const std::string& path, const std::string& unfinished) {
   if (access(path.c_str(), F_OK) == 0)
-    throw McapError(path + ": the file exists already; give another name or allow overwriting");
+    throw McapError(path + ": the file exists already; give another name, or --overwrite to replace it");
   if (access(unfinished.c_str(), F_OK) == 0)
-    throw McapError(unfinished + ": left by a recorder that was killed; recover it, remove it, or allow overwriting");
+    throw McapError(unfinished + ": left by a recorder that was killed; save it with palp_record --recover " +
+                    unfinished + ", or give --overwrite to replace it");
 }
 
 }  // namespace
 
 McapWriter::McapWriter(std::string path, McapWriterOptions options)
-    : path_(std::move(path)), unfinished_path_(path_ + kUnfinishedSuffix), options_(std::move(options)) {
+    : path_(std::move(path)), unfinished_path_(path_ + options.unfinished_suffix), options_(std::move(options)) {
   if (!options_.overwrite) refuse_existing(path_, unfinished_path_);
   file_ = open(unfinished_path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file_ < 0) throw McapError(unfinished_path_ + ": cannot be created: " + error_text());
@@ -113,6 +46,7 @@ McapWriter::McapWriter(std::string path, McapWriterOptions options)
     append_record(Op::header, header);
   } catch (...) {
     ::close(file_);
+    if (!options_.keep_unfinished) unlink(unfinished_path_.c_str());
     throw;
   }
 }
@@ -120,20 +54,23 @@ McapWriter::McapWriter(std::string path, McapWriterOptions options)
 McapWriter::~McapWriter() {
   if (file_ < 0) return;
   try {
-    if (failure_.empty()) flush();
+    if (failure_.empty() && options_.keep_unfinished) flush();
   } catch (const std::exception&) {
     // what was written before is whole, and there is nobody left to tell
   }
   ::close(file_);
-  if (failure_.empty() && statistics_.messages == 0) unlink(unfinished_path_.c_str());
+  const bool empty = failure_.empty() && statistics_.messages == 0;
+  if (empty || !options_.keep_unfinished) unlink(unfinished_path_.c_str());
 }
 
 void McapWriter::fail(const std::string& what) {
   // cut the half-written record off, so that the file ends with a whole one
   const bool cut = ftruncate(file_, static_cast<off_t>(offset_)) == 0;
-  failure_ = unfinished_path_ + ": at byte " + std::to_string(offset_) + ": " + what +
-             "; what was recorded before is kept" + (cut ? "" : " up to a broken last record") +
-             ", recover it with palp_record --recover " + unfinished_path_;
+  failure_ = unfinished_path_ + ": at byte " + std::to_string(offset_) + ": " + what;
+  if (options_.keep_unfinished) {
+    failure_ += std::string("; what was recorded before is kept") + (cut ? "" : " up to a broken last record") +
+                ", recover it with palp_record --recover " + unfinished_path_;
+  }
   throw McapError(failure_);
 }
 
@@ -147,7 +84,7 @@ void McapWriter::append(ByteView bytes) {
     done += static_cast<std::size_t>(n);
   }
   offset_ += bytes.size();
-  data_crc_ = crc(data_crc_, bytes);
+  data_crc_ = crc32_of(data_crc_, bytes);
 }
 
 void McapWriter::append_record(Op op, ByteView content) {
@@ -160,7 +97,7 @@ void McapWriter::append_record(Op op, ByteView content) {
 std::uint16_t McapWriter::add_schema(const std::string& name, const std::string& encoding, const std::string& data) {
   if (schemas_.size() >= 65535) throw McapError(path_ + ": more than 65535 schemas");
   const McapSchema schema{static_cast<std::uint16_t>(schemas_.size() + 1), name, encoding, data};
-  append_record(Op::schema, content_of(schema));
+  append_record(Op::schema, encode(schema));
   schemas_.push_back(schema);
   ++statistics_.schemas;
   return schema.id;
@@ -171,7 +108,7 @@ std::uint16_t McapWriter::add_channel(const std::string& topic, std::uint16_t sc
   if (channels_.size() >= 65535) throw McapError(path_ + ": more than 65535 channels");
   if (schema_id > schemas_.size()) throw std::invalid_argument("unknown MCAP schema " + std::to_string(schema_id));
   const McapChannel channel{static_cast<std::uint16_t>(channels_.size() + 1), schema_id, topic, encoding, metadata};
-  append_record(Op::channel, content_of(channel));
+  append_record(Op::channel, encode(channel));
   channels_.push_back(channel);
   channel_compression_.push_back(compression);
   ++statistics_.channels;
@@ -179,11 +116,8 @@ std::uint16_t McapWriter::add_channel(const std::string& topic, std::uint16_t sc
 }
 
 void McapWriter::add_metadata(const McapMetadata& metadata) {
-  Bytes content;
-  put_string(content, metadata.name);
-  put_map(content, metadata.values);
   const std::uint64_t at = offset_;
-  append_record(Op::metadata, content);
+  append_record(Op::metadata, encode(metadata));
   metadata_.push_back({at, offset_ - at, metadata.name});
   ++statistics_.metadata;
 }
@@ -239,7 +173,7 @@ void McapWriter::close_chunk(Compression compression) {
   put(out, index.start_time_ns);
   put(out, index.end_time_ns);
   put(out, index.size);
-  put(out, crc(0, chunk.records));
+  put(out, crc32_of(0, chunk.records));
   put_string(out, index.compression);
   put(out, index.packed_size);
   put_bytes(out, packed);
@@ -286,14 +220,14 @@ Bytes McapWriter::summary(std::uint64_t start) const {
     put_record(offsets, Op::summary_offset, content);
   };
   group(Op::schema, [&] {
-    for (const McapSchema& schema : schemas_) put_record(out, Op::schema, content_of(schema));
+    for (const McapSchema& schema : schemas_) put_record(out, Op::schema, encode(schema));
   });
   group(Op::channel, [&] {
-    for (const McapChannel& channel : channels_) put_record(out, Op::channel, content_of(channel));
+    for (const McapChannel& channel : channels_) put_record(out, Op::channel, encode(channel));
   });
-  group(Op::statistics, [&] { put_record(out, Op::statistics, content_of(statistics_)); });
+  group(Op::statistics, [&] { put_record(out, Op::statistics, encode(statistics_)); });
   group(Op::chunk_index, [&] {
-    for (const McapChunkIndex& chunk : chunks_) put_record(out, Op::chunk_index, content_of(chunk));
+    for (const McapChunkIndex& chunk : chunks_) put_record(out, Op::chunk_index, encode(chunk));
   });
   group(Op::metadata_index, [&] {
     for (const MetadataIndex& m : metadata_) {
@@ -310,7 +244,7 @@ Bytes McapWriter::summary(std::uint64_t start) const {
   put(out, std::uint64_t{20});
   put(out, start);
   put(out, offset_start);
-  put(out, crc(0, out));
+  put(out, crc32_of(0, out));
   put_bytes(out, kMcapMagic);
   return out;
 }

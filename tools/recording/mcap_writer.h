@@ -22,6 +22,8 @@ struct McapWriterOptions {
   std::size_t chunk_bytes = 1 << 20;  // a chunk is closed once its messages reach this size
   std::string library = "palp";
   bool overwrite = false;  // else an existing file, finished or not, is an error
+  std::string unfinished_suffix = kUnfinishedSuffix;
+  bool keep_unfinished = true;  // false: what was not closed is removed, as its source still exists
 };
 
 class McapWriter {

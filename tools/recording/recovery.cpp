@@ -2,15 +2,37 @@
 
 #include <unistd.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <map>
+#include <utility>
 
 #include "tools/recording/mcap_reader.h"
 #include "tools/recording/mcap_writer.h"
 
 namespace palp {
 namespace {
+
+constexpr const char* kRecoveringSuffix = ".recovering~";
+
+// The new file cannot be written. No McapError, which a scan takes for damage of the old file.
+class CannotWrite : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+template <class Action>
+void writing(Action&& action) {
+  try {
+    action();
+  } catch (const McapError& error) {
+    throw CannotWrite(error.what());
+  }
+}
+
+std::string advice(const std::string& from) {
+  return "; nothing of it is left and " + from +
+         " is as it was: make room, or name a file on another disk with --out, and recover again";
+}
 
 // Channels are added with their first message: only then is their compression known.
 class Copier {
@@ -21,15 +43,17 @@ class Copier {
     McapVisitor v;
     v.schema = [this](const McapSchema& schema) { schemas_.try_emplace(schema.id, schema); };
     v.channel = [this](const McapChannel& channel) { channels_.try_emplace(channel.id, channel); };
-    v.metadata = [this](const McapMetadata& metadata) { out_.add_metadata(metadata); };
+    v.metadata = [this](const McapMetadata& metadata) { writing([&] { out_.add_metadata(metadata); }); };
     v.message = [this](const McapMessage& message, Compression compression) {
       if (message.data.size() > kMaxMessageBytes) {
         too_large.push_back("a message of " + std::to_string(message.data.size()) + " bytes is too large and left out");
         return;
       }
-      McapMessage copy = message;
-      copy.channel_id = channel_id(message.channel_id, compression);
-      out_.write(copy);
+      writing([&] {
+        McapMessage copy = message;
+        copy.channel_id = channel_id(message.channel_id, compression);
+        out_.write(copy);
+      });
     };
     return v;
   }
@@ -69,24 +93,25 @@ bool are_one_file(const std::string& a, const std::string& b) {
 
 Recovery recover_recording(const std::string& from, const std::string& to, bool overwrite) {
   const McapReader in(from);
+  if (!overwrite && access(to.c_str(), F_OK) == 0)
+    throw McapError(to + ": the file exists already; name another one with --out, or give --overwrite to replace it");
   McapWriterOptions options;
   options.library = in.library();
-  options.overwrite = overwrite;
-  // the unfinished file of the result must not be the one that is read
-  if (are_one_file(to + kUnfinishedSuffix, from)) {
-    const std::string beside = to + ".recovering";
-    Recovery recovery = recover_recording(from, beside, true);
-    if (!overwrite && access(to.c_str(), F_OK) == 0)
-      throw McapError(to + ": the file exists already; the recovered one is " + beside);
-    if (std::rename(beside.c_str(), to.c_str()) != 0) throw McapError(beside + ": cannot be renamed to " + to);
-    return recovery;
+  options.overwrite = true;  // of the unfinished file, which only a recovery that was killed can have left
+  options.unfinished_suffix = kRecoveringSuffix;
+  options.keep_unfinished = false;
+  if (are_one_file(to + kRecoveringSuffix, from))
+    throw McapError(from + ": the recovered file would be written over it; name another one with --out");
+  try {
+    McapWriter out(to, options);
+    Copier copier(out);
+    McapScan scan = in.scan(copier.visitor());
+    out.close();
+    scan.damages.insert(scan.damages.end(), copier.too_large.begin(), copier.too_large.end());
+    return {scan.messages - copier.too_large.size(), std::move(scan.damages)};
+  } catch (const std::runtime_error& error) {
+    throw McapError(error.what() + advice(from));
   }
-  McapWriter out(to, options);
-  Copier copier(out);
-  McapScan scan = in.scan(copier.visitor());
-  out.close();
-  scan.damages.insert(scan.damages.end(), copier.too_large.begin(), copier.too_large.end());
-  return {scan.messages - copier.too_large.size(), std::move(scan.damages)};
 }
 
 std::string recovered_name(const std::string& path) {

@@ -31,6 +31,15 @@ bool wait_for_enter() {
   return false;
 }
 
+// Says what a damaged recording cost. Throws std::runtime_error when it cost anything.
+void check_whole(const ReplayCounts& counts, const std::string& path) {
+  if (counts.lost_chunks == 0) return;
+  throw std::runtime_error(fmt::format(
+      "{}: {} in {} damaged chunk{}; palp_record --recover {} copies what is whole into a new recording", path,
+      counts.lost_messages > 0 ? fmt::format("{} messages are lost", counts.lost_messages) : "messages are lost",
+      counts.lost_chunks, counts.lost_chunks == 1 ? "" : "s", path));
+}
+
 int run(int argc, char** argv) {
   CLI::App app(
       "Plays a recording back onto the bus, byte for byte: into viewers, bridges, servers and recorders of the same "
@@ -58,13 +67,17 @@ int run(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   options.topics = choose_topics(topics);
   catch_stop_signals();
-  const ReplayCounts counts = replay(options, {stop_asked, wait_for_enter});
+  const auto say_damage = [](const std::string& damage) {
+    fmt::print(stderr, "palp_replay: {}; this chunk is left out\n", damage);
+  };
+  const ReplayCounts counts = replay(options, {stop_asked, wait_for_enter, say_damage});
   fmt::print("{} messages played", counts.messages);
   if (options.step == Step::none && options.rate > 0)
     fmt::print(", lateness median {:.0f} us, 99 % below {:.0f} us, at most {:.0f} us", counts.lateness_p50_us,
                counts.lateness_p99_us, counts.lateness_max_us);
   fmt::print("\n");
   if (counts.refused > 0) throw std::runtime_error(fmt::format("{} messages were refused by the bus", counts.refused));
+  check_whole(counts, options.path);
   return 0;
 }
 

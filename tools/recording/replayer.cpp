@@ -117,8 +117,24 @@ class Replay {
           }
           return !hooks_.stop();
         },
-        kept);
+        kept, [this](const std::string& damage) { report(damage); });
     return played;
+  }
+
+  // A chunk is met again in every round, and twice when it holds what is played first.
+  void report(const std::string& damage) {
+    if (!damages_.insert(damage).second) return;
+    ++counts_.lost_chunks;
+    if (hooks_.on_damage) hooks_.on_damage(damage);
+  }
+
+  // Returns how many messages of the chosen channels the index promises.
+  std::uint64_t promised() const {
+    std::uint64_t sum = 0;
+    if (!file_.statistics()) return sum;
+    for (const auto& [id, count] : file_.statistics()->channel_messages)
+      if (chosen_.contains(id)) sum += count;
+    return sum;
   }
 
   void play_round() {
@@ -126,8 +142,10 @@ class Replay {
     bool step_begins = true;
     std::uint64_t first_log_ns = 0;
     std::int64_t start_ns = 0;
+    std::uint64_t read = 0;
     file_.read(
         [&](const McapMessage& m) {
+          ++read;
           const TopicRow& topic = *channels_.at(m.channel_id);
           if (hooks_.stop()) stopped_ = true;
           if (stopped_) return false;
@@ -146,7 +164,8 @@ class Replay {
           send(m);
           return true;
         },
-        chosen_);
+        chosen_, [this](const std::string& damage) { report(damage); });
+    if (!stopped_ && !damages_.empty()) counts_.lost_messages = promised() - std::min(promised(), read);
   }
 
   bool next_step() {
@@ -203,6 +222,7 @@ class Replay {
   std::set<std::uint16_t> chosen_;
   bool stopped_ = false;
   ReplayCounts counts_;
+  std::set<std::string> damages_;
   Histogram lateness_;
   Bytes again_;
 };

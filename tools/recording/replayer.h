@@ -32,7 +32,9 @@ struct ReplayCounts {
   std::uint64_t messages = 0;
   std::uint64_t refused = 0;  // by the vendor
   std::uint64_t rounds = 0;
-  double lateness_p50_us = 0;  // behind the recording's pace
+  std::uint64_t lost_chunks = 0;    // damaged ones, left out
+  std::uint64_t lost_messages = 0;  // in these, by the index; counted when a round has ended
+  double lateness_p50_us = 0;       // behind the recording's pace
   double lateness_p99_us = 0;
   double lateness_max_us = 0;
 };
@@ -41,10 +43,12 @@ struct ReplayCounts {
 struct ReplayHooks {
   std::function<bool()> stop;           // true: end as soon as possible
   std::function<bool()> wait_for_step;  // returns when the next step is wanted; false: end
+  // Gets one sentence for each damaged chunk, before what follows it is played.
+  std::function<void(const std::string&)> on_damage;
 };
 
-// Throws McapError for a damaged recording or one without an index, std::runtime_error when the bus cannot be opened,
-// no chosen topic is in the file, a channel is not of palp's types, or the readers do not come.
+// Goes on behind a damaged chunk. Throws McapError for a recording without an index, std::runtime_error when the bus
+// cannot be opened, no chosen topic is in the file, a channel is not of palp's types, or the readers do not come.
 ReplayCounts replay(const ReplayOptions& options, const ReplayHooks& hooks);
 
 }  // namespace palp
