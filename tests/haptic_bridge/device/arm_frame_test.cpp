@@ -52,7 +52,7 @@ TEST(ArmFrame, TheToolBeginsAtTheStartWhereverTheHandleIs) {
   EXPECT_LT((rotation_between(start.q, turned.q) - Vec3(0, 0, M_PI / 2)).norm(), kInFloat);
 }
 
-class AnyFrame : public testing::RandomCase {};
+class AnyFrame : public RandomCase {};
 
 TEST_F(AnyFrame, BackAndForthIsTheSamePoseAndPowerIsTheSameInBothFrames) {
   for (int i = 0; i < 200; ++i) {
