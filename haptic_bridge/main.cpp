@@ -313,10 +313,10 @@ int main(int argc, char** argv) {
     if (!parsed.options) return parsed.exit_status;
     return parsed.options->rerun.empty() ? palp::run(*parsed.options) : palp::rerun(parsed.options->rerun);
   } catch (const palp::ConfigError& error) {
-    fmt::print(stderr, "haptic_bridge: {}\n", error.what());
+    fmt::print(stderr, "palp-haptic-bridge: {}\n", error.what());
     return 2;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "haptic_bridge: {}\n", error.what());
+    fmt::print(stderr, "palp-haptic-bridge: {}\n", error.what());
     return 1;
   }
 }

@@ -111,7 +111,7 @@ void add_options(CLI::App& app, RawOptions& raw) {
       "The 1 kHz process between a haptic device and sim_server: reads the device, renders the virtual coupling, "
       "limits "
       "the wrench, sends it to the device.");
-  app.set_version_flag("--version", "haptic_bridge " PALP_VERSION);
+  app.set_version_flag("--version", "palp-haptic-bridge " PALP_VERSION);
   add_device_options(app, raw);
   add_loop_options(app, raw.options);
   add_bus_options(app, raw.options.bus);
@@ -159,7 +159,7 @@ void check_together(RawOptions& raw) {
 
 ParsedOptions parse_options(int argc, char** argv) {
   RawOptions raw;
-  CLI::App app("", "haptic_bridge");
+  CLI::App app("", "palp-haptic-bridge");
   add_options(app, raw);
   try {
     app.parse(argc, argv);
@@ -167,7 +167,7 @@ ParsedOptions parse_options(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return {std::nullopt, app.exit(error) == 0 ? 0 : 2};
   } catch (const ConfigError& error) {
-    std::fprintf(stderr, "haptic_bridge: %s\n", error.what());
+    std::fprintf(stderr, "palp-haptic-bridge: %s\n", error.what());
     return {std::nullopt, 2};
   }
   return {raw.options, 0};

@@ -86,7 +86,7 @@ std::string bridge_trouble(const LoopReport& report, const BusLink& link) {
     case LoopState::waiting:
       if (of(Verdict::other_bridge) > 2000)
         return "the server answers another bridge: two of them use the same --device-number, stop one";
-      return link.servers() == 0 ? "no sim_server is heard: start one with the same --dds domain"
+      return link.servers() == 0 ? "no sim_server is heard: start palp-sim-server with the same --dds domain"
                                  : "a sim_server is there but has not answered yet";
     case LoopState::idle:
       if (*without_power(report)) return without_power(report);

@@ -2,7 +2,7 @@
 """Plots what a spoon felt in trays of stone, jelly and oil, as the paper's figure 4 does.
 
 example:
-  build/release/bin/palp_haptic_bench --metric figure4 --rate 1000 --link local --series out
+  build/release/bin/palp-haptic-bench --metric figure4 --rate 1000 --link local --series out
   tools/figure4.py out -o figure4.png"""
 
 import argparse
@@ -38,7 +38,7 @@ def draw(series, out):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("series", type=pathlib.Path, help="folder that palp_haptic_bench --series wrote into")
+    parser.add_argument("series", type=pathlib.Path, help="folder that palp-haptic-bench --series wrote into")
     parser.add_argument("-o", "--out", type=pathlib.Path, default=pathlib.Path("figure4.png"))
     options = parser.parse_args()
     try:

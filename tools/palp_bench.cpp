@@ -41,7 +41,7 @@ palp::Scene fluid_cube(std::size_t n, double support_over_spacing, int sub_steps
   palp::Scene scene;
   const double dx = scene.spacing = 0.01, length = edge * dx;
   palp::SceneConfig& config = scene.config;
-  config.path = config.name = "palp_bench";
+  config.path = config.name = "palp-bench";
   config.gravity.setZero();
   config.periodic = {true, true, true};
   config.domain_min = scene.bounds_min = Eigen::Vector3d::Zero();
@@ -233,7 +233,7 @@ int main(int argc, char** argv) {
   try {
     return run(a);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "palp_bench: {}\n", error.what());
+    fmt::print(stderr, "palp-bench: {}\n", error.what());
     return 1;
   }
 }

@@ -397,12 +397,12 @@ int main(int argc, char** argv) {
     if (app.count("--damping") == 0) a.dampings = {5};
     if (!a.accuracy) a.accuracy = palp::Accuracy::fast;
   }
-  a.command = "palp_haptic_bench";
+  a.command = "palp-haptic-bench";
   for (int k = 1; k < argc; ++k) a.command += std::string(" ") + argv[k];
   try {
     return palp::bench::measure(a);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "palp_haptic_bench: {}\n", error.what());
+    fmt::print(stderr, "palp-haptic-bench: {}\n", error.what());
     return 1;
   }
 }

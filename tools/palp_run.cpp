@@ -53,7 +53,7 @@ int run(Arguments& a) {
   fmt::print(stderr, "{} steps, {:g} s simulated in {:.2f} s; results in {}\n", result.steps, result.time,
              result.wall_time, a.run.out);
   if (!result.healthy) {
-    fmt::print(stderr, "palp_run: stopped at {:g} s: {}\n", result.time, result.cause);
+    fmt::print(stderr, "palp-run: stopped at {:g} s: {}\n", result.time, result.cause);
     return 3;
   }
   return result.stopped_by_signal > 0 ? 128 + result.stopped_by_signal : 0;
@@ -73,10 +73,10 @@ int main(int argc, char** argv) {
   try {
     return run(arguments);
   } catch (const palp::ConfigError& error) {
-    for (const std::string& fault : error.faults()) fmt::print(stderr, "palp_run: {}\n", fault);
+    for (const std::string& fault : error.faults()) fmt::print(stderr, "palp-run: {}\n", fault);
     return 2;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "palp_run: {}\n", error.what());
+    fmt::print(stderr, "palp-run: {}\n", error.what());
     return 1;
   }
 }

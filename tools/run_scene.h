@@ -1,4 +1,4 @@
-// The work of palp_run: a scene run as fast as it goes, its probes and particles written to files.
+// The work of palp-run: a scene run as fast as it goes, its probes and particles written to files.
 #pragma once
 
 #include <atomic>

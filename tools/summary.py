@@ -9,7 +9,7 @@ import math
 import pathlib
 import sys
 
-PROCESSES = ["sim_server", "haptic_bridge", "viewer", "palp_record"]
+PROCESSES = ["palp-sim-server", "palp-haptic-bridge", "palp-viewer", "palp-record"]
 
 
 def load(path):
@@ -66,8 +66,8 @@ def main():
             faults.append(f"{process} {fault}")
     for label, text in report(*(values[process] for process in PROCESSES)):
         print(f"  {label:18}{text}")
-    if values["palp_record"].get("messages") == 0:
-        faults.append("palp_record heard no message")
+    if values["palp-record"].get("messages") == 0:
+        faults.append("palp-record heard no message")
     left = ["force.png", "recording.mcap"]
     if not options.no_picture or (options.dir / "scene.png").exists():
         left.append("scene.png")

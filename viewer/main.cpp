@@ -168,10 +168,10 @@ int run(const ViewerOptions& options) {
   const bool whole = recorder.finish();
   const bool captured = !options.png.empty() || !options.video.empty();
   if (session.frames_drawn() == 0) {
-    spdlog::log(
-        captured ? spdlog::level::err : spdlog::level::warn,
-        "no particles arrived: check that sim_server runs in DDS domain {} and, on another host, --network or --peer",
-        options.bus.domain);
+    spdlog::log(captured ? spdlog::level::err : spdlog::level::warn,
+                "no particles arrived: check that palp-sim-server runs in DDS domain {} and, on another host, "
+                "--network or --peer",
+                options.bus.domain);
   }
   const bool healthy = whole && (!captured || session.frames_drawn() > 0);
   const bool told = write_summary(options.summary, session, feed.view(), healthy);

@@ -47,8 +47,8 @@ std::pair<int, int> parse_size(const std::string& text) {
 
 std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* argv, int& exit_code) {
   ViewerOptions o;
-  CLI::App app("Shows a palp simulation: particles, surfaces, forces. It may start before or after sim_server.",
-               "viewer");
+  CLI::App app("Shows a palp simulation: particles, surfaces, forces. It may start before or after palp-sim-server.",
+               "palp-viewer");
   std::string size = "1280x720";
   int samples = -1, nice = -1;
   double png_at = 0, png_every = 0;

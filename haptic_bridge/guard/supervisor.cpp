@@ -44,7 +44,7 @@ End wait_for_end(int pipe, Heartbeat* heartbeat, std::int64_t hang_ns) {
   }
 }
 
-void tell(const std::string& what) { std::fprintf(stderr, "haptic_bridge supervisor: %s\n", what.c_str()); }
+void tell(const std::string& what) { std::fprintf(stderr, "palp-haptic-bridge supervisor: %s\n", what.c_str()); }
 
 // The other process. Never returns.
 [[noreturn]] void supervise(int pipe, Heartbeat& heartbeat, std::int64_t hang_ns,

@@ -32,10 +32,10 @@ void write_and_die(int signal) {
     alarm(kPatienceSeconds);
     try {
       if (g_log) write_log_and_run(*g_log, *g_config, *g_path);
-      std::fprintf(stderr, "haptic_bridge: died of signal %d; the flight log was written to %s\n", signal,
+      std::fprintf(stderr, "palp-haptic-bridge: died of signal %d; the flight log was written to %s\n", signal,
                    g_path->c_str());
     } catch (const std::exception& error) {
-      std::fprintf(stderr, "haptic_bridge: died of signal %d; %s\n", signal, error.what());
+      std::fprintf(stderr, "palp-haptic-bridge: died of signal %d; %s\n", signal, error.what());
     }
   } else {
     pause();  // another thread is writing

@@ -65,7 +65,7 @@ class Reader {
   std::size_t words_left() const { return (bytes_.size() - at_) / kWord; }
   [[noreturn]] void fail(const std::string& what) const {
     throw ConfigError(
-        fmt::format("{}: at byte {}: {}; the file is not one that this haptic_bridge wrote", path_, at_, what));
+        fmt::format("{}: at byte {}: {}; the file is not one that this palp-haptic-bridge wrote", path_, at_, what));
   }
 
  private:

@@ -1,7 +1,7 @@
 // The coupling's gains for the link there is. A delayed spring of stiffness K gives energy like a damper of -K t, t
 // its delay; so K t stays below what hand, arm and passivity controller take up (K < b / (T/2 + t): Diolaiti, Niemeyer,
 // Barbagli & Salisbury 2006). The local model holds most of the stiffness on this side of the link, so the bound is
-// well above the damping of any arm; palp_haptic_bench shows where it lies. The proposal goes to the server with each
+// well above the damping of any arm; palp-haptic-bench shows where it lies. The proposal goes to the server with each
 // device sample and comes back with each proxy sample, so both ends always use the same gains.
 //
 // A delay feeds a swing of the hand only while it lasts: of a gap that is over before the swing has turned, what counts
@@ -20,7 +20,7 @@
 namespace palp {
 
 struct GovernorConfig {
-  double budget = 45;            // most K (T/2 + t): palp_haptic_bench found more stable on all links [N s/m]
+  double budget = 45;            // most K (T/2 + t): palp-haptic-bench found more stable on all links [N s/m]
   double angular_budget = 0.45;  // [N m s/rad]
   double memory = 2;             // a long delay counts for so long [s]
   double slowest_rise = 0.5;     // of the gains' share in a second

@@ -172,7 +172,7 @@ class BridgeProcess : public testing::Test {
   void TearDown() override { fs::remove_all(dir_); }
 
   std::vector<std::string> command(std::vector<std::string> more = {}) const {
-    std::vector<std::string> all{PALP_BIN_DIR "/haptic_bridge", "--domain", std::to_string(options_.domain)};
+    std::vector<std::string> all{PALP_BIN_DIR "/palp-haptic-bridge", "--domain", std::to_string(options_.domain)};
     if (std::find(more.begin(), more.end(), "--log") == more.end())
       more.insert(more.end(), {"--log", (dir_ / "bridge_log.csv").string()});
     all.insert(all.end(), more.begin(), more.end());

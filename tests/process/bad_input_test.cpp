@@ -1,5 +1,5 @@
 // What a person may get wrong in a scene or on the command line: one clear message and status 2, from the server and
-// from palp_run alike.
+// from palp-run alike.
 #include <cstdlib>
 
 #include "tests/process/running_system.h"
@@ -40,7 +40,7 @@ class BadInput : public testing::TestWithParam<std::string> {
   int run_with(const std::vector<std::string>& arguments) {
     std::vector<std::string> command{kBin + GetParam()};
     command.insert(command.end(), arguments.begin(), arguments.end());
-    if (GetParam() == "palp_run")
+    if (GetParam() == "palp-run")
       command.insert(command.end(), {"--out", folder_ / "out", "--duration", "0.01"});
     else
       command.insert(command.end(), {"--domain", std::to_string(1 + getpid() % 100), "--seconds", "0.1"});
@@ -51,7 +51,7 @@ class BadInput : public testing::TestWithParam<std::string> {
   }
   // One fault, told in one message that holds all of the texts.
   void expect_one_message(const std::vector<std::string>& texts) {
-    const std::string mark = GetParam() == "palp_run" ? "palp_run: " : "[error]";
+    const std::string mark = GetParam() == "palp-run" ? "palp-run: " : "[error]";
     EXPECT_EQ(lines_with(said_, mark), 1) << said_;
     for (const std::string& text : texts) EXPECT_NE(said_.find(text), std::string::npos) << text << "\n" << said_;
   }
@@ -117,8 +117,8 @@ TEST_P(BadInput, CudaWithoutAGpuIsRefused) {
   expect_one_message({"CUDA", "--backend cpu"});
 }
 
-INSTANTIATE_TEST_SUITE_P(Programs, BadInput, testing::Values("sim_server", "palp_run"),
-                         [](const auto& of) { return of.param; });
+INSTANTIATE_TEST_SUITE_P(Programs, BadInput, testing::Values("palp-sim-server", "palp-run"),
+                         [](const auto& of) { return of.param == "palp-run" ? "run" : "server"; });
 
 }  // namespace
 }  // namespace palp::test

@@ -85,7 +85,7 @@ TEST_P(BadPeers, TheServerDropsBadDeviceSamplesAndEngagesOnNone) {
   EXPECT_TRUE(force_is_felt(watcher)) << said();
   stop_bridge();
   stop_server();
-  EXPECT_GE(number_in_json(summary("sim_server"), "dropped_samples"), static_cast<double>(faults.size()));
+  EXPECT_GE(number_in_json(summary("palp-sim-server"), "dropped_samples"), static_cast<double>(faults.size()));
 }
 
 // A pull by a server that answers this very bridge.

@@ -80,7 +80,7 @@ TEST_P(Commands, ParametersAreSetOrRefusedAndQuitEndsTheServer) {
 
   EXPECT_TRUE(ask(CommandKind::quit).ok);
   EXPECT_EQ(server_->wait(), 0) << said();
-  EXPECT_NE(summary("sim_server").find("\"healthy\": true"), std::string::npos) << summary("sim_server");
+  EXPECT_NE(summary("palp-sim-server").find("\"healthy\": true"), std::string::npos) << summary("palp-sim-server");
 }
 
 TEST_P(Commands, ADivergedSimulationSaysWhyAndRunsAgainAfterReset) {
@@ -98,8 +98,8 @@ TEST_P(Commands, ADivergedSimulationSaysWhyAndRunsAgainAfterReset) {
            watcher_->proxy.sim_time > 0.3;
   })) << said();
   EXPECT_EQ(server_->stop(), 3) << "a run that had a fault is not a healthy one";
-  EXPECT_NE(summary("sim_server").find("\"healthy\": false"), std::string::npos) << summary("sim_server");
-  EXPECT_EQ(summary("sim_server").find("\"cause\": \"\""), std::string::npos) << summary("sim_server");
+  EXPECT_NE(summary("palp-sim-server").find("\"healthy\": false"), std::string::npos) << summary("palp-sim-server");
+  EXPECT_EQ(summary("palp-sim-server").find("\"cause\": \"\""), std::string::npos) << summary("palp-sim-server");
 }
 
 INSTANTIATE_TEST_SUITE_P(Clients, Commands, testing::Values(Vendor::cyclone, Vendor::fastdds),

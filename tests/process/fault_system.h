@@ -54,7 +54,7 @@ class FaultSystem : public RunningSystem {
 
   void start_weights() {
     const Urgent urgent;
-    server_ = start_tool("sim_server", Vendor::cyclone, {kHere + "four_tools.toml", "--backend", "cpu"});
+    server_ = start_tool("palp-sim-server", Vendor::cyclone, {kHere + "four_tools.toml", "--backend", "cpu"});
   }
   std::string file(const std::string& name, int device) const { return folder_ / (name + std::to_string(device)); }
   static void write(const std::string& name, const std::string& text) {
@@ -74,7 +74,7 @@ class FaultSystem : public RunningSystem {
         "--device-number", std::to_string(device),  "--log",       file("flight", device),
         "--summary",       file("summary", device), "--self-test", "0"};
     arguments.insert(arguments.end(), usual.begin(), usual.end());
-    std::vector<std::string> command{kBin + "haptic_bridge", "--domain", std::to_string(domain_)};
+    std::vector<std::string> command{kBin + "palp-haptic-bridge", "--domain", std::to_string(domain_)};
     command.insert(command.end(), arguments.begin(), arguments.end());
     bridges_[static_cast<std::size_t>(device)] = std::make_unique<ChildProcess>(command, file("bridge", device));
   }

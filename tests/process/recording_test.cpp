@@ -14,7 +14,7 @@ class Recording : public RunningSystem, public testing::WithParamInterface<Vendo
   // Of a run in which the hand felt the fluid.
   void record() {
     Watcher& watcher = watch();
-    auto recorder = start_tool("palp_record", other(), {"--out", folder_ / "run.mcap"});
+    auto recorder = start_tool("palp-record", other(), {"--out", folder_ / "run.mcap"});
     start_server();
     start_bridge(Vendor::fastdds);
     EXPECT_TRUE(force_is_felt(watcher)) << said();
@@ -51,7 +51,7 @@ TEST_P(Recording, FeedsReadersAndAViewerWithNoServer) {
   watcher.status.clear();
   ASSERT_TRUE(watcher.sees([&] { return watcher.says("viewer", "waiting"); })) << said();
 
-  auto replay = start_tool("palp_replay", other(), {folder_ / "run.mcap", "--wait-readers", "10"});
+  auto replay = start_tool("palp-replay", other(), {folder_ / "run.mcap", "--wait-readers", "10"});
   std::size_t count = 0;
   EXPECT_TRUE(holds_within(kPatience,
                            [&] {

@@ -69,7 +69,7 @@ TEST_F(Restart, TheServerHoldsTheProxyOfADeadBridgeAndTheNextOneTakesIt) {
   const auto log = read_flight(folder_ / "flight.csv");
   ASSERT_GT(log.at("tick").size(), 100u);
   EXPECT_GT(std::abs(number_in(log.at("force_z").back())), 0.1) << "the last tick is that of a bridge at work";
-  ChildProcess again({PALP_BIN_DIR "/haptic_bridge", "--rerun", folder_ / "flight.ticks"}, folder_ / "again.txt");
+  ChildProcess again({PALP_BIN_DIR "/palp-haptic-bridge", "--rerun", folder_ / "flight.ticks"}, folder_ / "again.txt");
   EXPECT_EQ(again.wait(), 0) << again.output();
 
   watcher.status.clear();

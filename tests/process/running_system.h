@@ -194,13 +194,13 @@ class RunningSystem : public testing::Test {
   }
 
   void start_server(Vendor vendor = Vendor::cyclone, const std::vector<std::string>& more = {}) {
-    start(server_, "sim_server", vendor, {kHere + "small_tray.toml", "--backend", "cpu"}, more);
+    start(server_, "palp-sim-server", vendor, {kHere + "small_tray.toml", "--backend", "cpu"}, more);
   }
   void start_bridge(Vendor vendor = Vendor::cyclone, const std::vector<std::string>& more = {}) {
-    start(bridge_, "haptic_bridge", vendor, {"--hand", kHere + "dip.toml", "--log", folder_ / "flight.csv"}, more);
+    start(bridge_, "palp-haptic-bridge", vendor, {"--hand", kHere + "dip.toml", "--log", folder_ / "flight.csv"}, more);
   }
   void start_viewer(Vendor vendor = Vendor::cyclone, const std::vector<std::string>& more = {}) {
-    start(viewer_, "viewer", vendor, {"--headless", "--gpu", "cpu", "--size", "320x240", "--fps", "2"}, more);
+    start(viewer_, "palp-viewer", vendor, {"--headless", "--gpu", "cpu", "--size", "320x240", "--fps", "2"}, more);
   }
   std::unique_ptr<ChildProcess> start_tool(const std::string& name, Vendor vendor,
                                            const std::vector<std::string>& more) {
@@ -222,7 +222,7 @@ class RunningSystem : public testing::Test {
 
   std::string said() const {
     std::string all;
-    for (const char* name : {"sim_server", "haptic_bridge", "viewer", "palp_record", "palp_replay"})
+    for (const char* name : {"palp-sim-server", "palp-haptic-bridge", "palp-viewer", "palp-record", "palp-replay"})
       all += text_of(folder_ / (std::string(name) + ".txt"));
     return all;
   }
@@ -231,17 +231,18 @@ class RunningSystem : public testing::Test {
   // SIGTERM; every process that was started must have been healthy.
   void stop_server() {
     EXPECT_EQ(server_->stop(), 0) << server_->output();
-    EXPECT_NE(summary("sim_server").find("\"healthy\": true"), std::string::npos) << summary("sim_server");
+    EXPECT_NE(summary("palp-sim-server").find("\"healthy\": true"), std::string::npos) << summary("palp-sim-server");
   }
   void stop_bridge() {
     EXPECT_EQ(bridge_->stop(), 0) << bridge_->output();
-    EXPECT_NE(summary("haptic_bridge").find("\"healthy\": true"), std::string::npos) << summary("haptic_bridge");
-    EXPECT_GT(number_in_json(summary("haptic_bridge"), "peak_force_n"), 0.5) << summary("haptic_bridge");
+    EXPECT_NE(summary("palp-haptic-bridge").find("\"healthy\": true"), std::string::npos)
+        << summary("palp-haptic-bridge");
+    EXPECT_GT(number_in_json(summary("palp-haptic-bridge"), "peak_force_n"), 0.5) << summary("palp-haptic-bridge");
   }
   void stop_viewer() {
     EXPECT_EQ(viewer_->stop(), 0) << viewer_->output();
-    EXPECT_NE(summary("viewer").find("\"healthy\": true"), std::string::npos) << summary("viewer");
-    EXPECT_GT(number_in_json(summary("viewer"), "drawn_frames"), 0) << summary("viewer");
+    EXPECT_NE(summary("palp-viewer").find("\"healthy\": true"), std::string::npos) << summary("palp-viewer");
+    EXPECT_GT(number_in_json(summary("palp-viewer"), "drawn_frames"), 0) << summary("palp-viewer");
   }
 
   ScratchFolder folder_;
@@ -253,7 +254,7 @@ class RunningSystem : public testing::Test {
              const std::vector<std::string>& usual, const std::vector<std::string>& more) {
     std::vector<std::string> command{kBin + name, "--dds", to_string(vendor), "--domain", std::to_string(domain_)};
     command.insert(command.end(), usual.begin(), usual.end());
-    if (name != "palp_replay") command.insert(command.end(), {"--summary", folder_ / (name + ".json")});
+    if (name != "palp-replay") command.insert(command.end(), {"--summary", folder_ / (name + ".json")});
     command.insert(command.end(), more.begin(), more.end());
     child.reset();  // what ran before is gone first
     child = std::make_unique<ChildProcess>(command, folder_ / (name + ".txt"));

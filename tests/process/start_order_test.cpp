@@ -34,7 +34,7 @@ TEST_P(StartOrder, EveryOneIsHealthyAndForceIsFelt) {
     if (who == 'b') stop_bridge();
     if (who == 'v') stop_viewer();
   }
-  EXPECT_EQ(number_in_json(summary("sim_server"), "dropped_samples"), 0) << summary("sim_server");
+  EXPECT_EQ(number_in_json(summary("palp-sim-server"), "dropped_samples"), 0) << summary("palp-sim-server");
 }
 
 // Every order, every pairing of server and bridge, a viewer of the other vendor.

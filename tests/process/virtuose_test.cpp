@@ -20,7 +20,7 @@ class VirtuoseProcess : public RunningSystem {
                                        arm,           "--profile", profile,     "--log", folder_ / "flight.csv",
                                        "--self-test", "0"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    bridge_ = start_tool("haptic_bridge", Vendor::cyclone, arguments);
+    bridge_ = start_tool("palp-haptic-bridge", Vendor::cyclone, arguments);
   }
   static void write(const std::string& file, const std::string& text) {
     write_file(file, Bytes(text.begin(), text.end()));
@@ -38,7 +38,7 @@ TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure
   EXPECT_EQ(bridge_->wait(), 1) << said();
   EXPECT_NE(said().find("virtGetSpeed failed: the hardware has failed (error 11)"), std::string::npos) << said();
   EXPECT_TRUE(watcher.has_event("the hand is off the dead-man switch")) << said();
-  EXPECT_NE(summary("haptic_bridge").find("\"healthy\": false"), std::string::npos);
+  EXPECT_NE(summary("palp-haptic-bridge").find("\"healthy\": false"), std::string::npos);
   stop_server();
 
   auto log = read_flight(folder_ / "flight.csv");

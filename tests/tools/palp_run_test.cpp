@@ -1,4 +1,4 @@
-// The palp_run binary: exit status, messages and files.
+// The palp-run binary: exit status, messages and files.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -17,7 +17,7 @@ struct Outcome {
 };
 
 Outcome run(const std::string& arguments) {
-  const std::string command = "timeout 60 " PALP_BIN_DIR "/palp_run " + arguments + " 2>&1";
+  const std::string command = "timeout 60 " PALP_BIN_DIR "/palp-run " + arguments + " 2>&1";
   Outcome outcome;
   std::FILE* pipe = popen(command.c_str(), "r");
   std::array<char, 4096> buffer;
@@ -58,14 +58,14 @@ TEST_F(PalpRun, RefusesBadInputWithOneMessage) {
   const Row rows[] = {
       {"", "scene is required"},
       {"poiseuille", "--out is required"},
-      {"poiseuile --out " + folder_, "palp_run: poiseuile: no such scene file"},
+      {"poiseuile --out " + folder_, "palp-run: poiseuile: no such scene file"},
       {"poiseuile --out " + folder_, "did you mean 'poiseuille'?"},
       {"poiseuille --backend gpu --out " + folder_, "--backend"},
       {"poiseuille --accuracy best --out " + folder_, "--accuracy"},
       {"poiseuille --duration -1 --out " + folder_, "--duration"},
       {"poiseuille --spacing nan --out " + folder_, "spacing on the command line is nan"},
       {"poiseuille --spacing 2e-7 --out " + folder_, "memory here allows"},
-      {"poiseuille --path /nowhere.csv --out " + folder_, "palp_run: /nowhere.csv: no such file"},
+      {"poiseuille --path /nowhere.csv --out " + folder_, "palp-run: /nowhere.csv: no such file"},
       {bad + " --out " + folder_, "bad.toml:2: [scene]: rate_hz is -1, expected a number in Hz from 1 to 1000000"},
   };
   for (const Row& row : rows) {

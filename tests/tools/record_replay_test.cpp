@@ -1,4 +1,4 @@
-// The real palp_record, palp_replay and palp_info on the loopback interface, each test in a DDS domain of its own.
+// The real palp-record, palp-replay and palp-info on the loopback interface, each test in a DDS domain of its own.
 #include <fmt/format.h>
 
 #include <functional>
@@ -43,7 +43,7 @@ std::vector<std::string> program(const std::string& name, const std::string& fil
   return {kBin + name, file, "--dds", to_string(vendor), "--domain", std::to_string(domain)};
 }
 std::vector<std::string> recorder(const std::string& file, Vendor vendor, int domain) {
-  std::vector<std::string> command = program("palp_record", "--out=" + file, vendor, domain);
+  std::vector<std::string> command = program("palp-record", "--out=" + file, vendor, domain);
   return command;
 }
 std::vector<std::string> with(std::vector<std::string> command, const std::vector<std::string>& more) {
@@ -195,7 +195,7 @@ TEST_P(RecordReplay, GivesEveryReaderTheSameBytesInTheSameOrder) {
 
   const int domain = unused_domain();
   ChildProcess again(recorder(folder / "b.mcap", GetParam().recorder, domain), folder / "again.txt");
-  ChildProcess replay(with(program("palp_replay", folder / "a.mcap", GetParam().replayer, domain),
+  ChildProcess replay(with(program("palp-replay", folder / "a.mcap", GetParam().replayer, domain),
                            {"--wait-readers", std::to_string(said.size())}),
                       folder / "replay.txt");
   EXPECT_EQ(replay.wait(), 0) << replay.output();
@@ -231,7 +231,7 @@ TEST(Record, AnIndependentReaderDecodesTheFile) {
   const std::string scene = read_independently(folder, folder / "a.mcap", "palp/scene");
   EXPECT_NE(scene.find("\"name\": \"a tray\""), std::string::npos) << scene;
   EXPECT_NE(scene.find("\"name\": \"water\""), std::string::npos) << scene;
-  ChildProcess info({kBin + "palp_info", folder / "a.mcap"}, folder / "info.txt");
+  ChildProcess info({kBin + "palp-info", folder / "a.mcap"}, folder / "info.txt");
   EXPECT_EQ(info.wait(), 0);
   EXPECT_NE(info.output().find("palp::wire::ProxySample"), std::string::npos) << info.output();
 }
@@ -269,11 +269,11 @@ TEST(Record, AKilledRecorderLosesAtMostItsLastSecond) {
   record.stop(SIGKILL);
   const std::string unfinished = folder / ("a.mcap" + std::string(kUnfinishedSuffix));
   ASSERT_TRUE(std::filesystem::exists(unfinished));
-  ChildProcess replay(program("palp_replay", unfinished, Vendor::cyclone, domain), folder / "replay.txt");
+  ChildProcess replay(program("palp-replay", unfinished, Vendor::cyclone, domain), folder / "replay.txt");
   EXPECT_EQ(replay.wait(), 1);
   EXPECT_NE(replay.output().find("--recover"), std::string::npos) << replay.output();
 
-  ChildProcess recover({kBin + "palp_record", "--recover", unfinished}, folder / "recover.txt");
+  ChildProcess recover({kBin + "palp-record", "--recover", unfinished}, folder / "recover.txt");
   EXPECT_EQ(recover.wait(), 0) << recover.output();
   const auto payloads = payloads_by_topic(folder / "a.mcap");
   EXPECT_GT(payloads.at("palp/proxy").size(), 500u);
@@ -312,7 +312,7 @@ TEST(Replay, StepsMessageByMessage) {
   const auto reader = bus->reader(topic_of<ProxySample>(), 100);
   std::size_t count = 0;
   const auto take = [&] { return count += reader->take([](Payload, std::int64_t) {}); };
-  ChildProcess replay(with(program("palp_replay", folder / "a.mcap", Vendor::cyclone, domain),
+  ChildProcess replay(with(program("palp-replay", folder / "a.mcap", Vendor::cyclone, domain),
                            {"--step", "message", "--topics", "proxy"}),
                       folder / "replay.txt");
   std::this_thread::sleep_for(2s);
@@ -345,17 +345,17 @@ TEST(Record, WrongUseIsOneClearSentence) {
   const ScratchFolder folder;
   write_file(folder / "there.mcap", Bytes(3));
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
-      {{"palp_record"}, "--out"},
-      {{"palp_record", "--out", folder / "a.mcap", "--colour"}, "--colour"},
-      {{"palp_record", "--out", folder / "a.mcap", "--topics", "proxies"}, "palp/proxy"},
-      {{"palp_record", "--out", folder / "a.mcap", "--decimate", "particles"}, "TOPIC=N"},
-      {{"palp_record", "--out", folder / "there.mcap", "--domain", "230"}, "exists already"},
-      {{"palp_record", "--out", folder / "no/such/place.mcap", "--domain", "230"}, "cannot be created"},
-      {{"palp_record", "--recover", folder / "there.mcap"}, "too short"},
-      {{"palp_replay", folder / "there.mcap"}, "too short"},
-      {{"palp_replay", folder / "absent.mcap"}, "cannot be opened"},
-      {{"palp_info", folder / "absent.mcap"}, "cannot be opened"},
-      {{"palp_info"}, "file is required"},
+      {{"palp-record"}, "--out"},
+      {{"palp-record", "--out", folder / "a.mcap", "--colour"}, "--colour"},
+      {{"palp-record", "--out", folder / "a.mcap", "--topics", "proxies"}, "palp/proxy"},
+      {{"palp-record", "--out", folder / "a.mcap", "--decimate", "particles"}, "TOPIC=N"},
+      {{"palp-record", "--out", folder / "there.mcap", "--domain", "230"}, "exists already"},
+      {{"palp-record", "--out", folder / "no/such/place.mcap", "--domain", "230"}, "cannot be created"},
+      {{"palp-record", "--recover", folder / "there.mcap"}, "too short"},
+      {{"palp-replay", folder / "there.mcap"}, "too short"},
+      {{"palp-replay", folder / "absent.mcap"}, "cannot be opened"},
+      {{"palp-info", folder / "absent.mcap"}, "cannot be opened"},
+      {{"palp-info"}, "file is required"},
   };
   for (auto [command, expected] : cases) {
     command[0] = kBin + command[0];
@@ -377,7 +377,7 @@ TEST(Replay, GoesOnBehindADamagedChunkAndSaysWhatWasLost) {
   bytes[hit.offset + hit.length / 2] ^= 0x10;
   write_file(folder / "a.mcap", bytes);
 
-  ChildProcess replay(with(program("palp_replay", folder / "a.mcap", Vendor::cyclone, unused_domain()),
+  ChildProcess replay(with(program("palp-replay", folder / "a.mcap", Vendor::cyclone, unused_domain()),
                            {"--wait-readers", "0", "--rate", "0", "--topics", "proxy"}),
                       folder / "replay.txt");
   EXPECT_EQ(replay.wait(), 1) << replay.output();
@@ -391,14 +391,14 @@ TEST(Replay, GoesOnBehindADamagedChunkAndSaysWhatWasLost) {
   EXPECT_GT(lost, 0u) << said;
   EXPECT_EQ(played + lost, whole) << said;
   EXPECT_NE(said.find(fmt::format("at byte {}", hit.offset)), std::string::npos) << said;
-  EXPECT_NE(said.find("palp_record --recover " + (folder / "a.mcap")), std::string::npos) << said;
+  EXPECT_NE(said.find("palp-record --recover " + (folder / "a.mcap")), std::string::npos) << said;
 }
 
 TEST(Replay, SaysThatNobodyListens) {
   const ScratchFolder folder;
   record_something(folder, Vendor::cyclone, 5);
   ChildProcess replay(
-      with(program("palp_replay", folder / "a.mcap", Vendor::cyclone, unused_domain()), {"--timeout", "0.5"}),
+      with(program("palp-replay", folder / "a.mcap", Vendor::cyclone, unused_domain()), {"--timeout", "0.5"}),
       folder / "replay.txt");
   EXPECT_EQ(replay.wait(), 1);
   EXPECT_NE(replay.output().find("--wait-readers 0"), std::string::npos) << replay.output();

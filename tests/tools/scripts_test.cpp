@@ -108,18 +108,19 @@ TEST(Summary, AMissingOrBrokenPartIsUnhealthy) {
   fs::create_directories(folder / "logs");
   for (const char* name : {"scene.png", "force.png", "recording.mcap"}) write_text(folder / name, "x");
   const std::string good = R"({"healthy": true, "messages": 5, "rate_hz": 1000.0})";
-  for (const char* name : {"sim_server", "haptic_bridge", "viewer", "palp_record"})
+  for (const char* name : {"palp-sim-server", "palp-haptic-bridge", "palp-viewer", "palp-record"})
     write_text(folder / "logs/" + name + ".json", good);
   const std::vector<std::string> command{kTools + "summary.py", folder / ""};
   EXPECT_EQ(call(folder, command).status, 0) << read_text(folder / "output.txt");
   for (const std::string& bad : {std::string("{"), std::string("[]"), std::string(R"({"healthy": "yes"})"),
                                  std::string(R"({"healthy": false, "cause": "it blew up"})")}) {
-    write_text(folder / "logs/sim_server.json", bad);
+    write_text(folder / "logs/palp-sim-server.json", bad);
     const Result result = call(folder, command);
     EXPECT_EQ(result.status, 1) << bad;
-    EXPECT_NE(result.output.find("NOT HEALTHY: sim_server"), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find("NOT HEALTHY: palp-sim-server"), std::string::npos) << result.output;
   }
-  write_text(folder / "logs/sim_server.json", R"({"healthy": true, "step_p50_us": "fast", "real_time_factor": null})");
+  write_text(folder / "logs/palp-sim-server.json",
+             R"({"healthy": true, "step_p50_us": "fast", "real_time_factor": null})");
   EXPECT_EQ(call(folder, command).status, 0);
   fs::remove(folder / "scene.png");
   EXPECT_EQ(call(folder, command).status, 1);
@@ -174,7 +175,7 @@ class Demo : public testing::Test {
     write_text(folder_ / "tree/config/scenes/tray_fluid.toml", "");
     write_text(folder_ / "tree/config/hands/stir.toml", "");
     fs::create_directories(folder_ / "tree/build/release/bin");
-    for (const char* name : {"sim_server", "haptic_bridge", "viewer", "palp_record"})
+    for (const char* name : {"palp-sim-server", "palp-haptic-bridge", "palp-viewer", "palp-record"})
       fs::copy(kTests + "fake_program.sh", folder_ / "tree/build/release/bin/" + name);
     fs::create_directories(folder_ / "path");
     script("tree/tools/setup", "exit 0");
@@ -223,31 +224,31 @@ TEST_F(Demo, RunsStopsSumsUpAndIsHealthy) {
     EXPECT_TRUE(fs::exists(folder_ / "tree/out/demo/" + name)) << name;
   EXPECT_TRUE(nothing_left());
   const std::string calls = read_text(folder_ / "calls");
-  EXPECT_NE(calls.find("sim_server config/scenes/tray_fluid.toml --backend auto"), std::string::npos) << calls;
+  EXPECT_NE(calls.find("palp-sim-server config/scenes/tray_fluid.toml --backend auto"), std::string::npos) << calls;
   EXPECT_NE(calls.find("--headless"), std::string::npos) << calls;
 }
 
 TEST_F(Demo, AProcessThatDiesOrIsSickMakesItFail) {
-  const Result dead = call(folder_, command({"FAKE_DIES=sim_server"}, {"--seconds", "60"}));
+  const Result dead = call(folder_, command({"FAKE_DIES=palp-sim-server"}, {"--seconds", "60"}));
   EXPECT_EQ(dead.status, 1) << dead.output;
-  EXPECT_NE(dead.output.find("sim_server ended too early"), std::string::npos) << dead.output;
+  EXPECT_NE(dead.output.find("palp-sim-server ended too early"), std::string::npos) << dead.output;
   EXPECT_NE(dead.output.find("no such scene"), std::string::npos) << dead.output;
   EXPECT_TRUE(nothing_left());
-  const Result sick = call(folder_, command({"FAKE_SICK=viewer"}));
+  const Result sick = call(folder_, command({"FAKE_SICK=palp-viewer"}));
   EXPECT_EQ(sick.status, 1) << sick.output;
-  EXPECT_NE(sick.output.find("NOT HEALTHY: viewer"), std::string::npos) << sick.output;
+  EXPECT_NE(sick.output.find("NOT HEALTHY: palp-viewer"), std::string::npos) << sick.output;
 }
 
 TEST_F(Demo, ClosingTheWindowEndsItWell) {
-  const Result closed = call(folder_, command({"DISPLAY=:0", "FAKE_LEAVES=viewer"}, {"--forever"}));
+  const Result closed = call(folder_, command({"DISPLAY=:0", "FAKE_LEAVES=palp-viewer"}, {"--forever"}));
   EXPECT_EQ(closed.status, 0) << closed.output;
   for (const char* name : {"scene.png", "force.png", "recording.mcap"})
     EXPECT_TRUE(fs::exists(folder_ / "tree/out/demo/" + name)) << name;
   EXPECT_EQ(read_text(folder_ / "calls").find("--headless"), std::string::npos);
   EXPECT_TRUE(nothing_left());
-  const Result left = call(folder_, command({"DISPLAY=:0", "FAKE_LEAVES=haptic_bridge"}, {"--forever"}));
+  const Result left = call(folder_, command({"DISPLAY=:0", "FAKE_LEAVES=palp-haptic-bridge"}, {"--forever"}));
   EXPECT_EQ(left.status, 1) << left.output;
-  EXPECT_NE(left.output.find("haptic_bridge ended too early"), std::string::npos) << left.output;
+  EXPECT_NE(left.output.find("palp-haptic-bridge ended too early"), std::string::npos) << left.output;
 }
 
 TEST_F(Demo, AnInterruptLeavesNothingRunning) {

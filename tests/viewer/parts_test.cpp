@@ -158,7 +158,7 @@ TEST(Keys, CapitalAndSmallLettersDiffer) {
 }
 
 std::optional<ViewerOptions> parse(std::vector<const char*> arguments, int& code) {
-  arguments.insert(arguments.begin(), "viewer");
+  arguments.insert(arguments.begin(), "palp-viewer");
   testing::internal::CaptureStderr();
   auto options = parse_viewer_options(static_cast<int>(arguments.size()), arguments.data(), code);
   testing::internal::GetCapturedStderr();

@@ -150,7 +150,7 @@ class ViewerProcess : public testing::TestWithParam<Vendor> {
   std::string path(const std::string& name) const { return (directory_ / name).string(); }
   int domain() const { return 100 + static_cast<int>(getpid() % 101); }
   Process start(std::vector<std::string> more) {
-    std::vector<std::string> arguments{std::string(PALP_BIN_DIR) + "/viewer",
+    std::vector<std::string> arguments{std::string(PALP_BIN_DIR) + "/palp-viewer",
                                        "--headless",
                                        "--gpu",
                                        "cpu",
@@ -234,7 +234,7 @@ TEST(ViewerCommandLine, BadInputGivesOneMessageAndAFailure) {
                                                   {"--size", "huge"},
                                                   {"--headless", "--gpu", "cpu", "--video", "/nonexistent/v.mp4"}};
   for (const auto& more : bad) {
-    std::vector<std::string> arguments{std::string(PALP_BIN_DIR) + "/viewer"};
+    std::vector<std::string> arguments{std::string(PALP_BIN_DIR) + "/palp-viewer"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     Process viewer(arguments, log);
     EXPECT_GT(viewer.wait(20s), 0) << more[0];

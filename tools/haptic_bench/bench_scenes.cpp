@@ -16,7 +16,7 @@ MaterialConfig material(const std::string& name, double density) {
   MaterialConfig m;
   m.name = name;
   m.density = density;
-  m.where = "palp_haptic_bench";
+  m.where = "palp-haptic-bench";
   return m;
 }
 
@@ -24,7 +24,7 @@ ShapeConfig shape(ShapeType type, const Vec3& position) {
   ShapeConfig s;
   s.type = type;
   s.position = position;
-  s.where = "palp_haptic_bench";
+  s.where = "palp-haptic-bench";
   return s;
 }
 
@@ -46,7 +46,7 @@ BodyConfig body(const std::string& name, BodyKind type, const std::string& of, c
   b.type = type;
   b.material = of;
   b.shapes = {solid};
-  b.where = "palp_haptic_bench";
+  b.where = "palp-haptic-bench";
   return b;
 }
 
@@ -69,7 +69,7 @@ void add_tool(SceneConfig& c, const ShapeConfig& solid, double volume, const Vec
   ProxyConfig proxy;
   proxy.body = "tool";
   proxy.coupling_limit = {kNoLimit, kNoLimit, kNoLimit, kNoLimit};
-  proxy.where = "palp_haptic_bench";
+  proxy.where = "palp-haptic-bench";
   c.proxies.push_back(proxy);
 }
 

@@ -1,4 +1,4 @@
-// palp_info: says what a recording contains.
+// palp-info: says what a recording contains.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
     fmt::print("{}", palp::describe_recording(path));
     return 0;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "palp_info: {}\n", error.what());
+    fmt::print(stderr, "palp-info: {}\n", error.what());
     return 1;
   }
 }

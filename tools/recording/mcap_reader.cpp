@@ -63,7 +63,7 @@ McapReader::McapReader(std::string path, McapReaderOptions options) : path_(std:
     try {
       read_summary();
     } catch (const McapError& error) {
-      index_fault_ = error.what() + ("; palp_record --recover " + path_ + " rebuilds the index");
+      index_fault_ = error.what() + ("; palp-record --recover " + path_ + " rebuilds the index");
       schemas_.clear();
       channels_.clear();
       chunks_.clear();

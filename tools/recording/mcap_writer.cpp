@@ -27,7 +27,7 @@ void refuse_existing(const std::string& path, const std::string& unfinished) {
   if (access(path.c_str(), F_OK) == 0)
     throw McapError(path + ": the file exists already; give another name, or --overwrite to replace it");
   if (access(unfinished.c_str(), F_OK) == 0)
-    throw McapError(unfinished + ": left by a recorder that was killed; save it with palp_record --recover " +
+    throw McapError(unfinished + ": left by a recorder that was killed; save it with palp-record --recover " +
                     unfinished + ", or give --overwrite to replace it");
 }
 
@@ -69,7 +69,7 @@ void McapWriter::fail(const std::string& what) {
   failure_ = unfinished_path_ + ": at byte " + std::to_string(offset_) + ": " + what;
   if (options_.keep_unfinished) {
     failure_ += std::string("; what was recorded before is kept") + (cut ? "" : " up to a broken last record") +
-                ", recover it with palp_record --recover " + unfinished_path_;
+                ", recover it with palp-record --recover " + unfinished_path_;
   }
   throw McapError(failure_);
 }

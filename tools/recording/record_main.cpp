@@ -1,4 +1,4 @@
-// palp_record: records the traffic of a palp system to an MCAP file, or repairs a recording that was cut short.
+// palp-record: records the traffic of a palp system to an MCAP file, or repairs a recording that was cut short.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -60,7 +60,7 @@ void add_options(CLI::App& app, Options& o) {
 int recover(const Options& o) {
   const std::string to = o.recorder.path.empty() ? recovered_name(o.recover) : o.recorder.path;
   const Recovery recovery = recover_recording(o.recover, to, o.recorder.overwrite);
-  for (const std::string& damage : recovery.damages) fmt::print(stderr, "palp_record: {}\n", damage);
+  for (const std::string& damage : recovery.damages) fmt::print(stderr, "palp-record: {}\n", damage);
   fmt::print("{}: {} messages recovered\n", to, recovery.messages);
   return 0;
 }
@@ -109,7 +109,7 @@ int record(const Options& o) {
     failure = error.what();
   }
   const TopicCounts total = counts.total();
-  if (!failure.empty()) fmt::print(stderr, "palp_record: {}\n", failure);
+  if (!failure.empty()) fmt::print(stderr, "palp-record: {}\n", failure);
   if (!o.summary.empty()) write_json(o.summary, json_of(counts, failure.empty() && total.dropped == 0));
   if (!failure.empty()) return 1;
   fmt::print("{}: {} messages, {:.1f} MB in {:.1f} s, {} dropped, {} lost on the way\n", o.recorder.path,
@@ -146,7 +146,7 @@ int main(int argc, char** argv) {
   try {
     return palp::run(argc, argv);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "palp_record: {}\n", error.what());
+    fmt::print(stderr, "palp-record: {}\n", error.what());
     return 1;
   }
 }

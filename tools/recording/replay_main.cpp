@@ -1,4 +1,4 @@
-// palp_replay: plays a recording back onto the bus.
+// palp-replay: plays a recording back onto the bus.
 #include <fmt/format.h>
 #include <poll.h>
 #include <unistd.h>
@@ -35,7 +35,7 @@ bool wait_for_enter() {
 void check_whole(const ReplayCounts& counts, const std::string& path) {
   if (counts.lost_chunks == 0) return;
   throw std::runtime_error(fmt::format(
-      "{}: {} in {} damaged chunk{}; palp_record --recover {} copies what is whole into a new recording", path,
+      "{}: {} in {} damaged chunk{}; palp-record --recover {} copies what is whole into a new recording", path,
       counts.lost_messages > 0 ? fmt::format("{} messages are lost", counts.lost_messages) : "messages are lost",
       counts.lost_chunks, counts.lost_chunks == 1 ? "" : "s", path));
 }
@@ -68,7 +68,7 @@ int run(int argc, char** argv) {
   options.topics = choose_topics(topics);
   catch_stop_signals();
   const auto say_damage = [](const std::string& damage) {
-    fmt::print(stderr, "palp_replay: {}; this chunk is left out\n", damage);
+    fmt::print(stderr, "palp-replay: {}; this chunk is left out\n", damage);
   };
   const ReplayCounts counts = replay(options, {stop_asked, wait_for_enter, say_damage});
   fmt::print("{} messages played", counts.messages);
@@ -88,7 +88,7 @@ int main(int argc, char** argv) {
   try {
     return palp::run(argc, argv);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "palp_replay: {}\n", error.what());
+    fmt::print(stderr, "palp-replay: {}\n", error.what());
     return 1;
   }
 }
