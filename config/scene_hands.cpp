@@ -1,8 +1,10 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
 
+#include "config/data_dir.h"
 #include "config/scene_reader.h"
 #include "config/text_file.h"
 
@@ -18,19 +20,13 @@ bool is_path(const std::string& hand) {
 
 // Folders of hand scripts, the one that belongs to the scene first.
 std::vector<fs::path> hand_folders(const std::string& scene) {
-  return {resolve_beside(scene, "../hands"), fs::path("config") / "hands", fs::path(PALP_SOURCE_DIR) / "config/hands"};
+  std::vector<fs::path> folders = data_folders(kHandFiles);
+  folders.insert(folders.begin(), resolve_beside(scene, "../hands"));
+  return folders;
 }
 
 std::string fault_of_name(const std::string& hand, const std::vector<fs::path>& folders) {
-  std::error_code ignored;
-  std::vector<std::string> known;
-  for (const fs::path& folder : folders) {
-    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-      if (entry.path().extension() == ".toml") known.push_back(entry.path().stem().string());
-    }
-  }
-  std::sort(known.begin(), known.end());
-  known.erase(std::unique(known.begin(), known.end()), known.end());
+  const std::vector<std::string> known = names_in(folders);
   const std::string near = nearest_name(hand, known);
   return fmt::format("hand '{}' is no hand script, expected a path from the scene's folder{}{}{}", hand,
                      known.empty() ? "" : " or one of: ", fmt::join(known, ", "),

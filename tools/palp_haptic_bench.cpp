@@ -16,6 +16,7 @@
 #include <set>
 #include <thread>
 
+#include "config/data_dir.h"
 #include "config/json_file.h"
 #include "config/number_between.h"
 #include "idl/bus.h"
@@ -37,7 +38,7 @@ struct Arguments {
   int seeds = 3;
   unsigned jobs = std::max(1u, std::thread::hardware_concurrency());
   std::string out, json, trace, series, command;
-  std::string profile = PALP_SOURCE_DIR "/config/devices/simulated.toml";
+  std::string profile = "simulated";
   std::optional<Accuracy> accuracy;  // of figure 4's trays
   double stiffness = 0;              // of the profile, if 0
   std::optional<double> slew, friction;
@@ -178,7 +179,7 @@ bool has(const std::vector<std::string>& list, const std::string& name) {
 }
 
 DeviceProfile profile_of(const Arguments& a) {
-  DeviceProfile profile = read_device_profile(a.profile);
+  DeviceProfile profile = read_device_profile(find_data_file(kDeviceProfiles, a.profile));
   profile.loop.limits.force_slew = a.slew.value_or(profile.loop.limits.force_slew);
   profile.arm.friction = a.friction.value_or(profile.arm.friction);
   if (a.stiffness > 0) profile.loop.gains.stiffness = a.stiffness;
@@ -315,7 +316,7 @@ int measure(Arguments a) {
     return 0;
   }
   if (a.ticks > 0) {
-    fmt::print("{}", markdown(tick_costs(profile_of(a), PALP_LIB_DIR "/libvirtuose_sim.so", a.ticks)));
+    fmt::print("{}", markdown(tick_costs(profile_of(a), find_own_library("libvirtuose_sim.so"), a.ticks)));
     return 0;
   }
   const RoomForResults room({a.out, a.json, a.trace});
@@ -376,7 +377,7 @@ int main(int argc, char** argv) {
   palp::add_accuracy_option(app, a.accuracy);
   app.add_option("--stiffness", a.stiffness, "Of the coupling, instead of the profile's; not for the Z-width [N/m]")
       ->check(palp::number_between(0, 1e5));
-  app.add_option("--profile", a.profile, "Device profile: limits, gains, simulated arm");
+  app.add_option("--profile", a.profile, "Device profile, a name or a file: limits, gains, simulated arm");
   app.add_option("--slew", a.slew, "The loop's force slew limit [N/s]")->check(palp::number_between(1, 1e5));
   app.add_flag("--uncontrolled", a.uncontrolled, "Without passivity control and gains that follow the delay");
   app.add_option("--friction", a.friction, "Coulomb friction of the arm [N]")->check(palp::number_between(0, 50));

@@ -6,8 +6,7 @@
 
 namespace palp {
 
-// A path that exists is taken as it is. A bare name ("dam_break", with or without .toml) is looked for in
-// ./config/scenes and among palp's own scenes. Throws ConfigError that lists the scenes there are.
+// The file of a scene given by path or by bare name ("dam_break"), as find_data_file (config/data_dir.h) looks for it.
 std::string find_scene_file(const std::string& name);
 
 // What fits into three quarters of the memory that is free now, host arrays of the CPU back end included.
