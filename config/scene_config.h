@@ -159,7 +159,7 @@ struct SceneConfig {
   Eigen::Vector3d body_force = Eigen::Vector3d::Zero();  // [m/s^2], drives a flow (periodic channels)
   double gravity_ramp = 0;                               // [s] gravity grows from zero over this time
   double rate_hz = 1000;                                 // haptic steps per second of simulated time
-  double duration = 10;                                  // [s], default for palp_run
+  double duration = 10;                                  // [s], default for palp-run
   Eigen::Vector3d domain_min = Eigen::Vector3d::Zero();
   Eigen::Vector3d domain_max = Eigen::Vector3d::Zero();
   std::array<bool, 3> periodic{};

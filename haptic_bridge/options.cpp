@@ -10,6 +10,7 @@
 
 #include "config/error.h"
 #include "config/number_between.h"
+#include "config/version.h"
 #include "haptic_bridge/loop/local_model.h"
 #include "idl/bus_options.h"
 
@@ -111,7 +112,7 @@ void add_options(CLI::App& app, RawOptions& raw) {
       "The 1 kHz process between a haptic device and sim_server: reads the device, renders the virtual coupling, "
       "limits "
       "the wrench, sends it to the device.");
-  app.set_version_flag("--version", "palp-haptic-bridge " PALP_VERSION);
+  app.set_version_flag("--version", version_of("palp-haptic-bridge"));
   add_device_options(app, raw);
   add_loop_options(app, raw.options);
   add_bus_options(app, raw.options.bus);

@@ -10,6 +10,7 @@
 #include "config/error.h"
 #include "config/json_file.h"
 #include "config/number_between.h"
+#include "config/version.h"
 #include "idl/bus_options.h"
 #include "sim_server/scene_options.h"
 #include "sim_server/server.h"
@@ -56,7 +57,8 @@ int run(const Arguments& a) {
 
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("sim_server"));
-  CLI::App app("Simulates a scene and serves it over DDS.");
+  CLI::App app("Simulates a scene and serves it over DDS.", "palp-sim-server");
+  app.set_version_flag("--version", palp::version_of("palp-sim-server"));
   Arguments arguments;
   declare(app, arguments);
   try {

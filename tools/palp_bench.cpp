@@ -15,6 +15,7 @@
 
 #include "config/json_file.h"
 #include "config/number_between.h"
+#include "config/version.h"
 #include "sim_server/scene_options.h"
 #include "sim_server/solver/plan.h"
 
@@ -213,7 +214,8 @@ int run(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Measures the cost of a sub-step against the number of particles.");
+  CLI::App app("Measures the cost of a sub-step against the number of particles.", "palp-bench");
+  app.set_version_flag("--version", palp::version_of("palp-bench"));
   Arguments a;
   palp::add_backend_option(app, a.backend);
   app.add_option("--scene", a.scenes, "Scenes instead of cubes of fluid: files, or names of those in config/scenes")

@@ -19,6 +19,7 @@
 #include "config/data_dir.h"
 #include "config/json_file.h"
 #include "config/number_between.h"
+#include "config/version.h"
 #include "idl/bus.h"
 #include "sim_server/scene_options.h"
 #include "tools/haptic_bench/bench_scenes.h"
@@ -348,7 +349,8 @@ int measure(Arguments a) {
 }  // namespace palp::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Measures the haptic loop in lock-step over the full system.");
+  CLI::App app("Measures the haptic loop in lock-step over the full system.", "palp-haptic-bench");
+  app.set_version_flag("--version", palp::version_of("palp-haptic-bench"));
   palp::bench::Arguments a;
   app.add_flag("--quick", a.quick, "One seed, one damping, coarse steps, coarse trays");
   std::vector<std::string> names;

@@ -8,6 +8,7 @@
 
 #include "config/error.h"
 #include "config/number_between.h"
+#include "config/version.h"
 #include "sim_server/scene_options.h"
 #include "tools/run_scene.h"
 
@@ -62,7 +63,8 @@ int run(Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Runs a scene as fast as it goes and writes its probes and particles as CSV.");
+  CLI::App app("Runs a scene as fast as it goes and writes its probes and particles as CSV.", "palp-run");
+  app.set_version_flag("--version", palp::version_of("palp-run"));
   Arguments arguments;
   declare(app, arguments);
   try {

@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include "config/number_between.h"
+#include "config/version.h"
 #include "idl/bus_options.h"
 
 namespace palp {
@@ -49,6 +50,7 @@ std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* a
   ViewerOptions o;
   CLI::App app("Shows a palp simulation: particles, surfaces, forces. It may start before or after palp-sim-server.",
                "palp-viewer");
+  app.set_version_flag("--version", version_of("palp-viewer"));
   std::string size = "1280x720";
   int samples = -1, nice = -1;
   double png_at = 0, png_every = 0;

@@ -13,6 +13,15 @@
 namespace palp {
 namespace {
 
+// What this file was compiled for. Installed, it is there for more than one; they differ in the last bits.
+#if defined(__AVX512F__)
+constexpr const char* kInstructions = "AVX-512";
+#elif defined(__AVX2__)
+constexpr const char* kInstructions = "AVX2";
+#else
+constexpr const char* kInstructions = "baseline";
+#endif
+
 // Neighbours within the support radius and a skin, listed once for many sub-steps.
 class NeighborLists {
  public:
@@ -99,7 +108,7 @@ class Cpu {
   explicit Cpu(std::size_t particles) : threads_(particles < kAlone ? 1 : omp_get_max_threads()) {}
 
   std::string name() const {
-    return fmt::format("cpu, {} thread{}, {}", threads_, threads_ > 1 ? "s" : "",
+    return fmt::format("cpu ({}), {} thread{}, {}", kInstructions, threads_, threads_ > 1 ? "s" : "",
                        sizeof(real) == 4 ? "float" : "double");
   }
   const std::vector<std::pair<std::string, std::size_t>>& arrays() const { return arrays_; }

@@ -1,5 +1,5 @@
 // The simulation as its callers see it: one haptic step at a time, on whichever back end was chosen.
-// sim_server drives it at the haptic rate, palp_run and the tests as fast as it goes.
+// sim_server drives it at the haptic rate, palp-run and the tests as fast as it goes.
 #pragma once
 
 #include <array>
@@ -124,7 +124,7 @@ class Simulation {
  public:
   virtual ~Simulation() = default;
   virtual const Scene& scene() const = 0;
-  virtual std::string backend_name() const = 0;  // "cpu, 2 threads, float", "cuda, NVIDIA H100, float"
+  virtual std::string backend_name() const = 0;  // "cpu (AVX2), 2 threads, float", "cuda, NVIDIA H100, float"
   virtual std::string numerics() const = 0;      // one line: what the accuracy level expanded to
   virtual double support_radius() const = 0;     // H [m]
   virtual int sub_steps() const = 0;             // of a haptic step

@@ -5,10 +5,12 @@
 #include <cstdio>
 #include <string>
 
+#include "config/version.h"
 #include "tools/recording/info.h"
 
 int main(int argc, char** argv) {
-  CLI::App app("Says what a recording contains: duration, topics, counts and drops.");
+  CLI::App app("Says what a recording contains: duration, topics, counts and drops.", "palp-info");
+  app.set_version_flag("--version", palp::version_of("palp-info"));
   std::string path;
   app.add_option("file", path, "a recording (.mcap)")->required();
   CLI11_PARSE(app, argc, argv);

@@ -11,6 +11,7 @@
 
 #include "config/json_file.h"
 #include "config/number_between.h"
+#include "config/version.h"
 #include "idl/bus_options.h"
 #include "tools/recording/info.h"
 #include "tools/recording/recorder.h"
@@ -123,7 +124,9 @@ int record(const Options& o) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("Records what palp's processes say to each other to an MCAP file, or repairs a recording.");
+  CLI::App app("Records what palp's processes say to each other to an MCAP file, or repairs a recording.",
+               "palp-record");
+  app.set_version_flag("--version", version_of("palp-record"));
   Options o;
   add_options(app, o);
   CLI11_PARSE(app, argc, argv);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/number_between.h"
+#include "config/version.h"
 #include "idl/bus_options.h"
 #include "tools/recording/replayer.h"
 #include "tools/recording/stop_flag.h"
@@ -43,7 +44,9 @@ void check_whole(const ReplayCounts& counts, const std::string& path) {
 int run(int argc, char** argv) {
   CLI::App app(
       "Plays a recording back onto the bus, byte for byte: into viewers, bridges, servers and recorders of the same "
-      "domain.");
+      "domain.",
+      "palp-replay");
+  app.set_version_flag("--version", version_of("palp-replay"));
   ReplayOptions options;
   std::vector<std::string> topics;
   app.add_option("file", options.path, "a recording (.mcap)")->required();
