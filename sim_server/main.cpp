@@ -12,6 +12,7 @@
 #include "config/number_between.h"
 #include "config/version.h"
 #include "idl/bus_options.h"
+#include "sim_server/backend/thread_waits.h"
 #include "sim_server/scene_options.h"
 #include "sim_server/server.h"
 
@@ -56,6 +57,7 @@ int run(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  palp::wait_asleep(argv);
   spdlog::set_default_logger(spdlog::stderr_color_mt("sim_server"));
   CLI::App app("Simulates a scene and serves it over DDS.", "palp-sim-server");
   app.set_version_flag("--version", palp::version_of("palp-sim-server"));

@@ -16,6 +16,7 @@
 #include "config/json_file.h"
 #include "config/number_between.h"
 #include "config/version.h"
+#include "sim_server/backend/thread_waits.h"
 #include "sim_server/scene_options.h"
 #include "sim_server/solver/plan.h"
 
@@ -214,6 +215,7 @@ int run(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  palp::wait_asleep(argv);
   CLI::App app("Measures the cost of a sub-step against the number of particles.", "palp-bench");
   app.set_version_flag("--version", palp::version_of("palp-bench"));
   Arguments a;

@@ -9,6 +9,7 @@
 #include "config/error.h"
 #include "config/number_between.h"
 #include "config/version.h"
+#include "sim_server/backend/thread_waits.h"
 #include "sim_server/scene_options.h"
 #include "tools/run_scene.h"
 
@@ -63,6 +64,7 @@ int run(Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  palp::wait_asleep(argv);
   CLI::App app("Runs a scene as fast as it goes and writes its probes and particles as CSV.", "palp-run");
   app.set_version_flag("--version", palp::version_of("palp-run"));
   Arguments arguments;
