@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Sums a run of tools/demo up from what its processes wrote, and checks that all were healthy.
 
-usage: tools/summary.py DIR [--no-picture]"""
+usage: tools/summary.py DIR [--no-picture] [--bridges NAME...] [--fault TEXT]..."""
 
 import argparse
 import json
@@ -9,7 +9,7 @@ import math
 import pathlib
 import sys
 
-PROCESSES = ["palp-sim-server", "palp-haptic-bridge", "palp-viewer", "palp-record"]
+SERVER, BRIDGE, VIEWER, RECORDER = "palp-sim-server", "palp-haptic-bridge", "palp-viewer", "palp-record"
 
 
 def load(path):
@@ -29,46 +29,55 @@ def load(path):
     return values, None
 
 
-def number(values, key, digits=0, unit=""):
+def number_of(values, key, digits=0, unit=""):
     value = values.get(key)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         return "unknown"
     return f"{value:.{digits}f}{unit and ' ' + unit}"
 
 
-def report(server, bridge, viewer, recorder):
-    rate = bridge.get("rate_hz")
-    lateness = (f"{number(bridge, 'rate_hz', 1, 'Hz')}, late by {number(bridge, 'lateness_p50_us')} us (median), "
-                f"{number(bridge, 'lateness_p99_us')} us (99 %), {number(bridge, 'lateness_max_us')} us (worst)")
-    step = (f"{number(server, 'step_p50_us')} us (median), {number(server, 'step_p99_us')} us (99 %) for "
-            f"{number(server, 'steps')} steps")
-    frames = f"{number(viewer, 'complete_frames')} complete of {number(viewer, 'frames')}, {number(viewer, 'lost_frames')} lost"
-    recording = f"{number(recorder, 'messages')} messages, {number(recorder, 'drops')} dropped"
-    return [("haptic loop", lateness if rate is not None or bridge else "unknown"), ("server step", step),
-            ("real-time factor", number(server, "real_time_factor", 3)),
-            ("publishing", f"{number(server, 'publish_p50_us' if 'publish_p50_us' in server else 'handover_p50_us')} us a "
-             "step of the haptic thread (median)"),
-            ("sample age", f"{number(bridge, 'sample_age_p50_ms', 2, 'ms')} at the bridge (median)"),
-            ("peak force", number(bridge, "peak_force_n", 2, "N")),
-            ("lost samples", f"{number(bridge, 'lost_samples')} at the bridge"), ("frames", frames),
-            ("recording", recording)]
+def bridge_rows(bridge, number):
+    """What one bridge felt; its number stands in the labels where there are several."""
+    of = f" {number}" if number else ""
+    lateness = (f"{number_of(bridge, 'rate_hz', 1, 'Hz')}, late by {number_of(bridge, 'lateness_p50_us')} us (median), "
+                f"{number_of(bridge, 'lateness_p99_us')} us (99 %), {number_of(bridge, 'lateness_max_us')} us (worst)")
+    return [("haptic loop" + of, lateness if bridge else "unknown"),
+            ("sample age" + of, f"{number_of(bridge, 'sample_age_p50_ms', 2, 'ms')} at the bridge (median)"),
+            ("peak force" + of, number_of(bridge, "peak_force_n", 2, "N")),
+            ("lost samples" + of, f"{number_of(bridge, 'lost_samples')} at the bridge")]
+
+
+def report(server, bridges, viewer, recorder):
+    step = (f"{number_of(server, 'step_p50_us')} us (median), {number_of(server, 'step_p99_us')} us (99 %) for "
+            f"{number_of(server, 'steps')} steps")
+    publishing = "publish_p50_us" if "publish_p50_us" in server else "handover_p50_us"
+    frames = (f"{number_of(viewer, 'complete_frames')} complete of {number_of(viewer, 'frames')}, "
+              f"{number_of(viewer, 'lost_frames')} lost")
+    recording = f"{number_of(recorder, 'messages')} messages, {number_of(recorder, 'drops')} dropped"
+    rows = [row for number, bridge in bridges for row in bridge_rows(bridge, number)]
+    return [*rows, ("server step", step), ("real-time factor", number_of(server, "real_time_factor", 3)),
+            ("publishing", f"{number_of(server, publishing)} us a step of the haptic thread (median)"),
+            ("frames", frames), ("recording", recording)]
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("dir", type=pathlib.Path)
     parser.add_argument("--no-picture", action="store_true", help="a window showed the scene: a missing scene.png is no fault")
+    parser.add_argument("--bridges", nargs="*", default=[BRIDGE], metavar="NAME", help="the bridges that ran")
+    parser.add_argument("--fault", action="append", default=[], metavar="TEXT", help="what else was not healthy")
     options = parser.parse_args()
-    values, faults = {}, []
-    for process in PROCESSES:
+    values, faults = {}, list(options.fault)
+    for process in [SERVER, *options.bridges, VIEWER, RECORDER]:
         values[process], fault = load(options.dir / "logs" / f"{process}.json")
         if fault:
             faults.append(f"{process} {fault}")
-    for label, text in report(*(values[process] for process in PROCESSES)):
+    bridges = [(name.removeprefix(BRIDGE).lstrip("-"), values[name]) for name in options.bridges]
+    for label, text in report(values[SERVER], bridges, values[VIEWER], values[RECORDER]):
         print(f"  {label:18}{text}")
-    if values["palp-record"].get("messages") == 0:
-        faults.append("palp-record heard no message")
-    left = ["force.png", "recording.mcap"]
+    if values[RECORDER].get("messages") == 0:
+        faults.append(f"{RECORDER} heard no message")
+    left = ["recording.mcap", *(f"force_{number}.png" if number else "force.png" for number, _ in bridges)]
     if not options.no_picture or (options.dir / "scene.png").exists():
         left.append("scene.png")
     for name in left:

@@ -1,6 +1,7 @@
 #!/bin/bash
 # Stands in for every program that tools/demo starts: runs until SIGTERM, then writes what the real one would leave.
 # FAKE_DIES=NAME: that one ends at once with status 3. FAKE_SICK=NAME: that one says that it was not healthy.
+# FAKE_STAYS=NAME: that one sums up and does not end.
 # FAKE_LEAVES=NAME: that one ends well by itself, as a viewer does whose window is closed.
 name=$(basename "$0")
 echo "$$" >>"$FAKE_PIDS"
@@ -25,6 +26,7 @@ leave() {
     echo "t_ns,state,age_us,lateness_us,force_x,force_y,force_z,torque_x,torque_y,torque_z"
     for i in 1 2 3 4; do echo "${i}000000,engaged,500,20,$i,0,0,0,0,0.1"; done
   } >"$log/bridge_log.csv"
+  [ "${FAKE_STAYS:-}" = "$name" ] && return
   exit 0
 }
 trap leave TERM

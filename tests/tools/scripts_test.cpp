@@ -1,5 +1,7 @@
 // The scripts of tools/, as a user meets them. tools/demo runs in a copy of the tree whose programs are stand-ins.
+#include <algorithm>
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <tuple>
 
@@ -22,7 +24,7 @@ struct Result {
 
 Result call(const ScratchFolder& folder, std::vector<std::string> command) {
   ChildProcess child(std::move(command), folder / "output.txt");
-  const int status = child.wait();
+  const int status = child.wait(120s);
   return {status, child.output()};
 }
 
@@ -70,6 +72,19 @@ TEST(Scripts, WrongOptionsAreOneClearSentence) {
     EXPECT_NE(result.output.find(expected), std::string::npos) << result.output;
     EXPECT_LE(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
   }
+}
+
+TEST(Scripts, EachLabelThatCanBeAskedForHasTests) {
+  std::string lists;
+  for (const auto& entry : fs::recursive_directory_iterator(PALP_SOURCE_DIR "/tests"))
+    if (entry.path().filename() == "CMakeLists.txt" || entry.path().extension() == ".cmake")
+      if (entry.path().parent_path() != PALP_SOURCE_DIR "/tests") lists += read_text(entry.path());
+  const ScratchFolder folder;
+  const std::string said = call(folder, {kTools + "test", "--label", "none"}).output;
+  const std::size_t begin = said.find("--label none: ") + 14, end = said.find(" was expected");
+  ASSERT_LT(end, said.size()) << said;
+  std::istringstream words(std::regex_replace(said.substr(begin, end - begin), std::regex("[,]| or"), " "));
+  for (std::string label; words >> label;) EXPECT_NE(lists.find("LABELS " + label), std::string::npos) << label;
 }
 
 TEST(Plot, DrawsABridgeLogAndProbes) {
@@ -168,12 +183,12 @@ class Demo : public testing::Test {
  protected:
   Demo() {
     fs::create_directories(folder_ / "tree/tools");
-    for (const char* name : {"demo", "lib.sh", "plot.py", "summary.py"})
+    for (const char* name : {"demo", "lib.sh", "plot.py", "scene_hands.py", "summary.py"})
       fs::copy(kTools + name, folder_ / "tree/tools/" + name);
     fs::create_directories(folder_ / "tree/config/scenes");
     fs::create_directories(folder_ / "tree/config/hands");
-    write_text(folder_ / "tree/config/scenes/tray_fluid.toml", "");
-    write_text(folder_ / "tree/config/hands/stir.toml", "");
+    write_text(folder_ / "tree/config/scenes/tray_fluid.toml", "[[proxy]]\nhand = \"stir\"\n");
+    for (const char* hand : {"stir", "pan", "still"}) write_text(folder_ / "tree/config/hands/" + hand + ".toml", "");
     fs::create_directories(folder_ / "tree/build/release/bin");
     for (const char* name : {"palp-sim-server", "palp-haptic-bridge", "palp-viewer", "palp-record"})
       fs::copy(kTests + "fake_program.sh", folder_ / "tree/build/release/bin/" + name);
@@ -239,6 +254,47 @@ TEST_F(Demo, AProcessThatDiesOrIsSickMakesItFail) {
   EXPECT_NE(sick.output.find("NOT HEALTHY: palp-viewer"), std::string::npos) << sick.output;
 }
 
+TEST_F(Demo, StartsABridgeWithItsHandForEachDevice) {
+  write_text(folder_ / "tree/config/scenes/two.toml",
+             "[[proxy]]\nhand = \"stir\"\n[[proxy]]\ndevice = 1\nhand = \"pan\"\n");
+  const Result both = call(folder_, command({}, {"--seconds", "1", "--scene", "two"}));
+  EXPECT_EQ(both.status, 0) << both.output;
+  EXPECT_NE(both.output.find("force_0.png, force_1.png"), std::string::npos) << both.output;
+  for (const char* name : {"force_0.png", "force_1.png"}) EXPECT_TRUE(fs::exists(folder_ / "tree/out/demo/" + name));
+  EXPECT_TRUE(nothing_left());
+  const auto moved_by = [&](const std::string& device, const std::string& hand) {
+    std::istringstream calls(read_text(folder_ / "calls"));
+    for (std::string line; std::getline(calls, line);)
+      if (line.find("--device-number " + device) != std::string::npos)
+        return line.find("hands/" + hand + ".toml") != std::string::npos;
+    return false;
+  };
+  EXPECT_TRUE(moved_by("0", "stir") && moved_by("1", "pan")) << read_text(folder_ / "calls");
+  fs::remove(folder_ / "calls");
+  const Result other = call(folder_, command({}, {"--seconds", "1", "--scene", "two", "--hand", "1=still"}));
+  EXPECT_EQ(other.status, 0) << other.output;
+  EXPECT_TRUE(moved_by("0", "stir") && moved_by("1", "still")) << read_text(folder_ / "calls");
+  const Result none = call(folder_, command({}, {"--scene", "two", "--hand", "2=still"}));
+  EXPECT_EQ(none.status, 1);
+  EXPECT_NE(none.output.find("no tool for that device (it has: 0 1)"), std::string::npos) << none.output;
+}
+
+TEST_F(Demo, ASceneWithoutAToolNeedsNoBridge) {
+  write_text(folder_ / "tree/config/scenes/dam.toml", "");
+  const Result result = call(folder_, command({}, {"--seconds", "1", "--scene", "dam"}));
+  EXPECT_EQ(result.status, 0) << result.output;
+  EXPECT_NE(result.output.find("no bridge was started"), std::string::npos) << result.output;
+  EXPECT_EQ(read_text(folder_ / "calls").find("palp-haptic-bridge"), std::string::npos);
+}
+
+TEST_F(Demo, AProcessThatHadToBeKilledIsTheOneVerdict) {
+  const Result result = call(folder_, command({"FAKE_STAYS=palp-viewer"}));
+  EXPECT_EQ(result.status, 1) << result.output;
+  EXPECT_NE(result.output.find("NOT HEALTHY: palp-viewer did not end within 10 s"), std::string::npos) << result.output;
+  EXPECT_EQ(result.output.find("all healthy"), std::string::npos) << result.output;
+  EXPECT_TRUE(nothing_left());
+}
+
 TEST_F(Demo, ClosingTheWindowEndsItWell) {
   const Result closed = call(folder_, command({"DISPLAY=:0", "FAKE_LEAVES=palp-viewer"}, {"--forever"}));
   EXPECT_EQ(closed.status, 0) << closed.output;
@@ -253,8 +309,9 @@ TEST_F(Demo, ClosingTheWindowEndsItWell) {
 
 TEST_F(Demo, AnInterruptLeavesNothingRunning) {
   ChildProcess demo(command({}, {"--forever"}), folder_ / "output.txt");
-  std::this_thread::sleep_for(1500ms);
-  EXPECT_FALSE(read_text(folder_ / "pids").empty());
+  const auto started = [&] { return read_text(folder_ / "pids"); };
+  for (int i = 0; i < 600 && std::ranges::count(started(), '\n') < 4; ++i) std::this_thread::sleep_for(50ms);
+  EXPECT_EQ(std::ranges::count(started(), '\n'), 4) << demo.output();
   demo.send_signal(SIGINT);
   EXPECT_EQ(demo.wait(), 0) << demo.output();
   EXPECT_TRUE(nothing_left());
