@@ -37,7 +37,7 @@ TEST_P(DensityRatio, LayersComeToRest) {
   const Scene scene = tank(light, lower, depth, nullptr);
   const auto simulation = simulate(scene);
   double speed = 0;  // of the fastest particle, mean over the last steps: at one time it is a matter of luck
-  const int steps = light > 1 ? 1500 : 600;  // of ten sub-steps each
+  const int steps = light > 1 ? 1100 : 500;  // of ten sub-steps each
   for (int k = 0; k < steps; ++k) {
     const StepOutput& out = simulation->step({});
     ASSERT_TRUE(out.health.ok) << out.health.cause;

@@ -1,4 +1,4 @@
-// What rests stays at rest: one scene of each kind of matter. A minute where PALP_VALIDATE is set, else three seconds.
+// What rests stays at rest: one scene of each kind of matter. A minute where PALP_VALIDATE is set, else two seconds.
 #include <gtest/gtest.h>
 
 #include "tests/sim_server/physics/contact_scenes.h"
@@ -16,7 +16,8 @@ using Eigen::Vector3d;
 
 constexpr double kEdge = 0.06;
 
-double resting_time() { return validating() ? 60 : 3; }
+double settling_time() { return validating() ? 3 : 2; }
+double resting_time() { return validating() ? 60 : 2; }
 
 // A floor with a tray's walls where something could run off.
 Scene on_floor(bool walls) {
@@ -71,12 +72,12 @@ TEST_P(Rest, KeepsItsPlaceAndGainsNoEnergy) {
     GTEST_SKIP() << "thin water in a box of six particles creeps: tools/validate shows how far";
   const Scene scene = GetParam().make();
   const auto simulation = simulate(scene);
-  run_until(*simulation, 3);
+  run_until(*simulation, settling_time());
   const Snapshot start = snapshot_of(*simulation);
   double first = 0, last = 0, first_time = 0;
-  const double end = 3 + resting_time();
+  const double end = settling_time() + resting_time();
   // the mean kinetic energy of the first second and of the last
-  for (double from : {3.0, end - 1}) {
+  for (double from : {settling_time(), end - 1}) {
     run_until(*simulation, from);
     double sum = 0;
     for (int k = 0; k < 1000; ++k) sum += simulation->step({}).health.kinetic_energy / 1000;

@@ -26,10 +26,15 @@ set(validation_sources
   ../cases/dam_break_box_test.cpp ../cases/heave_test.cpp ../cases/lattice_line_test.cpp
   ../cases/lid_cavity_test.cpp)
 
+# what .ci/run steps under the sanitizers, where a step takes ten times as long: each module of the solver once
+set(physics_sanitized_sources ${physics_unit_sources} ${physics_host_sources})
+list(FILTER physics_sanitized_sources INCLUDE REGEX
+  "/(conservation|health|outside|pieces|contact|state_change|rigidify|implicit_physics|[a-z]*_lists)_test.cpp$")
+
 # compiled once for both back ends; ../support/backend.cpp says which one a binary tests
 set(physics_libs palp_bridge palp_probes palp_config)
 set(cpu_vs_cuda_sources backend/cpu_vs_cuda_test.cpp)
-foreach(cases physics_support physics_host physics_unit physics validation cpu_vs_cuda)
+foreach(cases physics_support physics_host physics_unit physics physics_sanitized validation cpu_vs_cuda)
   add_library(${cases}_cases OBJECT EXCLUDE_FROM_ALL ${${cases}_sources})
   target_link_libraries(${cases}_cases PRIVATE palp_options ${physics_libs} GTest::gtest)
   target_compile_definitions(${cases}_cases PRIVATE PALP_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
@@ -54,6 +59,9 @@ endfunction()
 physics_binary(NAME physics_unit_test CASES physics_unit physics_host LABELS unit TIMEOUT 300)
 physics_binary(NAME physics_test CASES physics LABELS physics TIMEOUT 300)
 physics_binary(NAME validation_test CASES validation LABELS validation TIMEOUT 1200)
+if(PALP_SANITIZE)
+  physics_binary(NAME physics_sanitized_test CASES physics_sanitized LABELS sanitized TIMEOUT 600)
+endif()
 if(PALP_HAVE_CUDA)
   physics_binary(NAME physics_gpu_test CASES physics_unit physics LABELS gpu TIMEOUT 300 CUDA)
   physics_binary(NAME validation_gpu_test CASES validation LABELS validation TIMEOUT 1200 CUDA)

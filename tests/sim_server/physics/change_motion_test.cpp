@@ -93,17 +93,17 @@ TEST_P(HeldRod, AHandFeelsNoJump) {
   scene.temperature.assign(scene.position.size(), kMelting + 0.5);
   scene.config.probes.push_back(probe_of("rod"));
   const double mass = mass_of(scene);
-  add_heat(scene, -2 * mass, 1, 1.5);
-  add_heat(scene, 2 * mass, 2, 2.5);
+  add_heat(scene, -2 * mass, 0.7, 1.2);
+  add_heat(scene, 2 * mass, 1.4, 1.9);
   const auto simulation = simulate(scene);
   const double lift = 1000 * 9.81 * scene.bodies[rod].volume;
   double jitter = 0, jump = 0, before = 0, most = 0;
   int rigid = 0;
-  for (int k = 0; k < 3000; ++k) {
+  for (int k = 0; k < 2200; ++k) {
     ASSERT_TRUE(simulation->step({}).health.ok);
     const double force = simulation->output().bodies[rod].force.z();
-    if (k >= 900) {
-      double& largest = k < 1000 ? jitter : jump;
+    if (k >= 600) {
+      double& largest = k < 700 ? jitter : jump;
       largest = std::max(largest, std::abs(force - before));
       most = std::max(most, std::abs(force - lift));
     }
