@@ -41,9 +41,9 @@ void play_device(double seconds, int domain) {
     device.twist.linear[2] = -amplitude * rate * std::sin(rate * t);
     device.t_device_ns = palp::now_ns();
     devices->publish(device);
-    if (proxies->take_latest(proxy) && i % 100 == 0) {
-      const auto& force = proxy.message.wrench.force;
-      const auto& torque = proxy.message.wrench.torque;
+    proxies->take_latest(proxy);
+    if (i % 100 == 99) {
+      const auto& [force, torque] = proxy.message.wrench;
       std::printf("%.1f s: force %.3f %.3f %.3f N, torque %.4f %.4f %.4f N m\n", t, force[0], force[1], force[2],
                   torque[0], torque[1], torque[2]);
     }

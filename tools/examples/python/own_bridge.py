@@ -18,14 +18,15 @@ def main():
     tool = scene["tools"][0]
     x, y, z = tool["position"]
     amplitude, rate = 0.01, 2 * math.pi * 0.5  # m, rad/s
+    proxy = None
     began = time.monotonic()
     for i in range(int(1000 * seconds)):
         t = i / 1000
         time.sleep(max(0, began + t - time.monotonic()))
         bus.send_device(tool["device"], [x, y, z - amplitude * (1 - math.cos(rate * t))], tool["orientation"],
                         velocity=[0, 0, -amplitude * rate * math.sin(rate * t)])
-        proxy = bus.proxy()
-        if proxy and i % 100 == 0:
+        proxy = bus.proxy() or proxy
+        if proxy and i % 100 == 99:
             print(f"{t:.1f} s: force", *(f"{f:.3f}" for f in proxy["force"]), "N", flush=True)
 
 
