@@ -12,6 +12,8 @@ using namespace std::chrono_literals;
 constexpr std::int64_t kSenderTimeoutNs = 50'000'000;  // only for looking at the stop flag
 constexpr std::int64_t kNotePeriodNs = 50'000'000;
 constexpr auto kReceiverTimeout = 20ms;
+// The last samples of a server that was stopped may still come in while the next one is heard.
+constexpr std::int64_t kRivalAfterNs = 300'000'000;
 
 }  // namespace
 
@@ -20,7 +22,8 @@ BusLink::BusLink(Bus& bus, std::uint32_t device, const RealtimeOptions& realtime
       realtime_(realtime),
       ports_(ports),
       writer_(bus.writer<DeviceSample>()),
-      reader_(bus.reader<ProxySample>()) {}
+      reader_(bus.reader<ProxySample>()),
+      number_watch_(bus.session()) {}
 
 BusLink::~BusLink() { stop(); }
 
@@ -78,7 +81,8 @@ void BusLink::send_all() {
 void BusLink::receive_all() {
   IncomingProxy in;
   while (!stop_) {
-    const bool found = reader_->wait(kReceiverTimeout) && take_newest(in);
+    reader_->wait(kReceiverTimeout);
+    const bool found = take_newest(in);
     // before the sample: one that is sound ends the row of those that are not
     const DropCounts drops = reader_->drops();
     ports_.refused.store(drops.not_finite + drops.malformed, std::memory_order_relaxed);
@@ -87,17 +91,25 @@ void BusLink::receive_all() {
   }
 }
 
-// Of all that has arrived, the last of this device: samples of other devices travel on the same topic.
+// Gives the last sample of this device by the server that is held: samples of other devices travel on the same topic.
 bool BusLink::take_newest(IncomingProxy& out) {
   batch_.clear();
+  heard_.clear();
   reader_->take_all(batch_);
+  for (const Received<ProxySample>& r : batch_)
+    if (r.message.device == device_) heard_.push_back(r.message.header.session);
+  const std::uint64_t server = hold_.look(heard_, now_ns());
   bool found = false;
   for (const Received<ProxySample>& r : batch_) {
-    if (r.message.device != device_) continue;
+    if (r.message.device != device_ || r.message.header.session != server) continue;
     out = {r.message, r.t_receive_ns};
+    number_watch_.see(r.message, r.t_receive_ns);
     found = true;
     received_.fetch_add(1, std::memory_order_relaxed);
   }
+  server_session_.store(server, std::memory_order_relaxed);
+  rival_server_.store(hold_.rival(kRivalAfterNs), std::memory_order_relaxed);
+  number_holder_.store(number_watch_.holder(), std::memory_order_relaxed);
   return found;
 }
 

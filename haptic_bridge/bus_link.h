@@ -2,7 +2,8 @@
 // other nor for the loop:
 //   sender: wakes right after each tick and publishes the device sample. The wake is a futex call in the loop's thread
 //     (about 2 us, never blocks); polling instead would cost half a millisecond of latency or a core.
-//   receiver: waits on the proxy samples and puts the newest one of this device into the mailbox.
+//   receiver: waits on the proxy samples and puts the newest one of this device into the mailbox. Of several servers it
+//     holds on to one, so that no force is ever mixed of two.
 #pragma once
 
 #include <array>
@@ -13,9 +14,11 @@
 #include <vector>
 
 #include "haptic_bridge/guard/realtime.h"
+#include "haptic_bridge/number_watch.h"
 #include "haptic_bridge/run.h"
 #include "idl/bus.h"
 #include "idl/histogram.h"
+#include "idl/session_hold.h"
 
 namespace palp {
 
@@ -35,6 +38,11 @@ class BusLink {
   // Any thread.
   DropCounts drops() const;
   int servers() const { return servers_.load(std::memory_order_relaxed); }  // matched writers of proxy samples
+  // The server whose samples reach the loop, and one that is passed over meanwhile; by session, 0: none.
+  std::uint64_t server_session() const { return server_session_.load(std::memory_order_relaxed); }
+  std::uint64_t rival_server() const { return rival_server_.load(std::memory_order_relaxed); }
+  // Returns the session of another live bridge that the server answers instead of this one; 0: none.
+  std::uint64_t number_holder() const { return number_holder_.load(std::memory_order_relaxed); }
   std::uint64_t received() const { return received_.load(std::memory_order_relaxed); }
   std::uint64_t sent() const { return sent_.load(std::memory_order_relaxed); }
   std::uint64_t send_failures() const { return send_failures_.load(std::memory_order_relaxed); }
@@ -56,6 +64,9 @@ class BusLink {
   std::unique_ptr<Writer<DeviceSample>> writer_;
   std::unique_ptr<Reader<ProxySample>> reader_;
   std::vector<Received<ProxySample>> batch_;
+  std::vector<std::uint64_t> heard_;
+  SessionHold hold_{kServerHold};
+  NumberWatch number_watch_;
   std::thread sender_, receiver_;
   std::atomic<bool> stop_{false};
 
@@ -63,6 +74,7 @@ class BusLink {
   std::atomic<std::uint32_t> other_version_{0};
   std::int64_t t_noted_ns_ = 0;  // the receiver's
   std::atomic<int> servers_{0};
+  std::atomic<std::uint64_t> server_session_{0}, rival_server_{0}, number_holder_{0};
   std::atomic<std::uint64_t> received_{0}, sent_{0}, send_failures_{0};
   Histogram send_time_;
   std::atomic<bool> failing_{false}, failed_{false};

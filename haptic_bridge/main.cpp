@@ -21,6 +21,7 @@
 #include "haptic_bridge/log/crash_log.h"
 #include "haptic_bridge/log/rerun.h"
 #include "haptic_bridge/options.h"
+#include "haptic_bridge/peers.h"
 #include "haptic_bridge/report.h"
 #include "haptic_bridge/status_reporter.h"
 #include "idl/clock.h"
@@ -136,20 +137,37 @@ struct Start {
   HandleState<double> at;
 };
 
+// Returns the newest scene of that server, or of any where it is not known which one answers; null: none has come.
+const SceneDescription* scene_of(std::uint64_t server, std::vector<Received<SceneDescription>>& scenes) {
+  constexpr std::size_t kMost = 8;  // whoever sends more replaces the oldest
+  if (scenes.size() > kMost) scenes.erase(scenes.begin(), scenes.end() - kMost);
+  for (std::size_t i = scenes.size(); i-- > 0;)
+    if (server == 0 || scenes[i].message.header.session == server) return &scenes[i].message;
+  return nullptr;
+}
+
 // Waits for the scene that names the home pose. None: stopped before one came.
 std::optional<Start> find_start(const BridgeOptions& o, Bus& bus, BusLink& link, Herald& herald, StopSignal& stop) {
   if (o.home) return Start{*o.home, *o.home};
   const auto reader = bus.reader<SceneDescription>();
   std::vector<Received<SceneDescription>> scenes;
   std::optional<HandleState<double>> home;
+  std::uint64_t home_of = 0;  // the server whose scene that is
   std::int64_t t_home_ns = 0;
   while (!stop.wait(home ? kHousekeepingNs / 5 : kHousekeepingNs)) {
-    scenes.clear();
     reader->take_all(scenes);
-    if (!scenes.empty()) home = herald.home_in(scenes.back().message, o.device_number);
-    if (home && t_home_ns == 0) t_home_ns = now_ns();
     ProxySample proxy;
-    if (home && link.newest_proxy(proxy)) return Start{*home, to_handle(proxy.proxy_pose, TwistD{})};
+    const bool moves = link.newest_proxy(proxy);
+    const SceneDescription* scene = scene_of(link.server_session(), scenes);
+    if (!scene) {
+      home.reset();
+      home_of = 0;
+    } else if (scene->header.session != home_of) {
+      home = herald.home_in(*scene, o.device_number);
+      home_of = scene->header.session;
+      t_home_ns = now_ns();
+    }
+    if (home && moves) return Start{*home, to_handle(proxy.proxy_pose, TwistD{})};
     // a server that stands still says nothing: its proxy is where the scene put it
     if (home && now_ns() - t_home_ns > 3 * kHousekeepingNs) return Start{*home, *home};
     herald.tell_waiting(*reader, link);
@@ -172,7 +190,8 @@ std::unique_ptr<HapticDevice> open_device(const BridgeOptions& o, const DevicePr
 // The loop in a thread of its own, told of by the calling thread until it ends. guard: of the arm; null: it needs none.
 // Returns what went wrong, or empty.
 std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& ports, Supervisor* guard, BusLink& link,
-                       FlightLog& log, Herald& herald, StopSignal& stop, RealtimeReport& scheduling) {
+                       BridgePeers& peers, FlightLog& log, Herald& herald, StopSignal& stop,
+                       RealtimeReport& scheduling) {
   const CrashLog crash_log(log, loop.config(), o.log);
   std::atomic<bool> stop_loop{false}, ended{false};
   std::atomic<bool> prepared{false}, begin{false};
@@ -195,7 +214,10 @@ std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& port
     while (!ended.load(std::memory_order_acquire) && !link.failed()) {
       ports.unguarded = guard != nullptr && !guard->alive();
       if (stop.wait(kHousekeepingNs)) break;
-      herald.tell_running(ports, link);
+      peers.look();
+      failure = peers.refusal(link);
+      if (!failure.empty()) break;
+      herald.tell_running(ports, link, peers);
     }
   } catch (const std::exception& error) {
     failure = error.what();
@@ -272,6 +294,7 @@ int run(const BridgeOptions& o) {
   Supervisor* const guard = o.device == DeviceKind::virtuose ? supervisor.get() : nullptr;
   if (guard) ports.heartbeat = &guard->heartbeat();
   BusLink link(*bus, o.device_number, bus_threads, ports);
+  BridgePeers peers(*bus, o.device_number);
   Herald herald(*bus, process, fmt::format("{}, domain {}", to_string(o.bus.vendor), o.bus.domain));
 
   // before the arm is opened: its controller drops whoever is silent for two seconds
@@ -288,7 +311,7 @@ int run(const BridgeOptions& o) {
   }
   HapticLoop loop(config, *device);
   kept.config[0] = loop.config();
-  std::string failure = run_bridge(o, loop, ports, guard, link, log, herald, stop, scheduling);
+  std::string failure = run_bridge(o, loop, ports, guard, link, peers, log, herald, stop, scheduling);
   Summary summary = herald.summary(loop.report(), ports, link);
   const LoopFault fault = loop.report().fault;
   const bool of_device =

@@ -84,8 +84,6 @@ std::string bridge_trouble(const LoopReport& report, const BusLink& link) {
     case LoopState::stale:
       return "the server has fallen silent: the force is zero until its samples are fresh again";
     case LoopState::waiting:
-      if (of(Verdict::other_bridge) > 2000)
-        return "the server answers another bridge: two of them use the same --device-number, stop one";
       return link.servers() == 0 ? "no sim_server is heard: start palp-sim-server with the same --dds domain"
                                  : "a sim_server is there but has not answered yet";
     case LoopState::idle:

@@ -61,7 +61,7 @@ void Herald::tell_started(const std::string& scheduling) {
   announce(Severity::info, fmt::format("the loop runs: {}", scheduling));
 }
 
-void Herald::tell_running(LoopPorts& ports, const BusLink& link) {
+void Herald::tell_running(LoopPorts& ports, const BusLink& link, const BridgePeers& peers) {
   ports.report.take(report_);
   const std::int64_t now = now_ns();
   if (now - t_window_ns_ >= kRateWindowNs) {
@@ -69,15 +69,31 @@ void Herald::tell_running(LoopPorts& ports, const BusLink& link) {
     ticks_in_window_ = report_.ticks;
     t_window_ns_ = now;
   }
-  const std::string trouble = bridge_trouble(report_, link);
-  if (report_.server_session != told_session_) {
-    if (told_session_ != 0) announce(Severity::info, "the server was restarted: the force begins again on a ramp");
-    told_session_ = report_.server_session;
-  }
+  const std::string two_servers = peers.two_servers(link);
+  tell_servers(two_servers, link, peers);
+  std::string trouble = bridge_trouble(report_, link);
+  if (trouble.empty()) trouble = two_servers;
   tell_state(trouble);
   tell_strain(trouble, now);
   trouble_ = trouble;
   publish(to_string(report_.state), trouble, bridge_metrics(report_, ports, link, rate_hz_));
+}
+
+void Herald::tell_servers(const std::string& two_servers, const BusLink& link, const BridgePeers& peers) {
+  if (report_.server_session != told_session_) {
+    if (told_session_ != 0 && report_.server_session == told_rival_) {
+      announce(Severity::warning,
+               fmt::format("the server has fallen silent, and {} takes its place: the force begins again on a ramp",
+                           peers.name_of_session(report_.server_session)));
+    } else if (told_session_ != 0) {
+      announce(Severity::info, "the server was restarted: the force begins again on a ramp");
+    }
+    told_session_ = report_.server_session;
+    told_rival_ = 0;
+  }
+  if (two_servers.empty() || link.rival_server() == told_rival_) return;
+  told_rival_ = link.rival_server();
+  announce(Severity::warning, two_servers);
 }
 
 void Herald::tell_state(const std::string& trouble) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "haptic_bridge/peers.h"
 #include "haptic_bridge/report.h"
 #include "idl/bus.h"
 
@@ -22,7 +23,7 @@ class Herald {
   // The tell_... are called about ten times a second; each publishes a Status, and an Event when something has changed.
   void tell_waiting(const Reader<SceneDescription>& scenes, const BusLink& link);
   void tell_started(const std::string& scheduling);
-  void tell_running(LoopPorts& ports, const BusLink& link);
+  void tell_running(LoopPorts& ports, const BusLink& link, const BridgePeers& peers);
   void tell_stopped(const std::string& state, const std::string& text);
 
   // Everything but device, scheduling, log and trouble.
@@ -33,6 +34,7 @@ class Herald {
  private:
   void publish(const std::string& state, const std::string& text, std::vector<Metric> metrics);
   void announce(Severity severity, const std::string& text);
+  void tell_servers(const std::string& two_servers, const BusLink& link, const BridgePeers& peers);
   void tell_state(const std::string& trouble);
   void tell_strain(const std::string& trouble, std::int64_t now_ns);
 
@@ -44,7 +46,7 @@ class Herald {
   LoopState told_ = LoopState::waiting;  // by an Event, with this reason
   std::string told_trouble_;
   std::int64_t t_strain_told_ns_ = 0;  // 0: never
-  std::uint64_t told_session_ = 0;
+  std::uint64_t told_session_ = 0, told_rival_ = 0;
   std::int64_t t_window_ns_ = 0;
   std::uint64_t ticks_in_window_ = 0;
   double rate_hz_ = 0;

@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "idl/clock.h"
+#include "idl/roster.h"
 #include "idl/topics.h"
 #include "idl/validate.h"
 #include "idl/vendor.h"
@@ -25,6 +26,14 @@ class OpenBus : public Bus {
   const std::shared_ptr<Participant> participant;
 };
 
+// Appends which process sends it, once.
+void sign(Status& status) {
+  const Metric metric = process_metric();
+  if (status.metrics.empty() || status.metrics.back().name != metric.name) status.metrics.push_back(metric);
+}
+template <class T>
+void sign(T&) {}
+
 // Stamps what it sends.
 template <class T>
 class StampingWriter : public Writer<T> {
@@ -36,6 +45,7 @@ class StampingWriter : public Writer<T> {
     message.header.session = session_;
     message.header.sequence = ++sequences_[key_of(message)];
     message.header.t_send_ns = now_ns();
+    sign(message);
     return sink_->write(message);
   }
   int matched_readers() const override { return sink_->matched(); }

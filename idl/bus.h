@@ -76,7 +76,7 @@ class Bus {
   std::uint64_t session() const { return session_; }
   Vendor vendor() const { return vendor_; }
 
-  // T: DeviceSample, ProxySample, ParticleChunk, SceneDescription, BodyPoses, Status, Event, Command, CommandReply.
+  // T: a message that has a topic (topics.h).
   template <class T>
   std::unique_ptr<Writer<T>> writer();
   template <class T>

@@ -181,7 +181,15 @@ struct Event {
   std::string text;
 };
 
-enum class CommandKind : std::uint32_t { pause = 0, resume = 1, step = 2, reset = 3, quit = 4, set_parameter = 5 };
+enum class CommandKind : std::uint32_t {
+  pause = 0,
+  resume = 1,
+  step = 2,
+  reset = 3,
+  quit = 4,
+  set_parameter = 5,
+  get_parameter = 6  // name empty: all of them
+};
 
 // Anyone to the server. Reliable. The reply carries the same session and sequence.
 struct Command {
@@ -196,7 +204,9 @@ struct CommandReply {
   std::uint64_t command_session = 0;
   std::uint64_t command_sequence = 0;
   bool ok = false;
-  std::string text;  // what was done, or why not
+  // What was done, or why not. To get_parameter: a line for each parameter, with name, value, unit, lowest and highest
+  // value between tabs.
+  std::string text;
 };
 
 }  // namespace palp

@@ -31,15 +31,16 @@ inline constexpr int kParticleReaderDepth = 768;
 
 // No deadline and no liveliness: readers judge each sample by its age, which covers every cause of silence, and neither
 // costs the 1 kHz writers a timer.
-inline constexpr std::array<TopicRow, 9> kTopics{{
-    // State at 1 kHz: only the newest counts, a repeated old one would do harm.
-    {"palp/device", "palp::wire::DeviceSample", true, Reliability::best_effort, Durability::volatile_only, 1, 1},
-    {"palp/proxy", "palp::wire::ProxySample", true, Reliability::best_effort, Durability::volatile_only, 1, 1},
+inline constexpr std::array kTopics = std::to_array<TopicRow>({
+    // State at 1 kHz: only the newest counts, a repeated old one would do harm. Readers keep a few, so that a second
+    // sender of the same key cannot push out what the one that counts has sent (session_hold.h).
+    {"palp/device", "palp::wire::DeviceSample", true, Reliability::best_effort, Durability::volatile_only, 1, 8},
+    {"palp/proxy", "palp::wire::ProxySample", true, Reliability::best_effort, Durability::volatile_only, 1, 8},
     // Frames: a lost chunk costs one picture, sending it again would delay the next.
     {"palp/particles", "palp::wire::ParticleChunk", false, Reliability::best_effort, Durability::volatile_only, 1,
      kParticleReaderDepth},
-    // Needed by all, whenever they start.
-    {"palp/scene", "palp::wire::SceneDescription", false, Reliability::reliable, Durability::transient_local, 1, 1},
+    // Needed by all, whenever they start; of several servers, each.
+    {"palp/scene", "palp::wire::SceneDescription", false, Reliability::reliable, Durability::transient_local, 1, 4},
     // As the particle frames that they go with; a few, for readers that match them to frames.
     {"palp/bodies", "palp::wire::BodyPoses", false, Reliability::best_effort, Durability::volatile_only, 1, 4},
     // The last word of each process; who joins late need not wait for the next.
@@ -49,39 +50,33 @@ inline constexpr std::array<TopicRow, 9> kTopics{{
     // Must arrive, but not later: who was not there must not act on it.
     {"palp/command", "palp::wire::Command", false, Reliability::reliable, Durability::volatile_only, 64, 64},
     {"palp/command_reply", "palp::wire::CommandReply", false, Reliability::reliable, Durability::volatile_only, 64, 64},
-}};
-
-template <class T>
-inline constexpr std::size_t kTopicIndex = kTopics.size();
-template <>
-inline constexpr std::size_t kTopicIndex<DeviceSample> = 0;
-template <>
-inline constexpr std::size_t kTopicIndex<ProxySample> = 1;
-template <>
-inline constexpr std::size_t kTopicIndex<ParticleChunk> = 2;
-template <>
-inline constexpr std::size_t kTopicIndex<SceneDescription> = 3;
-template <>
-inline constexpr std::size_t kTopicIndex<BodyPoses> = 4;
-template <>
-inline constexpr std::size_t kTopicIndex<Status> = 5;
-template <>
-inline constexpr std::size_t kTopicIndex<Event> = 6;
-template <>
-inline constexpr std::size_t kTopicIndex<Command> = 7;
-template <>
-inline constexpr std::size_t kTopicIndex<CommandReply> = 8;
-
-template <class T>
-constexpr const TopicRow& topic_of() {
-  static_assert(kTopicIndex<T> < kTopics.size(), "not a message of the bus");
-  return kTopics[kTopicIndex<T>];
-}
+});
 
 // Runs macro for every message type, in the order of kTopics.
 #define PALP_FOR_EACH_MESSAGE(macro)                                                                                 \
   macro(DeviceSample) macro(ProxySample) macro(ParticleChunk) macro(SceneDescription) macro(BodyPoses) macro(Status) \
       macro(Event) macro(Command) macro(CommandReply)
+
+enum class TopicNumber : std::size_t {
+#define PALP_NUMBER(T) of_##T,
+  PALP_FOR_EACH_MESSAGE(PALP_NUMBER)
+#undef PALP_NUMBER
+};
+
+// Declared for messages only.
+#define PALP_ROW(T)                                                                                           \
+  constexpr const TopicRow& row_of(const T*) {                                                                \
+    constexpr const TopicRow& row = kTopics[static_cast<std::size_t>(TopicNumber::of_##T)];                   \
+    static_assert(row.type_name == std::string_view("palp::wire::" #T), "a row of kTopics in another place"); \
+    return row;                                                                                               \
+  }
+PALP_FOR_EACH_MESSAGE(PALP_ROW)
+#undef PALP_ROW
+
+template <class T>
+constexpr const TopicRow& topic_of() {
+  return row_of(static_cast<const T*>(nullptr));
+}
 
 // FNV-1a: the key of a Status, made from the name of its process.
 constexpr std::uint64_t process_key(std::string_view process) {
@@ -90,13 +85,16 @@ constexpr std::uint64_t process_key(std::string_view process) {
   return hash;
 }
 
-// The key within the topic; 0 where the topic has none.
+// Returns the key within the topic; 0 where the topic has none.
 template <class T>
-std::uint64_t key_of(const T&) {
-  return 0;
+std::uint64_t key_of([[maybe_unused]] const T& m) {
+  if constexpr (!topic_of<T>().keyed) {
+    return 0;
+  } else if constexpr (requires { m.device; }) {
+    return m.device;
+  } else {
+    return process_key(m.process);
+  }
 }
-inline std::uint64_t key_of(const DeviceSample& m) { return m.device; }
-inline std::uint64_t key_of(const ProxySample& m) { return m.device; }
-inline std::uint64_t key_of(const Status& m) { return process_key(m.process); }
 
 }  // namespace palp

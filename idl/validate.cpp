@@ -3,142 +3,142 @@
 #include <algorithm>
 #include <cmath>
 
+#include "idl/fields.h"
 #include "idl/particle_frame.h"
+#include "idl/topics.h"
 
 namespace palp {
 namespace {
 
-// Collects what is found: the first fault stays.
-class Check {
- public:
-  explicit Check(const Header& header) {
-    if (header.version != kProtocolVersion) fault_ = Fault::wrong_version;
-    sound(header.session != 0 && header.sequence != 0);
-  }
-  Fault fault() const { return fault_; }
+// Looks at every number of a message, by the lists of fields.h.
+struct Finite {
+  bool all = true;
 
-  Check& sound(bool condition) {
-    if (fault_ == Fault::none && !condition) fault_ = Fault::malformed;
-    return *this;
-  }
-  Check& finite(double x) {
-    if (fault_ == Fault::none && !std::isfinite(x)) fault_ = Fault::not_finite;
-    return *this;
-  }
-  template <class Values>
-  Check& all_finite(const Values& values) {
-    if (fault_ != Fault::none) return *this;
-    for (const auto x : values) {
-      if (!std::isfinite(x)) fault_ = Fault::not_finite;
+  template <class T>
+  void look(const T& value) {
+    if constexpr (std::is_floating_point_v<T>) {
+      all = all && std::isfinite(value);
+    } else if constexpr (requires { fields_of(*this, value); }) {
+      fields_of(*this, value);
     }
-    return *this;
   }
-  Check& at_least(double x, double low) { return finite(x).sound(x >= low); }
-  Check& above(double x, double low) { return finite(x).sound(x > low); }
+  template <class T, std::size_t n>
+  void look(const std::array<T, n>& values) {
+    for (const T& value : values) look(value);
+  }
+  template <class T>
+  void look(const std::vector<T>& values) {
+    if constexpr (!std::is_integral_v<T>)
+      for (const T& value : values) look(value);
+  }
 
-  Check& pose(const PoseD& p) {
-    all_finite(p.position).all_finite(p.orientation);
-    const auto& q = p.orientation;
-    const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    return sound(std::abs(length - 1) <= kQuaternionTolerance);
+// NOLINTBEGIN(bugprone-macro-parentheses): T is a type
+#define PALP_FIELD(name) finite.look(m.name);
+#define PALP_RENAMED(name, wire_name) finite.look(m.name);
+#define PALP_DERIVED(wire_name, value)
+#define PALP_LOOK(T)                                                                    \
+  friend void fields_of([[maybe_unused]] Finite& finite, [[maybe_unused]] const T& m) { \
+    PALP_FIELDS_OF_##T(PALP_FIELD, PALP_RENAMED, PALP_DERIVED)                          \
   }
-  Check& twist(const TwistD& t) { return all_finite(t.linear).all_finite(t.angular); }
-  Check& gains(const CouplingGains& g) {
-    return at_least(g.stiffness, 0)
-        .at_least(g.damping, 0)
-        .at_least(g.angular_stiffness, 0)
-        .at_least(g.angular_damping, 0);
-  }
-  Check& name(const std::string& s) { return sound(!s.empty() && s.size() <= kMaxName); }
-  Check& text(const std::string& s) { return sound(s.size() <= kMaxText); }
-
- private:
-  Fault fault_ = Fault::none;
+  PALP_FOR_EACH_PART(PALP_LOOK)
+  PALP_FOR_EACH_MESSAGE(PALP_LOOK)
+#undef PALP_FIELD
+#undef PALP_RENAMED
+#undef PALP_DERIVED
+#undef PALP_LOOK
+  // NOLINTEND(bugprone-macro-parentheses)
 };
 
-void check_body(const BodyDescription& body, std::uint32_t particle_count, Check& check) {
-  check.sound(body.name.size() <= kMaxName && body.kind <= BodyKind::elastic);
-  check.sound(std::uint64_t{body.first} + body.count <= particle_count);
-  check.at_least(body.density, 0).all_finite(body.color);
-  check.sound(std::all_of(body.color.begin(), body.color.end(), [](float c) { return c >= 0 && c <= 1; }));
-  check.sound(body.vertices.size() % 3 == 0 && body.vertices.size() <= kMaxMeshFloats).all_finite(body.vertices);
-  check.sound(body.triangles.size() % 3 == 0 && body.triangles.size() <= kMaxMeshIndices);
+// What is checked beyond finite numbers: each is_sound says what a message's values must be. Their lengths first:
+// nothing of a message may be used as an index before.
+
+bool is_name(const std::string& s) { return !s.empty() && s.size() <= kMaxName; }
+bool is_text(const std::string& s) { return s.size() <= kMaxText; }
+
+bool is_sound(const PoseD& p) {
+  const auto& q = p.orientation;
+  return std::abs(std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1) <= kQuaternionTolerance;
+}
+
+bool is_sound(const CouplingGains& g) {
+  return g.stiffness >= 0 && g.damping >= 0 && g.angular_stiffness >= 0 && g.angular_damping >= 0;
+}
+
+bool is_sound(const DeviceSample& m) { return m.device < kMaxDevices && is_sound(m.pose) && is_sound(m.gains); }
+
+bool is_sound(const ProxySample& m) {
+  const auto is_share = [](double blend) { return blend >= 0 && blend <= 1; };
+  return m.device < kMaxDevices && m.sim_time >= 0 && is_sound(m.device_pose) && is_sound(m.proxy_pose) &&
+         is_sound(m.gains) && is_share(m.blend[0]) && is_share(m.blend[1]);
+}
+
+bool is_sound(const ParticleChunk& m) {
+  return m.particle_count >= 1 && m.particle_count <= kMaxParticles && m.field <= ScalarField::temperature &&
+         well_placed(m) && m.sim_time >= 0;
+}
+
+bool is_sound(const BodyDescription& body, std::uint32_t particle_count) {
   const std::size_t vertices = body.vertices.size() / 3;
-  check.sound(std::all_of(body.triangles.begin(), body.triangles.end(), [&](std::uint32_t i) { return i < vertices; }));
+  return body.name.size() <= kMaxName && body.kind <= BodyKind::elastic &&
+         std::uint64_t{body.first} + body.count <= particle_count && body.density >= 0 &&
+         std::all_of(body.color.begin(), body.color.end(), [](float c) { return c >= 0 && c <= 1; }) &&
+         body.vertices.size() % 3 == 0 && body.vertices.size() <= kMaxMeshFloats && body.triangles.size() % 3 == 0 &&
+         body.triangles.size() <= kMaxMeshIndices &&
+         std::all_of(body.triangles.begin(), body.triangles.end(), [&](std::uint32_t i) { return i < vertices; });
+}
+
+bool is_sound(const SceneDescription& m) {
+  if (!is_text(m.name) || !is_text(m.method) || !is_text(m.numerics)) return false;
+  if (m.particle_count > kMaxParticles || m.bodies.size() > kMaxBodies || m.proxies.size() > kMaxDevices) return false;
+  if (!(m.spacing > 0 && m.support_radius > 0 && m.haptic_rate_hz > 0)) return false;
+  for (int axis = 0; axis < 3; ++axis)
+    if (m.bounds_min[axis] > m.bounds_max[axis]) return false;
+  std::uint64_t count = 0;  // no particle is of two bodies
+  for (const BodyDescription& body : m.bodies) {
+    if (!is_sound(body, m.particle_count)) return false;
+    count += body.count;
+  }
+  return count <= m.particle_count &&
+         std::all_of(m.proxies.begin(), m.proxies.end(), [&](const ProxyDescription& proxy) {
+           return proxy.device < kMaxDevices && proxy.body < m.bodies.size() && is_sound(proxy.pose);
+         });
+}
+
+bool is_sound(const BodyPoses& m) {
+  return m.sim_time >= 0 && m.body.size() == m.pose.size() && m.body.size() <= kMaxBodies &&
+         std::all_of(m.body.begin(), m.body.end(), [](std::uint32_t i) { return i < kMaxBodies; }) &&
+         std::all_of(m.pose.begin(), m.pose.end(), [](const PoseD& pose) { return is_sound(pose); });
+}
+
+bool is_sound(const Status& m) {
+  return is_name(m.process) && is_text(m.state) && is_text(m.text) && m.metrics.size() <= kMaxMetrics &&
+         std::all_of(m.metrics.begin(), m.metrics.end(), [](const Metric& metric) { return is_name(metric.name); });
+}
+
+bool is_sound(const Event& m) {
+  return is_name(m.process) && m.severity <= Severity::fault && m.sim_time >= 0 && is_text(m.text);
+}
+
+bool is_sound(const Command& m) { return m.kind <= CommandKind::get_parameter && is_text(m.name) && is_text(m.value); }
+
+bool is_sound(const CommandReply& m) { return is_text(m.text); }
+
+template <class T>
+Fault judge(const T& m) {
+  if (m.header.version != kProtocolVersion) return Fault::wrong_version;
+  if (m.header.session == 0 || m.header.sequence == 0) return Fault::malformed;
+  Finite finite;
+  finite.look(m);
+  if (!finite.all) return Fault::not_finite;
+  return is_sound(m) ? Fault::none : Fault::malformed;
 }
 
 }  // namespace
 
-Fault validate(const DeviceSample& m) {
-  return Check(m.header).sound(m.device < kMaxDevices).pose(m.pose).twist(m.twist).gains(m.gains).fault();
-}
-
-Fault validate(const ProxySample& m) {
-  Check check(m.header);
-  check.sound(m.device < kMaxDevices).at_least(m.sim_time, 0);
-  check.pose(m.device_pose).twist(m.device_twist).pose(m.proxy_pose).twist(m.proxy_twist);
-  check.all_finite(m.wrench.force).all_finite(m.wrench.torque).gains(m.gains).all_finite(m.energy);
-  for (const double blend : m.blend) check.finite(blend).sound(blend >= 0 && blend <= 1);
-  return check.fault();
-}
-
-Fault validate(const ParticleChunk& m) {
-  Check check(m.header);
-  check.sound(m.particle_count >= 1 && m.particle_count <= kMaxParticles && m.field <= ScalarField::temperature);
-  return check.sound(well_placed(m)).at_least(m.sim_time, 0).all_finite(m.positions).all_finite(m.scalars).fault();
-}
-
-Fault validate(const SceneDescription& m) {
-  Check check(m.header);
-  check.text(m.name).text(m.method).text(m.numerics);
-  check.sound(m.particle_count <= kMaxParticles && m.bodies.size() <= kMaxBodies && m.proxies.size() <= kMaxDevices);
-  check.above(m.spacing, 0).above(m.support_radius, 0).above(m.haptic_rate_hz, 0);
-  check.all_finite(m.bounds_min).all_finite(m.bounds_max).all_finite(m.gravity);
-  for (int axis = 0; axis < 3; ++axis) check.sound(m.bounds_min[axis] <= m.bounds_max[axis]);
-  if (check.fault() != Fault::none) return check.fault();
-  std::uint64_t count = 0;  // no particle is of two bodies
-  for (const BodyDescription& body : m.bodies) {
-    check_body(body, m.particle_count, check);
-    count += body.count;
-  }
-  check.sound(count <= m.particle_count);
-  for (const ProxyDescription& proxy : m.proxies) {
-    check.sound(proxy.device < kMaxDevices && proxy.body < m.bodies.size()).pose(proxy.pose);
-  }
-  return check.fault();
-}
-
-Fault validate(const BodyPoses& m) {
-  Check check(m.header);
-  check.at_least(m.sim_time, 0).sound(m.body.size() == m.pose.size() && m.body.size() <= kMaxBodies);
-  check.sound(std::all_of(m.body.begin(), m.body.end(), [](std::uint32_t i) { return i < kMaxBodies; }));
-  if (check.fault() != Fault::none) return check.fault();
-  for (const PoseD& pose : m.pose) check.pose(pose);
-  return check.fault();
-}
-
-Fault validate(const Status& m) {
-  Check check(m.header);
-  check.name(m.process).text(m.state).text(m.text).sound(m.metrics.size() <= kMaxMetrics);
-  if (check.fault() != Fault::none) return check.fault();
-  for (const Metric& metric : m.metrics) check.name(metric.name).finite(metric.value);
-  return check.fault();
-}
-
-Fault validate(const Event& m) {
-  return Check(m.header)
-      .name(m.process)
-      .sound(m.severity <= Severity::fault)
-      .at_least(m.sim_time, 0)
-      .text(m.text)
-      .fault();
-}
-
-Fault validate(const Command& m) {
-  return Check(m.header).sound(m.kind <= CommandKind::set_parameter).text(m.name).text(m.value).fault();
-}
-
-Fault validate(const CommandReply& m) { return Check(m.header).text(m.text).fault(); }
+#define PALP_VALIDATE(T) \
+  Fault validate(const T& m) { return judge(m); }
+PALP_FOR_EACH_MESSAGE(PALP_VALIDATE)
+#undef PALP_VALIDATE
 
 void count(Fault fault, const Header& header, DropCounts& drops) {
   switch (fault) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "idl/bus.h"
+#include "idl/topics.h"
 
 namespace palp {
 
@@ -23,15 +24,9 @@ inline constexpr double kQuaternionTolerance = 1e-3;
 enum class Fault { none, wrong_version, not_finite, malformed };
 
 // The first fault found. The version is looked at first, for nothing else of such a sample can be trusted.
-Fault validate(const DeviceSample& m);
-Fault validate(const ProxySample& m);
-Fault validate(const ParticleChunk& m);
-Fault validate(const SceneDescription& m);
-Fault validate(const BodyPoses& m);
-Fault validate(const Status& m);
-Fault validate(const Event& m);
-Fault validate(const Command& m);
-Fault validate(const CommandReply& m);
+#define PALP_VALIDATE(T) Fault validate(const T& m);
+PALP_FOR_EACH_MESSAGE(PALP_VALIDATE)
+#undef PALP_VALIDATE
 
 // Counts the fault, if there is one.
 void count(Fault fault, const Header& header, DropCounts& drops);

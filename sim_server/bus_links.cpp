@@ -16,6 +16,8 @@ namespace palp {
 namespace {
 
 constexpr double kLongestPeriodNs = 1e18;
+// A bridge that was started again in the place of a killed one is passed over for less long than this.
+constexpr std::int64_t kRefusedAfterNs = 500'000'000;
 constexpr std::size_t kMostCommands = 64;  // that wait; a peer that sends more, faster, waits itself
 
 std::uint64_t refused(const DropCounts& d) { return d.wrong_version + d.not_finite + d.malformed; }
@@ -78,14 +80,33 @@ void HapticLink::receive() {
     reader_->wait(std::chrono::milliseconds(50));  // what cannot be decoded is counted, but wakes nobody
     samples.clear();
     reader_->take_all(samples);
-    for (const Received<DeviceSample>& s : samples)
-      for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
-        if (scene_.proxies[p].device == s.message.device) devices_[p].put({s.message, s.t_receive_ns});
+    for (std::size_t p = 0; p < scene_.proxies.size(); ++p) hand_over(p, samples);
     const DropCounts drops = reader_->drops();
     dropped_ = refused(drops);
     other_version_ = drops.other_version;
     wrong_version_ = drops.wrong_version;
   }
+}
+
+void HapticLink::hand_over(std::size_t proxy, const std::vector<Received<DeviceSample>>& samples) {
+  const std::uint32_t device = scene_.proxies[proxy].device;
+  heard_.clear();
+  for (const Received<DeviceSample>& s : samples)
+    if (s.message.device == device) heard_.push_back(s.message.header.session);
+  SessionHold& hold = holds_[proxy];
+  const std::uint64_t held = hold.look(heard_, now_ns());
+  for (const Received<DeviceSample>& s : samples)
+    if (s.message.device == device && s.message.header.session == held)
+      devices_[proxy].put({s.message, s.t_receive_ns});
+  holders_[proxy].store(held, std::memory_order_relaxed);
+  refused_[proxy].store(hold.rival(kRefusedAfterNs), std::memory_order_relaxed);
+}
+
+std::optional<NumberHolder> HapticLink::contested() const {
+  for (std::size_t p = 0; p < scene_.proxies.size(); ++p)
+    if (const std::uint64_t refused = refused_[p].load(std::memory_order_relaxed))
+      return NumberHolder{scene_.proxies[p].device, holders_[p].load(std::memory_order_relaxed), refused};
+  return std::nullopt;
 }
 
 void HapticLink::send() {

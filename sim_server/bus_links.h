@@ -9,12 +9,14 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
 #include "idl/bus.h"
 #include "idl/latest.h"
 #include "idl/particle_sender.h"
+#include "idl/session_hold.h"
 #include "sim_server/solver/simulation.h"
 
 namespace palp {
@@ -24,7 +26,14 @@ struct TimedDeviceSample {
   std::int64_t t_receive_ns = 0;
 };
 
-// Device samples in, proxy samples out. put and take never wait.
+// Who holds a device number and who is refused it, by session.
+struct NumberHolder {
+  std::uint32_t device = 0;
+  std::uint64_t holder = 0, refused = 0;
+};
+
+// Device samples in, proxy samples out. put and take never wait. A device number belongs to one live bridge: samples of
+// another one reach nobody.
 class HapticLink {
  public:
   HapticLink(Bus& bus, const Scene& scene);
@@ -36,15 +45,21 @@ class HapticLink {
   // One sentence about a peer that speaks another version of the protocol, while samples of it come; else empty. For
   // one thread of the server's, a few times a second.
   std::string foreign_peer();
+  // Any thread. Returns a device number that two bridges use, if there is one.
+  std::optional<NumberHolder> contested() const;
 
  private:
   void receive();
+  void hand_over(std::size_t proxy, const std::vector<Received<DeviceSample>>& samples);
   void send();
   const Scene& scene_;
   std::unique_ptr<Reader<DeviceSample>> reader_;
   std::unique_ptr<Writer<ProxySample>> writer_;
   std::array<Latest<TimedDeviceSample>, kMaxProxies> devices_;
   std::array<Latest<ProxySample>, kMaxProxies> proxies_;
+  std::vector<SessionHold> holds_{kMaxProxies, SessionHold(kDeviceHold)};  // of the receiver
+  std::vector<std::uint64_t> heard_;                                       // of the receiver
+  std::array<std::atomic<std::uint64_t>, kMaxProxies> holders_{}, refused_{};
   sem_t ready_;
   std::atomic<bool> stop_{false};
   std::atomic<std::uint64_t> dropped_{0};
@@ -64,7 +79,9 @@ class FrameLink {
   // the back end threw while the last frame was fetched.
   void offer(const StepOutput& output, std::int64_t now_ns);
   void set_rate(double rate_hz) { rate_hz_ = rate_hz; }
+  double rate() const { return rate_hz_; }
   void set_scalar(ScalarField scalar) { scalar_ = scalar; }
+  ScalarField scalar() const { return scalar_; }
   std::uint64_t sent() const { return sender_.counts().sent; }
 
  private:

@@ -9,9 +9,11 @@
 namespace palp {
 
 void Hand::receive(const DeviceSample& sample, std::int64_t t_receive_ns) {
-  // within one session only newer samples count; another session is a bridge that was started again
-  if (known_ && sample.header.session == sample_.header.session && sample.header.sequence <= sample_.header.sequence)
-    return;
+  const bool same = known_ && sample.header.session == sample_.header.session;
+  // within one session only newer samples count, but after silence: a recording of it is replayed from its beginning
+  if (same && sample.header.sequence <= sample_.header.sequence && silent_for_ < kBeginsAnewAfter) return;
+  // whose hand it is now has not held the tool before
+  if (!same) held_for_ = 0;
   sample_ = sample;
   t_receive_ns_ = t_receive_ns;
   silent_for_ = 0;

@@ -9,6 +9,8 @@ namespace palp {
 // A hand that has been silent this long has let go: its proxy stops where it is. Of simulated time, so that the same
 // samples before the same steps give the same motion, however fast the server runs.
 inline constexpr double kSilentAfter = 0.05;  // [s]
+// After this much silence a session may begin its numbers anew: links do not hold samples back that long.
+inline constexpr double kBeginsAnewAfter = 0.2;  // [s]
 // A hand is taken to move on with its twist for this long after its newest sample came. From then on it slows down,
 // with the time constant below: a hand that stopped at once, only because nothing was heard of it, would have its tool
 // stopped and thrown after it again, and one that went on might have turned round.

@@ -9,15 +9,14 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <stop_token>
-#include <thread>
 
 #include "config/error.h"
 #include "idl/clock.h"
-#include "idl/histogram.h"
 #include "sim_server/bus_links.h"
 #include "sim_server/device_tracker.h"
 #include "sim_server/messages_from_state.h"
+#include "sim_server/solver/parameters.h"
+#include "sim_server/status_reporter.h"
 
 namespace palp {
 namespace {
@@ -26,19 +25,7 @@ using State = ServerState;
 
 constexpr int kCommandsAStep = 16;  // so that no flood of them keeps the simulation, or the end, waiting
 constexpr int kMostSingleSteps = 1000;
-
-const char* to_string(State state) {
-  return state == State::running ? "running" : state == State::paused ? "paused" : "fault";
-}
-
-// What the status thread may read while the simulation's thread writes.
-struct Gauges {
-  Histogram step_time, handover;
-  std::atomic<State> state{State::running};
-  std::atomic<double> sim_time{0}, real_time_factor{0}, max_speed{0}, max_compression{0}, kinetic_energy{0},
-      gone_mass{0};
-  std::atomic<std::uint64_t> steps{0}, slow_steps{0}, outside{0};
-};
+constexpr double kMostFramesHz = 1000;
 
 // Real-time factor over the last second or so of running.
 class Pace {
@@ -73,6 +60,11 @@ class Pace {
   double factor_ = 1;
 };
 
+Effort effort_of(const Simulation& simulation, const ServerOptions& options) {
+  const Scene& scene = simulation.scene();
+  return {scene.position.size(), scene.config.accuracy, !options.as_fast_as_possible, 1e6 / scene.config.rate_hz};
+}
+
 class Server {
  public:
   Server(Simulation& simulation, Bus& bus, const ServerOptions& options)
@@ -83,15 +75,15 @@ class Server {
         haptic_(bus, simulation.scene()),
         frames_(bus, simulation),
         control_(bus),
-        scene_writer_(bus.writer<SceneDescription>()) {
+        scene_writer_(bus.writer<SceneDescription>()),
+        status_(bus, gauges_, effort_of(simulation, options), haptic_, frames_, control_) {
     SceneDescription scene = describe_scene(simulation_);
     if (!scene_writer_->publish(scene))
       throw std::runtime_error("the bus refused the scene's description: its meshes are too large for one message");
-    gauges_.state = options.start_paused ? State::paused : State::running;
+    if (options.start_paused) gauges_.state = State::paused;
   }
 
   ServerSummary run(const std::atomic<int>& stop) {
-    std::jthread status([this](const std::stop_token& ended) { report(ended); });
     prctl(PR_SET_TIMERSLACK, 1000);
     // ahead of pictures and recordings where that is allowed, behind the bridge's real-time loop
     setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), -10);
@@ -110,8 +102,6 @@ class Server {
       gauges_.real_time_factor = pace.factor();
       if (gauges_.state == State::running) wall_ns_ += now_ns() - t0;
     }
-    status.request_stop();
-    status.join();
     return summary();
   }
 
@@ -217,6 +207,8 @@ class Server {
         return "quitting";
       case CommandKind::set_parameter:
         return set_parameter(c.name, c.value);
+      case CommandKind::get_parameter:
+        return list_parameters(c.name);
     }
     throw ConfigError("unknown command");
   }
@@ -230,8 +222,9 @@ class Server {
     } else if (name == "stream.particle_rate_hz") {
       char* end = nullptr;
       const double rate = std::strtod(value.c_str(), &end);
-      if (*end != '\0' || !(rate >= 1 && rate <= 1000))
-        throw ConfigError("stream.particle_rate_hz is '" + value + "'; expected 1 to 1000 Hz");
+      if (value.empty() || *end != '\0' || !(rate >= 0 && rate <= kMostFramesHz))
+        throw ConfigError(
+            fmt::format("stream.particle_rate_hz is '{}'; expected 0 (no particles) to {:g} Hz", value, kMostFramesHz));
       frames_.set_rate(rate);
     } else {
       simulation_.set_parameter(name, value);
@@ -240,37 +233,20 @@ class Server {
     return name + " is " + value;
   }
 
-  void report(const std::stop_token& ended) {
-    std::uint64_t last_slow = 0;
-    while (!ended.stop_requested()) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(200));
-      const std::uint64_t slow = gauges_.slow_steps;
-      const double factor = gauges_.real_time_factor;
-      std::string text = haptic_.foreign_peer();
-      if (text.empty() && factor < 0.98 && slow > last_slow && gauges_.state == State::running &&
-          !options_.as_fast_as_possible)
-        text = fmt::format("slow motion: the simulation takes longer than real time (factor {:.2f})", factor);
-      if (text.empty() && gauges_.gone_mass > 0)
-        text = fmt::format("outside: {:.3g} kg of fluid have left the domain", gauges_.gone_mass.load());
-      last_slow = slow;
-      control_.status(to_string(gauges_.state), text,
-                      {{"sim_time_s", gauges_.sim_time},
-                       {"steps", static_cast<double>(gauges_.steps)},
-                       {"real_time_factor", factor},
-                       {"step_p50_us", gauges_.step_time.quantile_us(0.5)},
-                       {"step_p99_us", gauges_.step_time.quantile_us(0.99)},
-                       {"step_max_us", gauges_.step_time.max_us()},
-                       {"handover_p50_us", gauges_.handover.quantile_us(0.5)},
-                       {"handover_p99_us", gauges_.handover.quantile_us(0.99)},
-                       {"slow_steps", static_cast<double>(slow)},
-                       {"max_speed_m_s", gauges_.max_speed},
-                       {"max_compression", gauges_.max_compression},
-                       {"kinetic_energy_J", gauges_.kinetic_energy},
-                       {"outside_particles", static_cast<double>(gauges_.outside)},
-                       {"gone_kg", gauges_.gone_mass},
-                       {"frames", static_cast<double>(frames_.sent())},
-                       {"dropped_samples", static_cast<double>(haptic_.dropped() + control_.dropped())}});
-    }
+  // Returns a line for each parameter, or for the one of that name.
+  std::string list_parameters(const std::string& name) const {
+    std::vector<Parameter> all = parameters_of(simulation_.scene().config);
+    Parameter rate{"stream.particle_rate_hz", fmt::format("{:g}", frames_.rate()), "Hz", 0, kMostFramesHz};
+    all.push_back(rate);
+    std::string text;
+    for (const Parameter& p : all)
+      if (name.empty() || p.name == name)
+        text += fmt::format("{}\t{}\t{}\t{:g}\t{:g}\n", p.name, p.value, p.unit, p.low, p.high);
+    if (name.empty() || name == "stream.scalar")
+      text += fmt::format("stream.scalar\t{}\t\t\t\n", row_of(frames_.scalar()).name);
+    if (text.empty()) throw ConfigError("there is no parameter '" + name + "'; expected one of those that get lists");
+    text.pop_back();
+    return text;
   }
 
   ServerSummary summary() const {
@@ -306,7 +282,8 @@ class Server {
   bool quit_ = false;
   bool told_of_loss_ = false;
   std::int64_t wall_ns_ = 0;
-  std::string cause_;  // of the first fault
+  std::string cause_;            // of the first fault
+  ServerStatusReporter status_;  // last: reads what the others hold
 };
 
 }  // namespace

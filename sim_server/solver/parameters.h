@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "config/scene_config.h"
 
@@ -9,5 +10,14 @@ namespace palp {
 
 // Writes one value, as a scene file would state it, into the configuration. Throws ConfigError and leaves it untouched.
 void apply_parameter(SceneConfig& config, const std::string& name, const std::string& value);
+
+// A parameter as it is now.
+struct Parameter {
+  std::string name;
+  std::string value;         // as a scene file would state it; empty: derived from the accuracy level
+  std::string unit;          // empty: none
+  double low = 0, high = 0;  // of the number, or of the length of a vector
+};
+std::vector<Parameter> parameters_of(const SceneConfig& config);
 
 }  // namespace palp

@@ -95,6 +95,36 @@ TEST(Hand, TakesNoOlderSampleOfASession) {
   EXPECT_NEAR(hand.input(0, kStep, proxy_at(0)).state.position.x(), 0.03, 1e-12);
 }
 
+// Its tool is not thrown to where another hand is.
+TEST(Hand, ANewHandTakesHoldGentlyWhereAnotherOneHeld) {
+  Hand hand;
+  for (std::uint64_t k = 1; k <= 400; ++k) {
+    hand.receive(sample(k, 0, 0), 0);
+    hand.input(0, kStep, proxy_at(0));
+  }
+  DeviceSample other = sample(1, 0.05, 0);
+  other.header.session = 2;
+  hand.receive(other, 0);
+  const DeviceInput in = hand.input(0, kStep, proxy_at(0));
+  EXPECT_NEAR(in.gains.stiffness, 1000 * kStep / kEaseIn, 1e-9);
+}
+
+// A recording that is replayed a second time begins with the numbers that it began with before.
+TEST(Hand, TakesASessionThatBeginsAnewAfterSilence) {
+  Hand hand;
+  hand.receive(sample(500, 0.02, 0), 0);
+  for (int k = 0; k < 199; ++k) {
+    hand.receive(sample(1, 0.03, 0), 0);
+    ASSERT_NEAR(hand.sample().pose.position[0], 0.02, 1e-12) << k;
+    hand.input(0, kStep, proxy_at(0));
+  }
+  for (int k = 0; k < 3; ++k) hand.input(0, kStep, proxy_at(0));
+  hand.receive(sample(1, 0.03, 0), 0);
+  const DeviceInput in = hand.input(0, kStep, proxy_at(0));
+  EXPECT_TRUE(in.engaged);
+  EXPECT_NEAR(in.state.position.x(), 0.03, 1e-12);
+}
+
 TEST(Hand, PullsNoHarderThanItMay) {
   Hand hand;
   hand.receive(sample(1, 10, 0), 0);
