@@ -100,6 +100,8 @@ class Feed::Impl {
       std::apply([this](auto&... inlet) { (inlet.pour_into(state_), ...); }, inlets_);
       chunks_.pour_into(state_);
       state_.forget(now_ns());
+      const std::string& two_servers = state_.view().two_servers;
+      if (!two_servers.empty() && !std::exchange(warned_two_servers_, true)) spdlog::warn("{}", two_servers);
       std::uint64_t refused = chunks_.refused();
       std::apply([&refused](auto&... inlet) { ((refused += inlet.refused()), ...); }, inlets_);
       exchange(refused);
@@ -126,6 +128,7 @@ class Feed::Impl {
 
   std::unique_ptr<Bus> bus_;
   FeedState state_;  // of the thread
+  bool warned_two_servers_ = false;
   std::tuple<Inlet<SceneDescription>, Inlet<BodyPoses>, Inlet<ProxySample>, Inlet<Status>, Inlet<Event>,
              Inlet<CommandReply>>
       inlets_;

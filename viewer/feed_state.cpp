@@ -6,6 +6,7 @@ namespace palp {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::size_t kMostServers = 8;
 constexpr std::int64_t kForgetProxy = kSecond, kForgetStatus = 3 * kSecond, kForgetNotice = 6 * kSecond;
 
 // When a frame was sent, on this host's clock. Its stamp counts only if it can be true: a recording that is replayed
@@ -27,13 +28,39 @@ void FeedState::notice(const std::string& text, std::int64_t now_ns) {
   notice_at_ns_ = now_ns;
 }
 
+// Takes note that this server is there and returns whether it is the one that is shown.
+bool FeedState::holds(const Header& header, std::int64_t now_ns) {
+  const std::uint64_t before = servers_.held();
+  const std::uint64_t held = servers_.look({&header.session, 1}, now_ns);
+  if (held != before) go_over(before, now_ns);
+  return held == header.session;
+}
+
+void FeedState::go_over(std::uint64_t before, std::int64_t now_ns) {
+  assembler_ = {};
+  newest_ = nullptr;
+  if (const auto scene = scenes_.find(servers_.held()); scene != scenes_.end()) take_scene(scene->second);
+  if (before != 0 && !view_.two_servers.empty())
+    notice("the server that was shown has fallen silent; shown is " + roster_.name_of_session(servers_.held()), now_ns);
+}
+
 void FeedState::add(const Received<SceneDescription>& received) {
-  const SceneDescription& scene = received.message;
-  if (from_server(scene.header) && scene.scene_hash == view_.scene->scene_hash &&
-      scene.particle_count == view_.scene->particle_count) {
+  const std::uint64_t session = received.message.header.session;
+  if (scenes_.size() >= kMostServers && !scenes_.contains(session)) {
+    const std::uint64_t held = servers_.held();
+    std::erase_if(scenes_, [&](const auto& entry) { return entry.first != held; });
+  }
+  auto scene = std::make_shared<const SceneDescription>(received.message);
+  scenes_[session] = scene;
+  if (holds(received.message.header, received.t_receive_ns)) take_scene(std::move(scene));
+}
+
+void FeedState::take_scene(std::shared_ptr<const SceneDescription> scene) {
+  if (from_server(scene->header) && scene->scene_hash == view_.scene->scene_hash &&
+      scene->particle_count == view_.scene->particle_count) {
     return;  // sent again
   }
-  view_.scene = std::make_shared<const SceneDescription>(scene);
+  view_.scene = std::move(scene);
   view_.frame = nullptr;
   view_.poses = nullptr;
   view_.proxies = {};
@@ -43,6 +70,7 @@ void FeedState::add(const Received<SceneDescription>& received) {
 }
 
 void FeedState::add(const Received<ParticleChunk>& received) {
+  if (!holds(received.message.header, received.t_receive_ns)) return;
   const std::uint64_t refused = assembler_.counts().refused;
   if (assembler_.add(received)) {
     auto frame = std::make_shared<ParticleFrame>();
@@ -68,28 +96,40 @@ void FeedState::show_frame() {
 }
 
 void FeedState::add(const Received<BodyPoses>& received) {
-  if (from_server(received.message.header)) view_.poses = std::make_shared<const BodyPoses>(received.message);
+  const Header& header = received.message.header;
+  if (holds(header, received.t_receive_ns) && from_server(header))
+    view_.poses = std::make_shared<const BodyPoses>(received.message);
 }
 
 void FeedState::add(const Received<ProxySample>& received) {
   const ProxySample& sample = received.message;
-  if (!from_server(sample.header) || sample.device >= kMaxDevices) return;
+  if (!holds(sample.header, received.t_receive_ns) || !from_server(sample.header) || sample.device >= kMaxDevices)
+    return;
   view_.proxies[sample.device] = sample;
   proxy_at_ns_[sample.device] = received.t_receive_ns;
 }
 
 void FeedState::add(const Received<Status>& received) {
-  view_.status[received.message.process] = received.message;
-  status_at_ns_[received.message.process] = received.t_receive_ns;
+  const Status& status = received.message;
+  roster_.add(received);
+  if (status.process == kServerName) {
+    const bool ended = has_ended(status);
+    if (ended ? servers_.held() != status.header.session : !holds(status.header, received.t_receive_ns)) return;
+    if (ended) servers_.let_go(status.header.session);
+  }
+  view_.status[status.process] = status;
+  status_at_ns_[status.process] = received.t_receive_ns;
 }
 
 void FeedState::add(const Received<Event>& received) {
   const Event& event = received.message;
+  if (event.process == kServerName && servers_.held() != 0 && event.header.session != servers_.held()) return;
   if (event.severity == Severity::fault) notice(event.process + ": " + event.text, received.t_receive_ns);
 }
 
 void FeedState::add(const Received<CommandReply>& received) {
   const CommandReply& reply = received.message;
+  if (servers_.held() != 0 && reply.header.session != servers_.held()) return;
   if (reply.command_session == own_session_) notice(reply.ok ? "" : reply.text, received.t_receive_ns);
 }
 
@@ -98,11 +138,20 @@ void FeedState::forget(std::int64_t now_ns) {
     if (view_.proxies[i] && now_ns - proxy_at_ns_[i] > kForgetProxy) view_.proxies[i].reset();
   }
   std::erase_if(status_at_ns_, [&](const auto& entry) {
-    const bool old = now_ns - entry.second > kForgetStatus;
+    // the last word of a server that ended stays until another one speaks
+    const bool last_word = entry.first == kServerName && has_ended(view_.status[entry.first]);
+    const bool old = now_ns - entry.second > kForgetStatus && !last_word;
     if (old) view_.status.erase(entry.first);
     return old;
   });
   if (now_ns - notice_at_ns_ > kForgetNotice) view_.notice.clear();
+  servers_.look({}, now_ns);
+  roster_.forget(now_ns);
+  const std::uint64_t other = servers_.rival(kSecond / 2);
+  view_.two_servers = other == 0 || servers_.held() == 0
+                          ? ""
+                          : "two servers run in this domain: shown is " + roster_.name_of_session(servers_.held()) +
+                                ", passed over is " + roster_.name_of_session(other) + "; end one of the two";
 }
 
 }  // namespace palp

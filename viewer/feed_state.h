@@ -11,10 +11,12 @@
 #include "idl/bus.h"
 #include "idl/frame_assembler.h"
 #include "idl/particle_frame.h"
+#include "idl/roster.h"
+#include "idl/session_hold.h"
 
 namespace palp {
 
-// The newest of everything. All but status belongs to one server, the one whose scene arrived last.
+// The newest of everything. All that servers say is of one of them, the one that is held (session_hold.h).
 struct FeedView {
   std::shared_ptr<const SceneDescription> scene;  // null: none has arrived
   std::shared_ptr<const ParticleFrame> frame;     // newest complete one; null: none since the scene
@@ -23,6 +25,7 @@ struct FeedView {
   std::array<std::optional<ProxySample>, kMaxDevices> proxies;
   std::map<std::string, Status> status;  // by process
   std::string notice;                    // the server's last refusal of a command or fault, while it is news
+  std::string two_servers;               // which server is shown and which is passed over; empty where there is one
   std::uint64_t frames = 0;              // complete ones received
   std::uint64_t lost_frames = 0;         // frames that never became complete
   std::uint64_t refused = 0;             // samples that were malformed or of another protocol version
@@ -35,8 +38,8 @@ class FeedState {
   // commands' replies matter.
   FeedState(bool same_host, std::uint64_t own_session) : same_host_(same_host), own_session_(own_session) {}
 
-  // A scene of another session, or another scene, drops all that is known of the server before. Frames may arrive
-  // before their scene does.
+  // Another scene of the server that is held, or of the next one, drops all that is known of the one before. Frames may
+  // arrive before their scene does.
   void add(const Received<SceneDescription>& received);
   void add(const Received<ParticleChunk>& received);
   void add(const Received<BodyPoses>& received);
@@ -51,12 +54,18 @@ class FeedState {
 
  private:
   bool from_server(const Header& header) const;
+  bool holds(const Header& header, std::int64_t now_ns);
+  void go_over(std::uint64_t session, std::int64_t now_ns);
+  void take_scene(std::shared_ptr<const SceneDescription> scene);
   void show_frame();
   void notice(const std::string& text, std::int64_t now_ns);
 
   bool same_host_;
   std::uint64_t own_session_;
   FeedView view_;
+  SessionHold servers_{kViewHold};
+  Roster roster_;
+  std::map<std::uint64_t, std::shared_ptr<const SceneDescription>> scenes_;  // newest of each server, by session
   FrameAssembler assembler_;
   std::shared_ptr<const ParticleFrame> newest_;  // perhaps of a server whose scene has not arrived
   std::array<std::int64_t, kMaxDevices> proxy_at_ns_{};

@@ -113,6 +113,7 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
       d.note = std::string("the server does not send ") + std::string(legend_name(color_)) + ": coloured by body";
     }
   }
+  if (!view.two_servers.empty()) d.note = view.two_servers;
   if (!view.notice.empty()) d.note = view.notice;
   d.force = largest_force(view);
   d.arrow_force = stage_.scene().arrow_force();

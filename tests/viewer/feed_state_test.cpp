@@ -94,6 +94,83 @@ TEST(FeedState, FramesMayComeBeforeTheirScene) {
   EXPECT_TRUE(state.view().frame);
 }
 
+// Nothing is heard of anybody for a while; returns when it ends.
+std::int64_t stay_silent(FeedState& state, std::int64_t from_ns, int ms) {
+  for (int i = 0; i <= ms; i += 10) state.forget(from_ns + i * kMs);
+  return from_ns + ms * kMs;
+}
+
+Status server_status(std::uint64_t session, const std::string& state_name, double pid) {
+  Status status;
+  status.process = kServerName;
+  status.header.session = session;
+  status.state = state_name;
+  status.metrics = {{"pid_on_lab3", pid}};
+  return status;
+}
+
+TEST(FeedState, HoldsOnToOneOfTwoServersAndSaysSo) {
+  FeedState state(true, 1);
+  state.add(Received<SceneDescription>{scene_of(5, 10), 0});
+  state.add(Received<SceneDescription>{scene_of(6, 20), 0});
+  BodyPoses poses;
+  ProxySample proxy;
+  for (int i = 0; i < 200; ++i) {
+    const std::int64_t now = i * 10 * kMs;
+    const std::uint64_t number = static_cast<std::uint64_t>(i) + 1;
+    for (const std::uint64_t session : {5u, 6u}) {
+      ParticleChunk chunk = chunks(session, number, session == 5 ? 10 : 20).front();
+      state.add({chunk, now});
+      poses.header.session = proxy.header.session = session;
+      poses.sim_time = proxy.sim_time = static_cast<double>(session);
+      state.add(Received<BodyPoses>{poses, now});
+      state.add(Received<ProxySample>{proxy, now});
+      state.add(Received<Status>{server_status(session, "running", static_cast<double>(session)), now});
+    }
+    state.forget(now);
+    ASSERT_TRUE(state.view().frame);
+    ASSERT_EQ(state.view().scene->header.session, 5u);
+    ASSERT_EQ(state.view().frame->session, 5u);
+    ASSERT_EQ(state.view().frame->frame, number);
+    ASSERT_EQ(state.view().poses->sim_time, 5);
+    ASSERT_EQ(state.view().proxies[0]->sim_time, 5);
+    ASSERT_EQ(state.view().status.at(kServerName).header.session, 5u);
+  }
+  EXPECT_NE(state.view().two_servers.find("shown is sim_server (process 5 on lab3), passed over is sim_server "
+                                          "(process 6 on lab3)"),
+            std::string::npos)
+      << state.view().two_servers;
+  EXPECT_EQ(state.view().refused, 0u);
+
+  // the first one dies
+  std::int64_t now = 2000 * kMs;
+  for (int i = 0; i < 120; ++i, now += 10 * kMs) {
+    state.add({chunks(6, 300 + static_cast<std::uint64_t>(i), 20).front(), now});
+    state.forget(now);
+  }
+  EXPECT_EQ(state.view().scene->header.session, 6u);
+  ASSERT_TRUE(state.view().frame);
+  EXPECT_EQ(state.view().frame->session, 6u);
+  EXPECT_FALSE(state.view().proxies[0]);
+  EXPECT_NE(state.view().notice.find("has fallen silent; shown is sim_server (process 6 on lab3)"), std::string::npos)
+      << state.view().notice;
+  EXPECT_EQ(state.view().two_servers, "");
+}
+
+TEST(FeedState, AServerThatEndsGivesWayAtOnceAndItsLastWordStays) {
+  FeedState state(true, 1);
+  state.add(Received<SceneDescription>{scene_of(5, 10), 0});
+  state.add(Received<Status>{server_status(5, "running", 5), 0});
+  state.add(Received<Status>{server_status(5, "ended", 5), kMs});
+  stay_silent(state, kMs, 10'000);
+  ASSERT_TRUE(state.view().status.contains(kServerName));
+  EXPECT_EQ(state.view().status.at(kServerName).state, "ended");
+  state.add(Received<SceneDescription>{scene_of(6, 20), 10'002 * kMs});
+  EXPECT_EQ(state.view().scene->header.session, 6u);
+  state.add(Received<Status>{server_status(6, "running", 6), 10'003 * kMs});
+  EXPECT_EQ(state.view().status.at(kServerName).state, "running");
+}
+
 TEST(FeedState, ARestartedServerWithAnotherSceneReplacesTheFirst) {
   FeedState state(true, 1);
   state.add(Received<SceneDescription>{scene_of(5, 10), 0});
@@ -102,10 +179,12 @@ TEST(FeedState, ARestartedServerWithAnotherSceneReplacesTheFirst) {
   proxy.header.session = 5;
   state.add(Received<ProxySample>{proxy, 0});
   ASSERT_TRUE(state.view().proxies[0]);
-  state.add(Received<SceneDescription>{scene_of(6, 20), 0});
+  // it is no second server, for the first has been silent
+  const std::int64_t later = stay_silent(state, 0, 1100);
+  state.add(Received<SceneDescription>{scene_of(6, 20), later});
   EXPECT_FALSE(state.view().frame);
   EXPECT_FALSE(state.view().proxies[0]);
-  state.add(Received<ProxySample>{proxy, 0});  // a straggler of the first
+  state.add(Received<ProxySample>{proxy, later});  // a straggler of the first
   EXPECT_FALSE(state.view().proxies[0]);
   feed(state, chunks(6, 1, 20));
   ASSERT_TRUE(state.view().frame);
@@ -138,8 +217,10 @@ TEST(FeedState, OldKnowledgeIsForgotten) {
   state.add(Received<ProxySample>{proxy, 0});
   Status status;
   status.process = "sim_server";
+  status.header.session = 5;
   state.add(Received<Status>{status, 0});
   CommandReply reply;
+  reply.header.session = 5;
   reply.command_session = 1;
   reply.text = "no such parameter";
   state.add(Received<CommandReply>{reply, 0});
@@ -218,7 +299,7 @@ TEST(FeedState, GarbageDoesNoHarm) {
     if (round % 10 == 0) shoot(stage);
   }
   const auto next = scene_of(9, 10);
-  state.add(Received<SceneDescription>{next, 0});
+  state.add(Received<SceneDescription>{next, stay_silent(state, 0, 1100)});
   feed(state, chunks(9, 1, 10));
   ASSERT_TRUE(state.view().frame);
   session.update(state.view(), 1'000'000 * kMs);
