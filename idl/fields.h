@@ -14,24 +14,34 @@
   FIELD(stiffness) FIELD(damping) FIELD(angular_stiffness) FIELD(angular_damping)
 #define PALP_FIELDS_OF_DeviceSample(FIELD, RENAMED, DERIVED) \
   FIELD(header) FIELD(device) FIELD(flags) FIELD(t_device_ns) FIELD(pose) FIELD(twist) FIELD(gains)
-#define PALP_FIELDS_OF_ProxySample(FIELD, RENAMED, DERIVED)                                                       \
-  FIELD(header)                                                                                                   \
-  FIELD(device)                                                                                                   \
-  FIELD(flags) FIELD(sim_time) FIELD(device_session) FIELD(device_sequence) FIELD(t_device_ns) FIELD(device_pose) \
-      FIELD(device_twist) FIELD(proxy_pose) FIELD(proxy_twist) FIELD(wrench) FIELD(gains) FIELD(blend) FIELD(energy)
-#define PALP_FIELDS_OF_ParticleChunk(FIELD, RENAMED, DERIVED)                                                      \
-  FIELD(header)                                                                                                    \
-  FIELD(frame)                                                                                                     \
-  FIELD(sim_time) FIELD(chunk) FIELD(chunk_count) FIELD(first) FIELD(particle_count) FIELD(field) FIELD(positions) \
-      FIELD(scalars)
+#define PALP_FIELDS_OF_ProxySample(FIELD, RENAMED, DERIVED) \
+  FIELD(header)                                             \
+  FIELD(device)                                             \
+  FIELD(flags)                                              \
+  FIELD(sim_time)                                           \
+  FIELD(device_session)                                     \
+  FIELD(device_sequence)                                    \
+  FIELD(t_device_ns)                                        \
+  FIELD(device_pose)                                        \
+  FIELD(device_twist) FIELD(proxy_pose) FIELD(proxy_twist) FIELD(wrench) FIELD(gains) FIELD(blend) FIELD(energy)
+#define PALP_FIELDS_OF_ParticleChunk(FIELD, RENAMED, DERIVED) \
+  FIELD(header)                                               \
+  FIELD(frame)                                                \
+  FIELD(sim_time)                                             \
+  FIELD(chunk) FIELD(chunk_count) FIELD(first) FIELD(particle_count) FIELD(field) FIELD(positions) FIELD(scalars)
 #define PALP_FIELDS_OF_BodyDescription(FIELD, RENAMED, DERIVED) \
   FIELD(name) FIELD(kind) FIELD(first) FIELD(count) FIELD(density) FIELD(color) FIELD(vertices) FIELD(triangles)
 #define PALP_FIELDS_OF_ProxyDescription(FIELD, RENAMED, DERIVED) FIELD(device) FIELD(body) FIELD(pose)
-#define PALP_FIELDS_OF_SceneDescription(FIELD, RENAMED, DERIVED)                                             \
-  FIELD(header)                                                                                              \
-  FIELD(name)                                                                                                \
-  FIELD(method) FIELD(numerics) FIELD(scene_hash) FIELD(particle_count) FIELD(spacing) FIELD(support_radius) \
-      FIELD(haptic_rate_hz) FIELD(bounds_min) FIELD(bounds_max) FIELD(gravity) FIELD(bodies) FIELD(proxies)
+#define PALP_FIELDS_OF_SceneDescription(FIELD, RENAMED, DERIVED) \
+  FIELD(header)                                                  \
+  FIELD(name)                                                    \
+  FIELD(method)                                                  \
+  FIELD(numerics)                                                \
+  FIELD(scene_hash)                                              \
+  FIELD(particle_count)                                          \
+  FIELD(spacing)                                                 \
+  FIELD(support_radius)                                          \
+  FIELD(haptic_rate_hz) FIELD(bounds_min) FIELD(bounds_max) FIELD(gravity) FIELD(bodies) FIELD(proxies)
 #define PALP_FIELDS_OF_BodyPoses(FIELD, RENAMED, DERIVED) FIELD(header) FIELD(sim_time) FIELD(body) FIELD(pose)
 #define PALP_FIELDS_OF_Metric(FIELD, RENAMED, DERIVED) FIELD(name) FIELD(value)
 #define PALP_FIELDS_OF_Status(FIELD, RENAMED, DERIVED) \
