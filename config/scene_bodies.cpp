@@ -141,8 +141,8 @@ BodyConfig read_body(TomlTable& table, const SceneConfig& scene) {
   return body;
 }
 
-CouplingConfig read_coupling_limit(TomlTable table) {
-  CouplingConfig limit;
+CouplingGains read_coupling_limit(TomlTable table) {
+  CouplingGains limit = kDefaultGains;
   limit.stiffness = table.number("stiffness", not_negative("N/m")).value_or(limit.stiffness);
   limit.damping = table.number("damping", not_negative("N s/m")).value_or(limit.damping);
   limit.angular_stiffness =

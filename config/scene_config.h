@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 
+#include "idl/gains.h"
 #include "idl/vocabulary.h"
 
 namespace palp {
@@ -79,18 +80,11 @@ struct BodyConfig {
   std::string where;
 };
 
-struct CouplingConfig {
-  double stiffness = 1000;        // [N/m]
-  double damping = 20;            // [N s/m]
-  double angular_stiffness = 10;  // [N m/rad]
-  double angular_damping = 0.2;   // [N m s/rad]
-};
-
 struct ProxyConfig {
   unsigned device = 0;
   std::string body;                                  // a rigid body
   Eigen::Vector3d handle = Eigen::Vector3d::Zero();  // coupling point in the body frame [m]
-  CouplingConfig coupling_limit;                     // the most the server lets a bridge ask for
+  CouplingGains coupling_limit = kDefaultGains;      // the most the server lets a bridge ask for
   std::string hand;  // file of the hand script that a simulated arm plays here; empty: none is named
   std::string where;
 };

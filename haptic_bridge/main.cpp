@@ -133,8 +133,8 @@ std::string test_machine(const BridgeOptions& o, LoopConfig& config) {
 
 // Where the simulated handle starts: the home pose, or wherever the server holds the proxy now.
 struct Start {
-  HandleState<double> home;
-  HandleState<double> at;
+  RigidState home;
+  RigidState at;
 };
 
 // Returns the newest scene of that server, or of any where it is not known which one answers; null: none has come.
@@ -151,7 +151,7 @@ std::optional<Start> find_start(const BridgeOptions& o, Bus& bus, BusLink& link,
   if (o.home) return Start{*o.home, *o.home};
   const auto reader = bus.reader<SceneDescription>();
   std::vector<Received<SceneDescription>> scenes;
-  std::optional<HandleState<double>> home;
+  std::optional<RigidState> home;
   std::uint64_t home_of = 0;  // the server whose scene that is
   std::int64_t t_home_ns = 0;
   while (!stop.wait(home ? kHousekeepingNs / 5 : kHousekeepingNs)) {
@@ -167,7 +167,7 @@ std::optional<Start> find_start(const BridgeOptions& o, Bus& bus, BusLink& link,
       home_of = scene->header.session;
       t_home_ns = now_ns();
     }
-    if (home && moves) return Start{*home, to_handle(proxy.proxy_pose, TwistD{})};
+    if (home && moves) return Start{*home, to_state(proxy.proxy_pose, TwistD{})};
     // a server that stands still says nothing: its proxy is where the scene put it
     if (home && now_ns() - t_home_ns > 3 * kHousekeepingNs) return Start{*home, *home};
     herald.tell_waiting(*reader, link);

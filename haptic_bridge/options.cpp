@@ -118,12 +118,12 @@ void add_options(CLI::App& app, RawOptions& raw) {
   add_bus_options(app, raw.options.bus);
 }
 
-HandleState<double> to_home(const std::vector<double>& n) {
-  HandleState<double> home = at_rest({n[0], n[1], n[2]}, Eigen::Quaterniond::Identity());
-  if (n.size() == 7) home.q = Eigen::Quaterniond(n[6], n[3], n[4], n[5]);
-  if (!is_finite(home.x) || !is_unit(home.q))
+RigidState to_home(const std::vector<double>& n) {
+  RigidState home = at_rest({n[0], n[1], n[2]}, Eigen::Quaterniond::Identity());
+  if (n.size() == 7) home.orientation = Eigen::Quaterniond(n[6], n[3], n[4], n[5]);
+  if (!is_finite(home.position) || !is_unit(home.orientation))
     throw ConfigError("--home: expected finite metres and a quaternion of length 1 within 0.001");
-  home.q.normalize();
+  home.orientation.normalize();
   return home;
 }
 

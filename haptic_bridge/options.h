@@ -25,7 +25,7 @@ struct BridgeOptions {
   std::string library;  // of the Virtuose or the 3D mouse; empty: the profile's
   std::string address;
   std::optional<VirtuoseMode> virtuose_mode;
-  std::optional<HandleState<double>> home;  // at rest; none: from the scene
+  std::optional<RigidState> home;  // at rest; none: from the scene
   double rate_hz = 1000;
   double seconds = 0;   // 0: until stopped
   std::string log;      // CSV file

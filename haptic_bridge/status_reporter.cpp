@@ -32,10 +32,10 @@ Herald::Herald(Bus& bus, std::string process, std::string bus_name)
       process_(std::move(process)),
       bus_name_(std::move(bus_name)) {}
 
-std::optional<HandleState<double>> Herald::home_in(const SceneDescription& scene, std::uint32_t device) {
+std::optional<RigidState> Herald::home_in(const SceneDescription& scene, std::uint32_t device) {
   std::string others;
   for (const ProxyDescription& proxy : scene.proxies) {
-    if (proxy.device == device) return to_handle(proxy.pose, TwistD{});
+    if (proxy.device == device) return to_state(proxy.pose, TwistD{});
     others += fmt::format("{}{}", others.empty() ? "" : ", ", proxy.device);
   }
   announce(Severity::warning, fmt::format("scene '{}' has no proxy for device {} (it has {}): waiting for one that has",

@@ -18,7 +18,7 @@ class Herald {
   Herald(Bus& bus, std::string process, std::string bus_name);
 
   // Where the scene puts the proxy of this device; none, and said so, if it has no such proxy.
-  std::optional<HandleState<double>> home_in(const SceneDescription& scene, std::uint32_t device);
+  std::optional<RigidState> home_in(const SceneDescription& scene, std::uint32_t device);
 
   // The tell_... are called about ten times a second; each publishes a Status, and an Event when something has changed.
   void tell_waiting(const Reader<SceneDescription>& scenes, const BusLink& link);

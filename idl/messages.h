@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "idl/gains.h"
 #include "idl/vocabulary.h"
 
 namespace palp {
@@ -27,6 +28,9 @@ struct Header {
   std::uint64_t sequence = 0;  // per topic and key, from 1
   std::int64_t t_send_ns = 0;
 };
+
+// The length of an orientation on the bus may be off from 1 by this.
+inline constexpr double kUnitTolerance = 1e-3;
 
 struct PoseD {
   std::array<double, 3> position{};               // [m]
@@ -45,15 +49,6 @@ struct WrenchD {
   std::array<double, 3> force{};   // [N]
   std::array<double, 3> torque{};  // [N m], about the point that the pose names
   bool operator==(const WrenchD&) const = default;
-};
-
-// Gains of the virtual coupling (coupling.h). The bridge proposes them, the server answers with those it used.
-struct CouplingGains {
-  double stiffness = 0;          // [N/m]
-  double damping = 0;            // [N s/m]
-  double angular_stiffness = 0;  // [N m/rad]
-  double angular_damping = 0;    // [N m s/rad]
-  bool operator==(const CouplingGains&) const = default;
 };
 
 // Bits of DeviceSample::flags and ProxySample::flags.

@@ -57,7 +57,7 @@ bool is_text(const std::string& s) { return s.size() <= kMaxText; }
 
 bool is_sound(const PoseD& p) {
   const auto& q = p.orientation;
-  return std::abs(std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1) <= kQuaternionTolerance;
+  return std::abs(std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1) <= kUnitTolerance;
 }
 
 bool is_sound(const CouplingGains& g) {

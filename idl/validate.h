@@ -18,8 +18,6 @@ inline constexpr std::size_t kMaxMeshIndices = 6u << 22;
 inline constexpr std::size_t kMaxMetrics = 1u << 12;
 inline constexpr std::size_t kMaxName = 256;
 inline constexpr std::size_t kMaxText = 1u << 16;
-// How far the length of a quaternion may be from 1.
-inline constexpr double kQuaternionTolerance = 1e-3;
 
 enum class Fault { none, wrong_version, not_finite, malformed };
 

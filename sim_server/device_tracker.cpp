@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim_server/messages_from_state.h"
+#include "idl/convert.h"
 #include "sim_server/solver/rigid_motion.h"
 
 namespace palp {
@@ -30,7 +30,7 @@ DeviceInput Hand::input(std::int64_t now_ns, double step, const RigidState& prox
   held_for_ += step;
   const double ease = std::min(1.0, held_for_ / kEaseIn);
   in.engaged = true;
-  in.state = to_rigid_state(sample_.pose, sample_.twist);
+  in.state = to_state(sample_.pose, sample_.twist);
   in.state.linear = at_most(in.state.linear, kFastestHand);
   in.state.angular = at_most(in.state.angular, kFastestTurn);
   // lost and late samples: the hand has moved on meanwhile. Counted in steps, too, so that no clock that jumps moves it

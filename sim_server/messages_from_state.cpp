@@ -1,9 +1,9 @@
 #include "sim_server/messages_from_state.h"
 
+#include "idl/convert.h"
+
 namespace palp {
 namespace {
-
-std::array<double, 3> to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 BodyDescription describe_body(const Scene& scene, const Body& body) {
   BodyDescription out;
@@ -27,24 +27,6 @@ BodyDescription describe_body(const Scene& scene, const Body& body) {
 
 }  // namespace
 
-PoseD to_pose(const RigidState& s) {
-  const Eigen::Quaterniond q = s.orientation.normalized();
-  return {to_array(s.position), {q.x(), q.y(), q.z(), q.w()}};
-}
-
-TwistD to_twist(const RigidState& s) { return {to_array(s.linear), to_array(s.angular)}; }
-
-RigidState to_rigid_state(const PoseD& pose, const TwistD& twist) {
-  RigidState s;
-  s.position = Eigen::Vector3d(pose.position.data());
-  s.orientation =
-      Eigen::Quaterniond(pose.orientation[3], pose.orientation[0], pose.orientation[1], pose.orientation[2]);
-  s.orientation.normalize();
-  s.linear = Eigen::Vector3d(twist.linear.data());
-  s.angular = Eigen::Vector3d(twist.angular.data());
-  return s;
-}
-
 SceneDescription describe_scene(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
   SceneDescription out;
@@ -62,9 +44,7 @@ SceneDescription describe_scene(const Simulation& simulation) {
   for (const Body& body : scene.bodies) out.bodies.push_back(describe_body(scene, body));
   for (const Proxy& proxy : scene.proxies) {
     const Body& body = scene.bodies[proxy.body];
-    RigidState handle;
-    handle.position = body.position + body.orientation * proxy.handle;
-    handle.orientation = body.orientation;
+    const RigidState handle = at_rest(body.position + body.orientation * proxy.handle, body.orientation);
     out.proxies.push_back({proxy.device, proxy.body, to_pose(handle)});
   }
   return out;
@@ -101,8 +81,7 @@ ProxySample answer(const ProxyOutput& proxy, std::uint32_t device_number, const 
     s.blend = proxy.blend;
   }
   // of a proxy without a hand: none, so that no bridge finds them beyond those it asked for
-  if (engaged)
-    s.gains = {proxy.gains.stiffness, proxy.gains.damping, proxy.gains.angular_stiffness, proxy.gains.angular_damping};
+  if (engaged) s.gains = proxy.gains;
   s.energy = proxy.energy;
   return s;
 }

@@ -23,8 +23,4 @@ inline constexpr int kMostRepeats = 3;
 // Whether it is, so far sent again `times` times; if so it is marked.
 bool repeat(ProxySample& sample, int times);
 
-PoseD to_pose(const RigidState& state);
-TwistD to_twist(const RigidState& state);
-RigidState to_rigid_state(const PoseD& pose, const TwistD& twist);
-
 }  // namespace palp

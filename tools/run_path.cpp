@@ -68,7 +68,7 @@ std::vector<PathPoint> read_path(const std::string& file) {
   return path;
 }
 
-DeviceInput device_on_path(const std::vector<PathPoint>& path, double time, const CouplingConfig& gains) {
+DeviceInput device_on_path(const std::vector<PathPoint>& path, double time, const CouplingGains& gains) {
   DeviceInput input;
   input.gains = gains;
   input.engaged = time >= path.front().time;

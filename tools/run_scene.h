@@ -24,7 +24,7 @@ std::vector<PathPoint> read_path(const std::string& file);
 
 // The device at `time`: straight between two points and turning evenly, with the twist of that motion. Not engaged
 // before the first point; at rest after the last.
-DeviceInput device_on_path(const std::vector<PathPoint>& path, double time, const CouplingConfig& gains);
+DeviceInput device_on_path(const std::vector<PathPoint>& path, double time, const CouplingGains& gains);
 
 struct RunOptions {
   std::string out;                         // folder for all files

@@ -5,7 +5,7 @@
 
 #include "config/error.h"
 #include "config/toml_reader.h"
-#include "idl/rotation.h"
+#include "idl/coupling.h"
 
 namespace palp {
 

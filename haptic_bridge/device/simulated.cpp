@@ -5,7 +5,7 @@
 
 #include "config/error.h"
 #include "haptic_bridge/loop/filters.h"
-#include "idl/rotation.h"
+#include "idl/coupling.h"
 
 namespace palp {
 
@@ -25,11 +25,11 @@ constexpr double kStopTurnStiffness = 100;     // [N m/rad]
 constexpr double kTremorRate = 2 * M_PI * 10;  // [rad/s]
 constexpr double kTremorDamping = 0.2;
 
-Keyframe from_home(const HandleState<double>& home, const Keyframe& offset, double time) {
-  return {time, home.x + offset.x, (offset.q * home.q).normalized()};
+Keyframe from_home(const RigidState& home, const Keyframe& offset, double time) {
+  return {time, home.position + offset.x, (offset.q * home.orientation).normalized()};
 }
 
-Trajectory make_script(const HandScript& script, const HandleState<double>& home) {
+Trajectory make_script(const HandScript& script, const RigidState& home) {
   std::vector<Keyframe> path;
   for (const Keyframe& k : script.keyframes) path.push_back(from_home(home, k, k.time - script.keyframes.front().time));
   if (path.empty()) path.push_back(from_home(home, {}, 0));
@@ -37,12 +37,13 @@ Trajectory make_script(const HandScript& script, const HandleState<double>& home
 }
 
 // From where the handle is to where the script begins; of no length when it is there already.
-Trajectory make_approach(const HandleState<double>& start, const Keyframe& first) {
-  const double distance = (first.x - start.x).norm(), angle = rotation_between(start.q, first.q).norm();
-  std::vector<Keyframe> path{{0, start.x, start.q}};
+Trajectory make_approach(const RigidState& start, const Keyframe& first) {
+  const double distance = (first.x - start.position).norm(),
+               angle = rotation_between(start.orientation, first.q).norm();
+  std::vector<Keyframe> path{{0, start.position, start.orientation}};
   if (distance > 1e-3 || angle > 0.01) {
     const double time = std::max({1.0, distance / kApproachSpeed, angle / kApproachTurn});
-    if (angle > 2) path.push_back({time / 2, (start.x + first.x) / 2, start.q.slerp(0.5, first.q)});
+    if (angle > 2) path.push_back({time / 2, (start.position + first.x) / 2, start.orientation.slerp(0.5, first.q)});
     path.push_back({time, first.x, first.q});
   }
   return Trajectory(std::move(path), Interpolation::minimum_jerk, false);
@@ -89,14 +90,14 @@ void check_stable(const char* what, double mass, double stiffness) {
 
 }  // namespace
 
-SimulatedDevice::SimulatedDevice(const ArmModel& arm, const HandScript& script, const HandleState<double>& home,
-                                 const HandleState<double>& start)
+SimulatedDevice::SimulatedDevice(const ArmModel& arm, const HandScript& script, const RigidState& home,
+                                 const RigidState& start)
     : arm_(arm),
       hand_(script.hand),
       approach_(make_approach(start, make_script(script, home).keyframes().front())),
       script_(make_script(script, home)),
       info_{"simulated arm", arm.motors.force_limit, arm.motors.torque_limit, true},
-      state_{start.x, start.q.normalized(), Vec3::Zero(), Vec3::Zero()},
+      state_{start.position, start.orientation.normalized(), Vec3::Zero(), Vec3::Zero()},
       home_(home),
       commanded_(zero_wrench()),
       applied_(zero_wrench()),
@@ -107,7 +108,7 @@ SimulatedDevice::SimulatedDevice(const ArmModel& arm, const HandScript& script, 
   check_stable("inertia", arm.inertia, hand_.stiffness * lever2 + arm.angular_friction / kAngularReach);
 }
 
-HandleState<double> SimulatedDevice::intent(double time) const noexcept {
+RigidState SimulatedDevice::intent(double time) const noexcept {
   return time < approach_.duration() ? approach_.at(time) : script_.at(time - approach_.duration());
 }
 
@@ -150,29 +151,30 @@ void SimulatedDevice::advance(double dt) noexcept {
 // The wrench of the loop is held over the step, and place and speed follow it exactly: so a spring that the loop
 // renders meets the bounds that theory gives for a held force.
 void SimulatedDevice::sub_step(double middle, double dt) noexcept {
-  const HandleState<double> wish = intent(middle);
+  const RigidState wish = intent(middle);
   const double lever2 = hand_.lever * hand_.lever;
 
   const double mass = arm_.mass + hand_.mass;
   const Hold linear = hold(dt, (hand_.damping + arm_.damping) / mass);
-  const Vec3 force = applied_.force + hand_.stiffness * (wish.x - (state_.x + dt / 2 * state_.v)) +
-                     hand_.damping * wish.v + tremor(dt) +
-                     stop_force(state_.x - home_.x, state_.v, arm_.workspace, kStopStiffness, arm_.mass) +
-                     friction_force(bristle_, state_.v, arm_.friction, kBristleReach, arm_.mass, dt);
-  state_.x += linear.reach * state_.v + linear.way / mass * force;
-  state_.v = linear.decay * state_.v + linear.reach / mass * force;
+  const Vec3 force =
+      applied_.force + hand_.stiffness * (wish.position - (state_.position + dt / 2 * state_.linear)) +
+      hand_.damping * wish.linear + tremor(dt) +
+      stop_force(state_.position - home_.position, state_.linear, arm_.workspace, kStopStiffness, arm_.mass) +
+      friction_force(bristle_, state_.linear, arm_.friction, kBristleReach, arm_.mass, dt);
+  state_.position += linear.reach * state_.linear + linear.way / mass * force;
+  state_.linear = linear.decay * state_.linear + linear.reach / mass * force;
 
   const double inertia = arm_.inertia + hand_.mass * lever2;
   const Hold angular = hold(dt, (lever2 * hand_.damping + arm_.angular_damping) / inertia);
-  const Quat q_middle = turned(state_.q, dt / 2 * state_.w);
+  const Quat q_middle = turned(state_.orientation, dt / 2 * state_.angular);
   const Vec3 torque =
-      applied_.torque + lever2 * hand_.stiffness * rotation_between(q_middle, wish.q) +
-      lever2 * hand_.damping * wish.w +
-      stop_force(rotation_between(home_.q, state_.q), state_.w, Vec3::Constant(arm_.turn), kStopTurnStiffness,
-                 arm_.inertia) +
-      friction_force(angular_bristle_, state_.w, arm_.angular_friction, kAngularReach, arm_.inertia, dt);
-  state_.q = turned(state_.q, angular.reach * state_.w + angular.way / inertia * torque);
-  state_.w = angular.decay * state_.w + angular.reach / inertia * torque;
+      applied_.torque + lever2 * hand_.stiffness * rotation_between(q_middle, wish.orientation) +
+      lever2 * hand_.damping * wish.angular +
+      stop_force(rotation_between(home_.orientation, state_.orientation), state_.angular, Vec3::Constant(arm_.turn),
+                 kStopTurnStiffness, arm_.inertia) +
+      friction_force(angular_bristle_, state_.angular, arm_.angular_friction, kAngularReach, arm_.inertia, dt);
+  state_.orientation = turned(state_.orientation, angular.reach * state_.angular + angular.way / inertia * torque);
+  state_.angular = angular.decay * state_.angular + angular.reach / inertia * torque;
 }
 
 // Of the stops on the arm, along each axis: a stiff spring that is damped on the way in and lets go on the way out.
@@ -202,19 +204,20 @@ Vec3 SimulatedDevice::tremor(double dt) noexcept {
 
 // What the encoders show, and the velocity that a controller makes of it.
 void SimulatedDevice::measure(double dt) noexcept {
-  const HandleState<double> before = measured_;
-  for (int i = 0; i < 3; ++i) measured_.x[i] = rounded(state_.x[i], arm_.resolution);
-  for (int i = 0; i < 4; ++i) measured_.q.coeffs()[i] = rounded(state_.q.coeffs()[i], arm_.angular_resolution / 2);
-  measured_.q.normalize();
+  const RigidState before = measured_;
+  for (int i = 0; i < 3; ++i) measured_.position[i] = rounded(state_.position[i], arm_.resolution);
+  for (int i = 0; i < 4; ++i)
+    measured_.orientation.coeffs()[i] = rounded(state_.orientation.coeffs()[i], arm_.angular_resolution / 2);
+  measured_.orientation.normalize();
   if (dt <= 0) return;
   if (arm_.velocity_filter_hz <= 0) {
-    measured_.v = state_.v;
-    measured_.w = state_.w;
+    measured_.linear = state_.linear;
+    measured_.angular = state_.angular;
     return;
   }
   const double share = low_pass_share(arm_.velocity_filter_hz, dt);
-  measured_.v += share * ((measured_.x - before.x) / dt - measured_.v);
-  measured_.w += share * (rotation_between(before.q, measured_.q) / dt - measured_.w);
+  measured_.linear += share * ((measured_.position - before.position) / dt - measured_.linear);
+  measured_.angular += share * (rotation_between(before.orientation, measured_.orientation) / dt - measured_.angular);
 }
 
 }  // namespace palp

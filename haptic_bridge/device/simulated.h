@@ -57,8 +57,7 @@ class SimulatedDevice final : public HapticDevice {
   // home: what the script's keyframes are offsets from. start: where the handle is at first; if that is not where the
   // script begins, the hand first goes there, unhurried. Throws ConfigError when the model would not be stable at its
   // time step of 0.25 ms.
-  SimulatedDevice(const ArmModel& arm, const HandScript& script, const HandleState<double>& home,
-                  const HandleState<double>& start);
+  SimulatedDevice(const ArmModel& arm, const HandScript& script, const RigidState& home, const RigidState& start);
 
   const DeviceInfo& info() const noexcept override { return info_; }
   bool read(std::int64_t now_ns, DeviceReading& out) noexcept override;
@@ -66,8 +65,8 @@ class SimulatedDevice final : public HapticDevice {
   void show(LoopState state) noexcept override { grip_.show(state); }
 
   // The exact state and what the hand wants, for tests.
-  const HandleState<double>& true_state() const { return state_; }
-  HandleState<double> intent(double time) const noexcept;
+  const RigidState& true_state() const { return state_; }
+  RigidState intent(double time) const noexcept;
 
  private:
   void advance(double dt) noexcept;
@@ -83,15 +82,15 @@ class SimulatedDevice final : public HapticDevice {
   Trajectory script_;
   DeviceInfo info_;
 
-  HandleState<double> state_;
+  RigidState state_;
   Eigen::Vector3d bristle_ = Eigen::Vector3d::Zero();          // deflection of the friction [m]
   Eigen::Vector3d angular_bristle_ = Eigen::Vector3d::Zero();  // [rad]
-  HandleState<double> home_;
+  RigidState home_;
   Wrench<double> commanded_;
   Wrench<double> applied_;  // by the motors
   Motors motors_;
   bool at_stop_ = false;
-  HandleState<double> measured_;
+  RigidState measured_;
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
   Eigen::Vector3d tremor_x_ = Eigen::Vector3d::Zero();

@@ -11,7 +11,7 @@
 
 #include "config/error.h"
 #include "haptic_bridge/loop/filters.h"
-#include "idl/rotation.h"
+#include "idl/coupling.h"
 
 namespace palp {
 
@@ -84,7 +84,7 @@ struct SpacenavDevice::Library {
   int (*poll_event)(void*) = nullptr;
 };
 
-SpacenavDevice::SpacenavDevice(const SpacenavSetup& setup, const HandleState<double>& start)
+SpacenavDevice::SpacenavDevice(const SpacenavSetup& setup, const RigidState& start)
     : setup_(setup),
       library_(std::make_unique<Library>(setup.library)),
       info_{"3D mouse", kForceLimit, kTorqueLimit, false},
@@ -133,10 +133,10 @@ void SpacenavDevice::move(double dt) noexcept {
   const double share = std::min(1.0, dt / kSettling);
   const Eigen::Vector3d v = setup_.speed * (saturated(push_, 1) + felt_.force / kForceLimit);
   const Eigen::Vector3d w = setup_.turn * (saturated(twist_, 1) + felt_.torque / kTorqueLimit);
-  state_.v += share * (v - state_.v);
-  state_.w += share * (w - state_.w);
-  state_.x += dt * state_.v;
-  state_.q = (rotation_by(dt * state_.w) * state_.q).normalized();
+  state_.linear += share * (v - state_.linear);
+  state_.angular += share * (w - state_.angular);
+  state_.position += dt * state_.linear;
+  state_.orientation = (rotation_by(dt * state_.angular) * state_.orientation).normalized();
 }
 
 bool SpacenavDevice::write(const Wrench<double>& wrench) noexcept {

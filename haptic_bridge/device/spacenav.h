@@ -21,7 +21,7 @@ class SpacenavDevice final : public HapticDevice {
  public:
   // start: where the handle is at first, world frame. Throws ConfigError when there is no such library,
   // std::runtime_error when no daemon answers.
-  SpacenavDevice(const SpacenavSetup& setup, const HandleState<double>& start);
+  SpacenavDevice(const SpacenavSetup& setup, const RigidState& start);
   ~SpacenavDevice() override;
 
   const DeviceInfo& info() const noexcept override { return info_; }
@@ -40,7 +40,7 @@ class SpacenavDevice final : public HapticDevice {
   std::unique_ptr<Library> library_;
   DeviceInfo info_;
   Grip grip_;
-  HandleState<double> state_;
+  RigidState state_;
   Eigen::Vector3d push_ = Eigen::Vector3d::Zero(), twist_ = Eigen::Vector3d::Zero();  // of the cap, world, -1..1
   Wrench<double> felt_;
   std::uint32_t buttons_ = 0;

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "idl/rotation.h"
+#include "idl/coupling.h"
 
 namespace palp {
 
@@ -66,7 +66,7 @@ void Trajectory::find_tangents() {
   }
 }
 
-HandleState<double> Trajectory::at(double time) const noexcept {
+RigidState Trajectory::at(double time) const noexcept {
   const Keyframe &first = keyframes_.front(), &last = keyframes_.back();
   if (loop_ && time > first.time) time = first.time + std::fmod(time - first.time, duration());
   if (time <= first.time) return {first.x, first.q, Vec3::Zero(), Vec3::Zero()};

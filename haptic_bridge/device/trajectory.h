@@ -29,7 +29,7 @@ class Trajectory {
 
   // Pose and twist at a time [s]; before the first keyframe its pose, after the last the last one's, at rest.
   // No allocation, no lock, no throw.
-  HandleState<double> at(double time) const noexcept;
+  RigidState at(double time) const noexcept;
   double duration() const { return keyframes_.back().time - keyframes_.front().time; }
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
 

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "idl/rotation.h"
+#include "idl/coupling.h"
 
 namespace palp {
 
@@ -34,7 +34,7 @@ bool is_pose(const ArmPose& p) {
 
 }  // namespace
 
-VirtuoseDevice::VirtuoseDevice(const VirtuoseSetup& setup, const HandleState<double>& start)
+VirtuoseDevice::VirtuoseDevice(const VirtuoseSetup& setup, const RigidState& start)
     : setup_(setup),
       session_(setup),
       frame_(setup.axes, start),
@@ -78,8 +78,8 @@ bool VirtuoseDevice::read(std::int64_t now_ns, DeviceReading& out) noexcept {
   if (!good_reading_) return false;
   // while the hand moves the arm only, the tool rests
   if (out.shifted || !out.dead_man) {
-    out.state.v.setZero();
-    out.state.w.setZero();
+    out.state.linear.setZero();
+    out.state.angular.setZero();
   }
   state_in_world_ = out.state;
   out.chain_closed = chain_closed_;
@@ -158,7 +158,7 @@ bool VirtuoseDevice::read_in_turn() noexcept {
 
 // A controller that has stopped shows its last state for ever.
 bool VirtuoseDevice::stands_still(std::int64_t now_ns, const DeviceReading& reading) noexcept {
-  const bool moves = reading.state.v.norm() > kMoving || reading.state.w.norm() > kTurning;
+  const bool moves = reading.state.linear.norm() > kMoving || reading.state.angular.norm() > kTurning;
   // while the hand moves the arm only, the tool rests and the speed is the arm's
   if (t_moved_ns_ == 0 || !moves || !power_ || !reading.dead_man || reading.shifted) t_moved_ns_ = now_ns;
   return now_ns - t_moved_ns_ > kFrozenNs;
@@ -190,11 +190,11 @@ bool VirtuoseDevice::write_target(const Wrench<double>& wrench) noexcept {
   feedback_ = wanted;
 
   const CouplingGains& k = setup_.gains;
-  const HandleState<double>& h = state_in_world_;
-  const Eigen::Vector3d offset = (wrench.force + k.damping * h.v) / k.stiffness;
-  const Eigen::Vector3d turn =
-      saturated(Eigen::Vector3d((wrench.torque + k.angular_damping * h.w) / k.angular_stiffness), kMaxCouplingAngle);
-  ArmPose target = frame_.to_arm(h.x + offset, rotation_by(turn) * h.q);
+  const RigidState& h = state_in_world_;
+  const Eigen::Vector3d offset = (wrench.force + k.damping * h.linear) / k.stiffness;
+  const Eigen::Vector3d turn = saturated(
+      Eigen::Vector3d((wrench.torque + k.angular_damping * h.angular) / k.angular_stiffness), kMaxCouplingAngle);
+  ArmPose target = frame_.to_arm(h.position + offset, rotation_by(turn) * h.orientation);
   ArmVector still{};
   return passes(api.set_position, target.data()) && passes(api.set_speed, still.data());
 }

@@ -23,7 +23,7 @@ class VirtuoseDevice final : public HapticDevice {
  public:
   // Connects to the arm; it is without force until the loop sends some. start: where in the world the handle is taken
   // to be at the first reading; the hand moves it from there. Throws as VirtuoseSession does.
-  VirtuoseDevice(const VirtuoseSetup& setup, const HandleState<double>& start);
+  VirtuoseDevice(const VirtuoseSetup& setup, const RigidState& start);
 
   const DeviceInfo& info() const noexcept override { return info_; }
 
@@ -67,7 +67,7 @@ class VirtuoseDevice final : public HapticDevice {
   ArmVector speed_{};
   bool placed_ = false;
   std::int64_t t_moved_ns_ = 0;  // when the pose last changed
-  HandleState<double> state_in_world_;
+  RigidState state_in_world_;
   bool good_reading_ = false;
 
   bool dead_man_ = false, power_ = false, chain_closed_ = false;

@@ -99,9 +99,9 @@ template <class A, Of<Eigen::Quaterniond> T>
 void fields(A& a, T& q) {
   for (int i = 0; i < 4; ++i) a(q.coeffs()[i]);
 }
-template <class A, Of<HandleState<double>> T>
+template <class A, Of<RigidState> T>
 void fields(A& a, T& h) {
-  fields(a, h.x), fields(a, h.q), fields(a, h.v), fields(a, h.w);
+  fields(a, h.position), fields(a, h.orientation), fields(a, h.linear), fields(a, h.angular);
 }
 template <class A, Of<Wrench<double>> T>
 void fields(A& a, T& w) {

@@ -1,4 +1,4 @@
-// The pure pieces of the force path: finite checks, saturation, slew limit, stale scale, ramps, low-pass.
+// The pure pieces of the force path: saturation, slew limit, stale scale, ramps, low-pass.
 // Every function here: no allocation, no lock, no throw. Nothing here knows of devices, clocks or samples.
 #pragma once
 
@@ -8,28 +8,9 @@
 
 #include <Eigen/Geometry>
 
-#include "idl/coupling.h"
+#include "idl/convert.h"
 
 namespace palp {
-
-inline Wrench<double> zero_wrench() { return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()}; }
-
-inline bool is_finite(const Eigen::Vector3d& v) {
-  return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
-}
-inline bool is_finite(const Eigen::Quaterniond& q) {
-  return is_finite(Eigen::Vector3d(q.vec())) && std::isfinite(q.w());
-}
-inline bool is_finite(const Wrench<double>& w) { return is_finite(w.force) && is_finite(w.torque); }
-inline bool is_finite(const HandleState<double>& h) {
-  return is_finite(h.x) && is_finite(h.q) && is_finite(h.v) && is_finite(h.w);
-}
-
-// A quaternion further than this from unit length is not an orientation.
-inline constexpr double kUnitTolerance = 1e-3;
-inline bool is_unit(const Eigen::Quaterniond& q) {
-  return is_finite(q) && std::abs(q.coeffs().stableNorm() - 1) <= kUnitTolerance;
-}
 
 // v, shortened to the limit if it is longer. The direction is kept. limit >= 0; v finite, however large.
 inline Eigen::Vector3d saturated(const Eigen::Vector3d& v, double limit) {
@@ -143,8 +124,8 @@ class SlewLimit {
 };
 
 // A wrench that gives the hand at most so much power [W], linear and angular together; state: of the device.
-inline Wrench<double> power_limited(const Wrench<double>& w, const HandleState<double>& state, double most) {
-  const double power = w.force.dot(state.v) + w.torque.dot(state.w);
+inline Wrench<double> power_limited(const Wrench<double>& w, const RigidState& state, double most) {
+  const double power = w.force.dot(state.linear) + w.torque.dot(state.angular);
   if (power <= most) return w;
   const double share = most / power;
   return {share * w.force, share * w.torque};

@@ -19,8 +19,7 @@ struct DeviceInfo {
 
 // World frame, about the handle.
 struct DeviceReading {
-  HandleState<double> state{Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero(),
-                            Eigen::Vector3d::Zero()};
+  RigidState state;
   bool dead_man = false;      // the hand holds the handle
   bool powered = false;       // the motors can render force
   bool chain_closed = false;  // of the emergency stop

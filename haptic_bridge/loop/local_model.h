@@ -6,49 +6,28 @@
 #pragma once
 
 #include "haptic_bridge/loop/filters.h"
-#include "idl/coupling.h"
-#include "idl/messages.h"
+#include "idl/convert.h"
 
 namespace palp {
 
 struct LocalModel {
-  Wrench<double> wrench;       // W0, on the device, about the handle
-  HandleState<double> device;  // the device state that W0 was computed from
-  Gains<double> gains;
+  Wrench<double> wrench;  // W0, on the device, about the handle
+  RigidState device;      // the device state that W0 was computed from
+  CouplingGains gains;
   double blend_linear = 0;  // L, 0..1
   double blend_angular = 0;
 };
 
-inline Eigen::Vector3d to_vector(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
-inline Eigen::Quaterniond to_quaternion(const std::array<double, 4>& a) { return {a[3], a[0], a[1], a[2]}; }
-inline HandleState<double> to_handle(const PoseD& pose, const TwistD& twist) {
-  return {to_vector(pose.position), to_quaternion(pose.orientation), to_vector(twist.linear), to_vector(twist.angular)};
-}
-inline HandleState<double> at_rest(const Eigen::Vector3d& x, const Eigen::Quaterniond& q) {
-  return {x, q, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-}
-inline PoseD to_pose(const HandleState<double>& h) {
-  return {{h.x.x(), h.x.y(), h.x.z()}, {h.q.x(), h.q.y(), h.q.z(), h.q.w()}};
-}
-inline TwistD to_twist(const HandleState<double>& h) {
-  return {{h.v.x(), h.v.y(), h.v.z()}, {h.w.x(), h.w.y(), h.w.z()}};
-}
-
 // The sample must have been judged sound (sample_gate.h).
 inline LocalModel local_model(const ProxySample& s) {
-  LocalModel m{{to_vector(s.wrench.force), to_vector(s.wrench.torque)},
-               to_handle(s.device_pose, s.device_twist),
-               {s.gains.stiffness, s.gains.damping, s.gains.angular_stiffness, s.gains.angular_damping},
-               s.blend[0],
-               s.blend[1]};
-  m.device.q.normalize();
-  return m;
+  return {to_wrench(s.wrench), to_state(s.device_pose, s.device_twist), s.gains, s.blend[0], s.blend[1]};
 }
 
-inline Wrench<double> evaluate(const LocalModel& m, const HandleState<double>& d) {
-  const Eigen::Vector3d pull = m.gains.stiffness * (d.x - m.device.x) + m.gains.damping * (d.v - m.device.v);
-  const Eigen::Vector3d twist =
-      m.gains.angular_stiffness * rotation_between(m.device.q, d.q) + m.gains.angular_damping * (d.w - m.device.w);
+inline Wrench<double> evaluate(const LocalModel& m, const RigidState& d) {
+  const Eigen::Vector3d pull =
+      m.gains.stiffness * (d.position - m.device.position) + m.gains.damping * (d.linear - m.device.linear);
+  const Eigen::Vector3d twist = m.gains.angular_stiffness * rotation_between(m.device.orientation, d.orientation) +
+                                m.gains.angular_damping * (d.angular - m.device.angular);
   return {m.wrench.force - m.blend_linear * pull, m.wrench.torque - m.blend_angular * twist};
 }
 
@@ -65,12 +44,12 @@ class BlendedModel {
     residual_ = zero_wrench();
   }
   // Goes over to a new sample; device: the state of this tick.
-  void change(const LocalModel& m, const HandleState<double>& device) {
+  void change(const LocalModel& m, const RigidState& device) {
     const Wrench<double> shown = at(device), fresh = evaluate(m, device);
     residual_ = {shown.force - fresh.force, shown.torque - fresh.torque};
     model_ = m;
   }
-  Wrench<double> at(const HandleState<double>& device) const {
+  Wrench<double> at(const RigidState& device) const {
     const Wrench<double> w = evaluate(model_, device);
     return {w.force + residual_.force, w.torque + residual_.torque};
   }

@@ -1,7 +1,5 @@
 #include "haptic_bridge/loop/loop.h"
 
-#include "idl/rotation.h"
-
 namespace palp {
 
 const char* to_string(LoopState state) {
@@ -112,7 +110,7 @@ void HapticLoop::read_device(std::int64_t now_ns) {
   input_.was_read = device_.read(now_ns, input_.reading);
   const DeviceReading& next = input_.reading;
   record_.good_reading =
-      input_.was_read && is_finite(next.state) && is_unit(next.state.q) && plausible(next.state, now_ns);
+      input_.was_read && is_finite(next.state) && is_unit(next.state.orientation) && plausible(next.state, now_ns);
   if (!record_.good_reading) {
     ++report_.bad_readings;
     if (++bad_reads_in_a_row_ > config_.max_bad_ticks) fault_ = LoopFault::device_read;
@@ -120,20 +118,21 @@ void HapticLoop::read_device(std::int64_t now_ns) {
   }
   bad_reads_in_a_row_ = 0;
   reading_ = next;
-  reading_.state.q.normalize();
+  reading_.state.orientation.normalize();
   have_reading_ = true;
   t_reading_ns_ = now_ns;
 }
 
 // A hand does not jump: neither the pose nor the twist may say so. The arm's controller steps by a clock of its own, so
 // that one period more of its motion may lie between two readings than between the ticks that took them.
-bool HapticLoop::plausible(const HandleState<double>& next, std::int64_t now_ns) const {
-  if (next.x.stableNorm() > kFarthest || next.v.norm() > config_.max_speed || next.w.norm() > config_.max_angular_speed)
+bool HapticLoop::plausible(const RigidState& next, std::int64_t now_ns) const {
+  if (next.position.stableNorm() > kFarthest || next.linear.norm() > config_.max_speed ||
+      next.angular.norm() > config_.max_angular_speed)
     return false;
   if (!have_reading_) return true;
   const double elapsed = period_ + std::max(period_, 1e-9 * static_cast<double>(now_ns - t_reading_ns_));
-  return (next.x - reading_.state.x).norm() <= config_.max_speed * elapsed &&
-         rotation_between(reading_.state.q, next.q).norm() <= config_.max_angular_speed * elapsed;
+  return (next.position - reading_.state.position).norm() <= config_.max_speed * elapsed &&
+         rotation_between(reading_.state.orientation, next.orientation).norm() <= config_.max_angular_speed * elapsed;
 }
 
 // Ticks that come too late are felt as a softer, then as a kicking wall.
@@ -188,11 +187,10 @@ void HapticLoop::take_sample(const IncomingProxy& in, bool begins, std::int64_t 
   sample_flags_ = in.sample.flags;
   for (std::size_t i = 0; i < 2; ++i) received_[i] += in.sample.energy[i] - energy_[i];
   energy_ = in.sample.energy;
-  proxy_ = to_handle(in.sample.proxy_pose, in.sample.proxy_twist);
-  proxy_.q.normalize();
+  proxy_ = to_state(in.sample.proxy_pose, in.sample.proxy_twist);
   record_.sequence = in.sample.header.sequence;
   record_.sim_time = in.sample.sim_time;
-  record_.proxy = proxy_.x;
+  record_.proxy = proxy_.position;
 }
 
 // Whether the hand holds the tool, and where its space lies in the scene.
@@ -206,8 +204,8 @@ void HapticLoop::follow_hand() {
   }
   tool_ = workspace_.to_scene(reading_.state);
   middle_ = tool_;
-  middle_.x += 0.5 * period_ * tool_.v;
-  middle_.q = rotation_by(0.5 * period_ * tool_.w) * tool_.q;
+  middle_.position += 0.5 * period_ * tool_.linear;
+  middle_.orientation = rotation_by(0.5 * period_ * tool_.angular) * tool_.orientation;
 }
 
 // How old the data is, whether it may be felt, and how much of it.
@@ -261,11 +259,12 @@ LoopState HapticLoop::find_state(bool willing) const {
 // What the hand got and gave since the last tick, and what the simulation did. While less is sent than the coupling
 // asks for, the simulation's work counts for the same share: the hand did not feel the rest.
 void HapticLoop::observe_energy() {
-  const Eigen::Vector3d moved = reading_.state.x - before_.x, turned = rotation_between(before_.q, reading_.state.q);
+  const Eigen::Vector3d moved = reading_.state.position - before_.position,
+                        turned = rotation_between(before_.orientation, reading_.state.orientation);
   if (engagement_ > 0) {
-    passivity_.observe(last_sent_.force, moved, reading_.state.v,
+    passivity_.observe(last_sent_.force, moved, reading_.state.linear,
                        rendered_[0] * workspace_.linear_work() * received_[0], stored_[0], elapsed_);
-    angular_passivity_.observe(last_sent_.torque, turned, reading_.state.w,
+    angular_passivity_.observe(last_sent_.torque, turned, reading_.state.angular,
                                rendered_[1] * workspace_.angular_work() * received_[1], stored_[1], elapsed_);
   } else {
     passivity_.reset();
@@ -278,13 +277,13 @@ void HapticLoop::observe_energy() {
 // What coupling and passivity controller ask for.
 Wrench<double> HapticLoop::wanted() {
   const Wrench<double> model = have_sample_ ? model_.at(middle_) : zero_wrench();
-  const Gains<double>& gains = model_.model().gains;
+  const CouplingGains& gains = model_.model().gains;
   stored_ = {workspace_.linear_work() * spring_energy(model.force, gains.stiffness),
              workspace_.angular_work() * spring_energy(model.torque, gains.angular_stiffness)};
   record_.model = workspace_.to_arm(model);
   const double share = share_for(reading_);
-  return {share * record_.model.force - passivity_.damping() * reading_.state.v,
-          share * record_.model.torque - angular_passivity_.damping() * reading_.state.w};
+  return {share * record_.model.force - passivity_.damping() * reading_.state.linear,
+          share * record_.model.torque - angular_passivity_.damping() * reading_.state.angular};
 }
 
 // The chain of limits. Each stage keeps what the stages before it promised: a mix of two vectors within the limit is
@@ -299,17 +298,17 @@ Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
     return zero_wrench();
   }
 
-  const HandleState<double>& device = reading_.state;
+  const RigidState& device = reading_.state;
   WrenchLimits limits = config_.limits;
   // half of a force that the limit holds is half of the limit
   limits.force = share_for(reading_) * warmth_.allowed(limits.force);
   limits.torque = share_for(reading_) * angular_warmth_.allowed(limits.torque);
-  const Wrench<double> damping{-config_.fade_damping * device.v, -config_.fade_angular_damping * device.w};
+  const Wrench<double> damping{-config_.fade_damping * device.linear, -config_.fade_angular_damping * device.angular};
   const Wrench<double> kept = saturated(wanted, limits), fading = saturated(damping, limits);
   // past these speeds the coupling's spring is no more to be trusted; it comes back at four fifths of them
   const double margin = too_fast_ ? 0.8 : 1;
-  too_fast_ =
-      device.v.norm() > margin * config_.safety.tool_speed || device.w.norm() > margin * config_.safety.tool_turn;
+  too_fast_ = device.linear.norm() > margin * config_.safety.tool_speed ||
+              device.angular.norm() > margin * config_.safety.tool_turn;
   const double g = too_fast_ ? 0 : record_.stale_scale, e = engagement_;
   const Wrench<double> mixed{e * (g * kept.force + (1 - g) * fading.force),
                              e * (g * kept.torque + (1 - g) * fading.torque)};

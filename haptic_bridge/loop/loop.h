@@ -32,8 +32,8 @@ inline constexpr double kWarmingTime = 10;
 struct LoopConfig {
   std::int64_t period_ns = 1'000'000;
   std::uint32_t device = 0;
-  std::uint64_t own_session = 0;           // of this bridge's DeviceSamples
-  CouplingGains gains{1000, 20, 10, 0.2};  // proposed to the server
+  std::uint64_t own_session = 0;        // of this bridge's DeviceSamples
+  CouplingGains gains = kDefaultGains;  // proposed to the server
   WrenchLimits limits;
   SafetyConfig safety;
   PassivityConfig passivity;
@@ -75,7 +75,7 @@ struct TickRecord {
   std::int64_t age_ns = 0;     // since it was received; 0 without sample
   std::int64_t delay_ns = 0;   // since the device state that it was computed from was read
   double sim_time = 0;         // of the sample in use [s]
-  HandleState<double> device = at_rest(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());
+  RigidState device;
   Eigen::Vector3d proxy = Eigen::Vector3d::Zero();  // position of the proxy in the sample in use [m]
   Wrench<double> model = zero_wrench();             // before the limits
   Wrench<double> sent = zero_wrench();              // on the device
@@ -144,7 +144,7 @@ class HapticLoop {
 
  private:
   void read_device(std::int64_t now_ns);
-  bool plausible(const HandleState<double>& next, std::int64_t now_ns) const;
+  bool plausible(const RigidState& next, std::int64_t now_ns) const;
   void count_unsound(std::uint64_t samples);
   void judge_sample(const IncomingProxy& in, std::int64_t now_ns);
   void take_sample(const IncomingProxy& in, bool begins, std::int64_t now_ns);
@@ -172,12 +172,12 @@ class HapticLoop {
   double period_;       // [s]
   double elapsed_ = 0;  // since the last tick [s]
 
-  DeviceReading reading_;                                                                        // the last good one
-  HandleState<double> tool_ = at_rest(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());  // it, in the scene
+  DeviceReading reading_;  // the last good one
+  RigidState tool_;        // it, in the scene
   // the tool in the middle of the period that a wrench is held for: a spring held from its beginning gives energy, like
   // a damper of -K T/2
-  HandleState<double> middle_ = tool_;
-  HandleState<double> before_ = tool_;  // the device, in the last tick
+  RigidState middle_ = tool_;
+  RigidState before_ = tool_;  // the device, in the last tick
   bool have_reading_ = false;
   std::int64_t t_reading_ns_ = 0;
   int bad_reads_in_a_row_ = 0;
@@ -190,10 +190,10 @@ class HapticLoop {
   std::int64_t t_receive_ns_ = 0;
   std::int64_t t_device_ns_ = 0;
   std::uint32_t sample_flags_ = 0;
-  HandleState<double> proxy_ = tool_;  // of the sample in use
-  std::array<double, 2> energy_{};     // as the sample in use says, linear and angular [J]
-  std::array<double, 2> received_{};   // of it, since the last tick [J]
-  std::array<double, 2> stored_{};     // in the coupling's springs, at most, as the arm would get it back [J]
+  RigidState proxy_ = tool_;          // of the sample in use
+  std::array<double, 2> energy_{};    // as the sample in use says, linear and angular [J]
+  std::array<double, 2> received_{};  // of it, since the last tick [J]
+  std::array<double, 2> stored_{};    // in the coupling's springs, at most, as the arm would get it back [J]
   std::int64_t fresh_since_ns_ = 0;
   bool qualified_ = false;
   bool was_stale_ = false;

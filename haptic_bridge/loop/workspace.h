@@ -18,12 +18,13 @@ class Workspace {
   explicit Workspace(const WorkspaceConfig& config) : config_(config) {}
 
   // From now on the arm at this pose means the tool at that pose.
-  void reference(const HandleState<double>& arm, const HandleState<double>& tool) {
-    offset_ = tool.x - config_.motion_scale * arm.x;
-    turn_ = (arm.q.conjugate() * tool.q).normalized();
+  void reference(const RigidState& arm, const RigidState& tool) {
+    offset_ = tool.position - config_.motion_scale * arm.position;
+    turn_ = (arm.orientation.conjugate() * tool.orientation).normalized();
   }
-  HandleState<double> to_scene(const HandleState<double>& arm) const {
-    return {offset_ + config_.motion_scale * arm.x, (arm.q * turn_).normalized(), config_.motion_scale * arm.v, arm.w};
+  RigidState to_scene(const RigidState& arm) const {
+    return {offset_ + config_.motion_scale * arm.position, (arm.orientation * turn_).normalized(),
+            config_.motion_scale * arm.linear, arm.angular};
   }
   Wrench<double> to_arm(const Wrench<double>& w) const {
     return {config_.force_scale * w.force, config_.force_scale * w.torque};

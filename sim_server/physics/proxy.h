@@ -13,12 +13,12 @@ namespace palp {
 
 // What the host gives a proxy for one haptic step.
 struct ProxyInput {
-  HandleState<real> device;  // at the start of the step; it moves on with its twist
+  MotionState<real> device;  // at the start of the step; it moves on with its twist
   Gains<real> gains;
   bool engaged;
 };
 
-PALP_HD inline HandleState<real> handle_of(const BodyState& b) {
+PALP_HD inline MotionState<real> handle_of(const BodyState& b) {
   const Vec3 r = b.q * b.handle;
   return {b.x + r, b.q, b.v + b.w.cross(r), b.w};
 }
@@ -40,7 +40,7 @@ struct ProxyStep {
 };
 
 // device: the state of the device at the end of this sub-step.
-PALP_HD inline ProxyStep begin_proxy(const BodyState& b, const HandleState<real>& device, const Gains<real>& gains,
+PALP_HD inline ProxyStep begin_proxy(const BodyState& b, const MotionState<real>& device, const Gains<real>& gains,
                                      const Vec3& gravity, const Resistance& contact, real dt) {
   const Mat3 R = b.q.toRotationMatrix();
   const Mat3 inertia = R * b.inertia * R.transpose();
@@ -50,8 +50,8 @@ PALP_HD inline ProxyStep begin_proxy(const BodyState& b, const HandleState<real>
   // the coupling's force on the handle at the end of the sub-step is F0 - k v_h', with v_h' = v' - [r] w'
   s.k = dt * gains.stiffness + gains.damping;
   s.kr = dt * gains.angular_stiffness + gains.angular_damping;
-  s.F0 = gains.stiffness * (device.x - (b.x + r)) + gains.damping * device.v;
-  s.T0 = gains.angular_stiffness * rotation_between(b.q, device.q) + gains.angular_damping * device.w;
+  s.F0 = gains.stiffness * (device.position - (b.x + r)) + gains.damping * device.linear;
+  s.T0 = gains.angular_stiffness * rotation_between(b.q, device.orientation) + gains.angular_damping * device.angular;
   s.p = b.mass * b.v + dt * (b.force + b.mass * gravity + s.F0 + contact.vv * b.v + contact.vw * b.w);
   s.l = inertia * b.w + dt * (b.torque - b.w.cross(inertia * b.w) + r.cross(s.F0) + s.T0 +
                               contact.vw.transpose() * b.v + contact.ww * b.w);
@@ -66,7 +66,7 @@ PALP_HD inline void add_wrench(BodyState& b, const Vec3& force, const Vec3& torq
   b.torque_sum += torque;
 }
 
-PALP_HD inline void advance_proxy(BodyState& b, const HandleState<real>& device, const Gains<real>& gains,
+PALP_HD inline void advance_proxy(BodyState& b, const MotionState<real>& device, const Gains<real>& gains,
                                   const Vec3& gravity, const Resistance& contact, real dt) {
   ProxyStep s = begin_proxy(b, device, gains, gravity, contact, dt);
   Vec3 v, w;
@@ -95,10 +95,10 @@ PALP_HD inline void advance_proxy(BodyState& b, const HandleState<real>& device,
   b.q = rotated(b.q, dt * b.w);
 }
 
-PALP_HD inline HandleState<real> device_after(const ProxyInput& p, real elapsed) {
-  HandleState<real> device = p.device;
-  device.x += elapsed * device.v;
-  device.q = rotated(device.q, elapsed * device.w);
+PALP_HD inline MotionState<real> device_after(const ProxyInput& p, real elapsed) {
+  MotionState<real> device = p.device;
+  device.position += elapsed * device.linear;
+  device.orientation = rotated(device.orientation, elapsed * device.angular);
   return device;
 }
 

@@ -43,7 +43,7 @@ struct Proxy {
   std::uint32_t device = 0;
   std::uint32_t body = 0;                            // index into Scene::bodies, a rigid one
   Eigen::Vector3d handle = Eigen::Vector3d::Zero();  // coupling point in the body frame [m]
-  CouplingConfig limit;
+  CouplingGains limit = kDefaultGains;
 };
 
 // Particles in the scene's order: body after body. World frame.

@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 
+#include "idl/coupling.h"
 #include "sim_server/scene/scene.h"
 
 namespace palp {
@@ -18,19 +19,11 @@ enum class Backend { automatic, cpu, cuda };
 
 inline constexpr int kMaxProxies = 8;
 
-struct RigidState {
-  Eigen::Vector3d position =
-      Eigen::Vector3d::Zero();  // of the handle (devices, proxies) or the body frame (bodies) [m]
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // velocity of that point [m/s]
-  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  // world axes [rad/s]
-};
-
 // The state of one device for one step: the handle moves from it with its twist while the step lasts.
 struct DeviceInput {
-  bool engaged = false;  // false: no coupling, the proxy is an ordinary rigid body held in place
-  RigidState state;
-  CouplingConfig gains;  // clipped to the proxy's limit
+  bool engaged = false;                 // false: no coupling, the proxy is an ordinary rigid body held in place
+  RigidState state;                     // of the handle
+  CouplingGains gains = kDefaultGains;  // clipped to the proxy's limit
 };
 
 // By the index of the proxy in Scene::proxies. An input that is not finite, or whose orientation is no rotation, counts
@@ -47,7 +40,7 @@ struct ProxyOutput {
   Eigen::Vector3d contact_force =
       Eigen::Vector3d::Zero();  // on the proxy by everything but coupling and gravity, mean [N]
   Eigen::Vector3d contact_torque = Eigen::Vector3d::Zero();  // about the handle [N m]
-  CouplingConfig gains;                                      // used
+  CouplingGains gains = kDefaultGains;                       // used
   std::array<double, 2> blend{};                             // local stiffness: linear, angular, 0..1
   std::array<double, 2> energy{};                            // cumulative work of the proxy on the coupling [J]
 };

@@ -5,24 +5,18 @@
 
 #include <fmt/format.h>
 
+#include "idl/convert.h"
 #include "sim_server/solver/heat_plan.h"
 #include "sim_server/solver/rigid_motion.h"
 
 namespace palp {
 namespace {
 
-CouplingConfig clipped(const CouplingConfig& asked, const CouplingConfig& limit) {
+CouplingGains clipped(const CouplingGains& asked, const CouplingGains& limit) {
   return {std::clamp(asked.stiffness, 0.0, limit.stiffness), std::clamp(asked.damping, 0.0, limit.damping),
           std::clamp(asked.angular_stiffness, 0.0, limit.angular_stiffness),
           std::clamp(asked.angular_damping, 0.0, limit.angular_damping)};
 }
-
-Gains<real> to_real(const CouplingConfig& g) {
-  return {static_cast<real>(g.stiffness), static_cast<real>(g.damping), static_cast<real>(g.angular_stiffness),
-          static_cast<real>(g.angular_damping)};
-}
-
-HandleState<double> to_handle(const RigidState& s) { return {s.position, s.orientation, s.linear, s.angular}; }
 
 // Finite and small enough to stay so in single precision, and a rotation.
 bool is_sane(const DeviceInput& in) {
@@ -31,8 +25,7 @@ bool is_sane(const DeviceInput& in) {
   for (const Eigen::Vector3d& v : {s.position, s.linear, s.angular})
     if (!(v.cwiseAbs().maxCoeff() < kMost) || !v.allFinite()) return false;
   const double turn = s.orientation.norm();
-  const CouplingConfig& g = in.gains;
-  return turn > 0.5 && turn < 2 && std::isfinite(g.stiffness + g.damping + g.angular_stiffness + g.angular_damping);
+  return turn > 0.5 && turn < 2 && is_finite(in.gains);
 }
 
 bool is_finite(const BodyState& b) {
@@ -80,9 +73,10 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
     // a device that sends nonsense counts as let go
     const DeviceInput in = input_[p] = is_sane(input[p]) ? input[p] : DeviceInput{};
     block.proxy[p].engaged = in.engaged;
-    block.proxy[p].gains = to_real(clipped(in.gains, scene_.proxies[p].limit));
-    block.proxy[p].device = {in.state.position.cast<real>(), in.state.orientation.normalized().cast<real>(),
-                             in.state.linear.cast<real>(), in.state.angular.cast<real>()};
+    block.proxy[p].gains = clipped(in.gains, scene_.proxies[p].limit).cast<real>();
+    RigidState device = in.state;
+    device.orientation.normalize();
+    block.proxy[p].device = device.cast<real>();
   }
 }
 
@@ -123,11 +117,7 @@ void StepResults::read_body(std::uint32_t index, const BodyState& b, BodyOutput&
 }
 
 void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const BodyState& b, ProxyOutput& out) {
-  const HandleState<double> proxy = [&] {
-    const HandleState<real> h = handle_of(b);
-    return HandleState<double>{h.x.cast<double>(), h.q.cast<double>(), h.v.cast<double>(), h.w.cast<double>()};
-  }();
-  out.state = {proxy.x, proxy.q, proxy.v, proxy.w};
+  const RigidState proxy = out.state = handle_of(b).cast<double>();
   out.gains = clipped(input.gains, scene_.proxies[index].limit);
   const Eigen::Vector3d r = (b.q * b.handle).cast<double>();
   out.contact_force = b.force_sum.cast<double>() / plan_.sub_steps;
@@ -142,9 +132,8 @@ void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const 
     return;
   }
   out.device = moved_on(input.state, step_);
-  const Gains<double> gains{out.gains.stiffness, out.gains.damping, out.gains.angular_stiffness,
-                            out.gains.angular_damping};
-  const Wrench<double> wrench = coupling_wrench(gains, to_handle(out.device), proxy);
+  const CouplingGains& gains = out.gains;
+  const Wrench<double> wrench = coupling_wrench(gains, out.device, proxy);
   out.force = wrench.force;
   out.torque = wrench.torque;
   out.energy[0] += b.work[0];
@@ -156,12 +145,10 @@ void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const 
   m.slow.linear += share * (out.device.linear - m.slow.linear);
   m.slow.orientation = m.slow.orientation.slerp(share, out.device.orientation);
   m.slow.angular += share * (out.device.angular - m.slow.angular);
-  HandleState<double> stopped = proxy;
-  stopped.v.setZero();
-  stopped.w.setZero();
+  const RigidState stopped = at_rest(proxy.position, proxy.orientation);
   const Eigen::Vector3d weight = b.mass * gravity_;
-  const Wrench<double> demand = coupling_wrench(gains, to_handle(m.slow), to_handle(out.device));
-  const Wrench<double> held = coupling_wrench(gains, stopped, to_handle(out.device));
+  const Wrench<double> demand = coupling_wrench(gains, m.slow, out.device);
+  const Wrench<double> held = coupling_wrench(gains, stopped, out.device);
   // of a contact's force, what stops the proxy's own mass is no answer to the device
   const Eigen::Vector3d force = at_most(out.contact_force, (out.force - weight).norm());
   const Eigen::Vector3d torque = at_most(out.contact_torque, (out.torque + r.cross(weight)).norm());

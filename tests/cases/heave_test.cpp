@@ -117,7 +117,7 @@ TEST_P(Waves, AFloatingBoxHeavesWithItsAddedMass) {
   input[0].state.position = scene.bodies[box].position;
   std::vector<double> height;
   for (int k = 0; k < 1500; ++k) {
-    input[0].gains = k < 500 ? CouplingConfig{2e4, 400, 20, 0.4} : CouplingConfig{0, 0, 20, 0.4};
+    input[0].gains = k < 500 ? CouplingGains{2e4, 400, 20, 0.4} : CouplingGains{0, 0, 20, 0.4};
     const StepOutput& out = simulation->step(input);
     ASSERT_TRUE(out.health.ok) << out.health.cause;
     if (k >= 500) height.push_back(out.bodies[box].state.position.z());

@@ -13,7 +13,7 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 using Quat = Eigen::Quaterniond;
-using Handle = HandleState<double>;
+using Handle = RigidState;
 
 constexpr double kFiniteDifference = 1e-6;  // error of a central difference in double, relative to the gains used here
 constexpr Gains<double> kGains{800, 15, 7, 0.3};
@@ -40,8 +40,9 @@ double angle_between(const Quat& a, const Quat& b) {
 }
 
 double energy(const Handle& device, const Handle& proxy) {
-  const double angle = angle_between(device.q, proxy.q);
-  return 0.5 * kGains.stiffness * (proxy.x - device.x).squaredNorm() + 0.5 * kGains.angular_stiffness * angle * angle;
+  const double angle = angle_between(device.orientation, proxy.orientation);
+  return 0.5 * kGains.stiffness * (proxy.position - device.position).squaredNorm() +
+         0.5 * kGains.angular_stiffness * angle * angle;
 }
 
 TEST(Coupling, WrenchIsMinusTheDerivativeOfTheStoredEnergy) {
@@ -51,20 +52,20 @@ TEST(Coupling, WrenchIsMinusTheDerivativeOfTheStoredEnergy) {
   std::uniform_real_distribution<double> angles(0.05, kMaxCouplingAngle - 0.05);
   for (int i = 0; i < 200; ++i) {
     Handle proxy = draw.handle(), device = draw.handle();
-    device.q = draw.rotation(angles(draw.random)) * proxy.q;
-    device.v = proxy.v;
-    device.w = proxy.w;
+    device.orientation = draw.rotation(angles(draw.random)) * proxy.orientation;
+    device.linear = proxy.linear;
+    device.angular = proxy.angular;
     const Wrench<double> wrench = coupling_wrench(kGains, device, proxy);
     const double h = 1e-5;
     for (int axis = 0; axis < 3; ++axis) {
       Handle ahead = device, behind = device;
-      ahead.x[axis] += h;
-      behind.x[axis] -= h;
+      ahead.position[axis] += h;
+      behind.position[axis] -= h;
       const double force = -(energy(ahead, proxy) - energy(behind, proxy)) / (2 * h);
       ASSERT_NEAR(wrench.force[axis], force, kFiniteDifference * 1e3);
       ahead = behind = device;
-      ahead.q = Quat(Eigen::AngleAxisd(h, Vec3::Unit(axis))) * device.q;
-      behind.q = Quat(Eigen::AngleAxisd(-h, Vec3::Unit(axis))) * device.q;
+      ahead.orientation = Quat(Eigen::AngleAxisd(h, Vec3::Unit(axis))) * device.orientation;
+      behind.orientation = Quat(Eigen::AngleAxisd(-h, Vec3::Unit(axis))) * device.orientation;
       const double torque = -(energy(ahead, proxy) - energy(behind, proxy)) / (2 * h);
       ASSERT_NEAR(wrench.torque[axis], torque, kFiniteDifference * 1e3);
     }
@@ -77,12 +78,12 @@ TEST(Coupling, DampersTakeEnergyFromRelativeMotionOnly) {
   Draw draw(seed);
   for (int i = 0; i < 1000; ++i) {
     Handle proxy = draw.handle(), device = draw.handle();
-    device.x = proxy.x;
-    device.q = proxy.q;
+    device.position = proxy.position;
+    device.orientation = proxy.orientation;
     const Wrench<double> w = coupling_wrench(kGains, device, proxy);
-    EXPECT_LE(w.force.dot(device.v - proxy.v) + w.torque.dot(device.w - proxy.w), 0);
-    device.v = proxy.v;
-    device.w = proxy.w;
+    EXPECT_LE(w.force.dot(device.linear - proxy.linear) + w.torque.dot(device.angular - proxy.angular), 0);
+    device.linear = proxy.linear;
+    device.angular = proxy.angular;
     const Wrench<double> none = coupling_wrench(kGains, device, proxy);
     EXPECT_EQ(none.force.norm(), 0);
     EXPECT_LT(none.torque.norm(), 1e-12);
@@ -104,7 +105,7 @@ TEST(Coupling, BothQuaternionsOfAnOrientationGiveTheSameTorque) {
   for (int i = 0; i < 1000; ++i) {
     Handle a = draw.handle(), b = draw.handle();
     const Wrench<double> one = coupling_wrench(kGains, a, b);
-    a.q.coeffs() = -a.q.coeffs();
+    a.orientation.coeffs() = -a.orientation.coeffs();
     const Wrench<double> two = coupling_wrench(kGains, a, b);
     ASSERT_LT((one.torque - two.torque).norm(), 1e-9);
   }
@@ -126,7 +127,9 @@ TEST(Coupling, IsTheSameInEveryFrame) {
     const Handle a = draw.handle(), b = draw.handle();
     const Quat r = draw.anywhere();
     const Vec3 t = draw.vector(1);
-    const auto moved = [&](const Handle& h) { return Handle{r * h.x + t, r * h.q, r * h.v, r * h.w}; };
+    const auto moved = [&](const Handle& h) {
+      return Handle{r * h.position + t, r * h.orientation, r * h.linear, r * h.angular};
+    };
     const Wrench<double> w = coupling_wrench(kGains, a, b), turned = coupling_wrench(kGains, moved(a), moved(b));
     ASSERT_LT((r * w.force - turned.force).norm(), 1e-9);
     ASSERT_LT((r * w.torque - turned.torque).norm(), 1e-9);
@@ -149,13 +152,13 @@ TEST(LocalModel, WithFullBlendIsTheSpringToTheProxyHeldStill) {
   Draw draw(14);
   for (int i = 0; i < 200; ++i) {
     Handle proxy = draw.handle(), then = proxy, now = proxy;
-    then.x += draw.vector(0.01);
-    now.x = then.x + draw.vector(0.01);
-    now.v = draw.vector(0.3);
-    now.w = draw.vector(2);
+    then.position += draw.vector(0.01);
+    now.position = then.position + draw.vector(0.01);
+    now.linear = draw.vector(0.3);
+    now.angular = draw.vector(2);
     // rotations about one axis, where the first order is exact
-    then.q = Quat(Eigen::AngleAxisd(0.3, Vec3::UnitY())) * proxy.q;
-    now.q = Quat(Eigen::AngleAxisd(0.4, Vec3::UnitY())) * proxy.q;
+    then.orientation = Quat(Eigen::AngleAxisd(0.3, Vec3::UnitY())) * proxy.orientation;
+    now.orientation = Quat(Eigen::AngleAxisd(0.4, Vec3::UnitY())) * proxy.orientation;
     const Wrench<double> law = coupling_wrench(kGains, now, proxy);
     const Wrench<double> model = evaluate(local_model(sample_of(then, proxy, 1)), now);
     ASSERT_LT((law.force - model.force).norm(), 1e-9);
@@ -176,7 +179,7 @@ TEST(LocalModel, GoesOverToANewSampleWithoutAStep) {
   Draw draw(16);
   const Handle proxy = draw.handle(), device = draw.handle();
   Handle other = proxy;
-  other.x += Vec3(0.01, 0, 0);
+  other.position += Vec3(0.01, 0, 0);
   const double decay = std::exp(-1.0 / 5);
   BlendedModel model(decay);
   model.reset(local_model(sample_of(device, proxy, 1)));
@@ -188,7 +191,7 @@ TEST(LocalModel, GoesOverToANewSampleWithoutAStep) {
   EXPECT_NEAR((model.at(device).force - target).norm() / (before.force - target).norm(), std::exp(-1), 1e-9);
   // the residual does not touch the local term: the stiffness is felt at once
   Handle moved = device;
-  moved.x += Vec3(0, 0, 0.001);
+  moved.position += Vec3(0, 0, 0.001);
   EXPECT_NEAR((model.at(moved).force - model.at(device).force).z(), -kGains.stiffness * 0.001, 1e-9);
 }
 

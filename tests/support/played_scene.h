@@ -35,8 +35,9 @@ class PlayedScene {
       double until, const std::function<void(const StepOutput&)>& look = [](const StepOutput&) {}) {
     while (simulation->output().time < until - 1e-9) {
       for (std::size_t k = 0; k < paths_.size(); ++k) {
-        const HandleState<double> want = paths_[k].at(simulation->output().time);
-        input_[k].state = {home_[k].position + want.x, want.q * home_[k].orientation, want.v, want.w};
+        const RigidState want = paths_[k].at(simulation->output().time);
+        input_[k].state = {home_[k].position + want.position, want.orientation * home_[k].orientation, want.linear,
+                           want.angular};
       }
       const StepOutput& out = simulation->step(input_);
       if (!out.health.ok) {

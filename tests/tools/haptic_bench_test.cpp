@@ -108,7 +108,7 @@ double largest_stable_spring(double damping, int ticks_late) {
   arm.motors.force_limit = 1e9;
   HandScript nobody;
   nobody.hand = {0, 0, 0};
-  const HandleState<double> home = at_rest(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());
+  const RigidState home = at_rest(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());
   HandScript pushed = nobody;
   const auto grows = [&](double stiffness) {
     SimulatedDevice device(arm, pushed, home, home);
@@ -118,7 +118,7 @@ double largest_stable_spring(double damping, int ticks_late) {
       DeviceReading r;
       device.read((k + 1) * kMillisecond, r);
       for (std::size_t i = places.size() - 1; i > 0; --i) places[i] = places[i - 1];
-      places[0] = r.state.x.x();
+      places[0] = r.state.position.x();
       const double kick = k == 0 ? 1 : 0;
       device.write({Eigen::Vector3d(kick - stiffness * places.back(), 0, 0), Eigen::Vector3d::Zero()});
       if (k >= 500 && k < 1000) early = std::max(early, std::abs(places[0]));

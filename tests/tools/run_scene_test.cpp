@@ -198,7 +198,7 @@ TEST_F(RunTest, PathsMoveAndTurnEvenly) {
   const std::vector<PathPoint> path =
       read_path(write("time,x,y,z,qx,qy,qz,qw\n# comment\n1,0,0,0,0,0,0,1\n\n3,2,4,6,0,0,1,0\n"));
   ASSERT_EQ(path.size(), 2u);
-  const CouplingConfig gains{1, 2, 3, 4};
+  const CouplingGains gains{1, 2, 3, 4};
   EXPECT_FALSE(device_on_path(path, 0.5, gains).engaged);
   const DeviceInput middle = device_on_path(path, 2, gains);
   EXPECT_TRUE(middle.engaged);

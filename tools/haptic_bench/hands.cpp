@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "idl/rotation.h"
+#include "idl/coupling.h"
 
 namespace palp::bench {
 

@@ -17,12 +17,12 @@ constexpr std::uint64_t kBridgeSession = 7, kServerSession = 11;
 std::int64_t to_ns(double seconds) { return std::llround(1e9 * seconds); }
 double seconds_since_start(std::int64_t t_ns) { return 1e-9 * static_cast<double>(t_ns - kStart); }
 
-HandleState<double> moved(HandleState<double> h, const Eigen::Vector3d& by) {
-  h.x += by;
+RigidState moved(RigidState h, const Eigen::Vector3d& by) {
+  h.position += by;
   return h;
 }
 
-HandleState<double> handle_at_start(const Scene& scene) {
+RigidState handle_at_start(const Scene& scene) {
   const Body& tool = scene.bodies[scene.proxies[0].body];
   return at_rest(tool.position + tool.orientation * scene.proxies[0].handle, tool.orientation);
 }
@@ -30,7 +30,7 @@ HandleState<double> handle_at_start(const Scene& scene) {
 // The arm, with what goes wrong at it.
 class BenchArm final : public HapticDevice {
  public:
-  explicit BenchArm(const RunSetup& s, const HandleState<double>& home)
+  explicit BenchArm(const RunSetup& s, const RigidState& home)
       : faults_(s.faults), arm_(s.profile.arm, s.hand, home, moved(home, s.start)) {}
   const DeviceInfo& info() const noexcept override { return arm_.info(); }
   bool read(std::int64_t now_ns, DeviceReading& out) noexcept override {
@@ -38,12 +38,12 @@ class BenchArm final : public HapticDevice {
     const double t = seconds_since_start(now_ns);
     if (faults_.hand_lets_go >= 0 && t >= faults_.hand_lets_go) out.dead_man = false;
     if (faults_.nan_readings >= 0 && t >= faults_.nan_readings)
-      out.state.x.setConstant(std::numeric_limits<double>::quiet_NaN());
+      out.state.position.setConstant(std::numeric_limits<double>::quiet_NaN());
     return good;
   }
   bool write(const Wrench<double>& wrench) noexcept override { return arm_.write(wrench); }
   void show(LoopState state) noexcept override { arm_.show(state); }
-  const HandleState<double>& state() const { return arm_.true_state(); }
+  const RigidState& state() const { return arm_.true_state(); }
 
  private:
   Faults faults_;
@@ -195,19 +195,19 @@ class System {
   }
 
   void note(std::int64_t t_ns) {
-    const HandleState<double>& now = arm_.state();
+    const RigidState& now = arm_.state();
     const TickRecord& r = loop_.record();
     // the wrench of the last tick acted until this one
-    port_[0] += last_sent_.force.dot(now.x - last_x_.x);
-    port_[1] += last_sent_.torque.dot(rotation_between(last_x_.q, now.q));
+    port_[0] += last_sent_.force.dot(now.position - last_x_.position);
+    port_[1] += last_sent_.torque.dot(rotation_between(last_x_.orientation, now.orientation));
     last_x_ = now;
     last_sent_ = r.sent;
     Tick k;
     k.t = seconds_since_start(t_ns);
-    k.x = now.x - home_.x;
-    k.turn = rotation_between(home_.q, now.q);
-    k.v = now.v;
-    k.w = now.w;
+    k.x = now.position - home_.position;
+    k.turn = rotation_between(home_.orientation, now.orientation);
+    k.v = now.linear;
+    k.w = now.angular;
     k.force = r.sent.force;
     k.torque = r.sent.torque;
     k.port = port_;
@@ -226,7 +226,7 @@ class System {
   }
 
   const RunSetup& setup_;
-  HandleState<double> home_;
+  RigidState home_;
   BenchServer server_;
   BenchArm arm_;
   HapticLoop loop_;
@@ -234,7 +234,7 @@ class System {
   std::vector<DeviceSample> sent_up_;
   std::vector<ProxySample> sent_down_;
   std::int64_t step_ns_, due_ns_ = 0, next_step_ns_ = 0;
-  HandleState<double> last_x_;
+  RigidState last_x_;
   Wrench<double> last_sent_ = zero_wrench();
   std::array<double, 2> port_{};
   Trace trace_;

@@ -139,7 +139,7 @@ class Folder {
 
 std::vector<TickCost> tick_costs(const DeviceProfile& profile, const std::string& virtuose_library, std::size_t ticks) {
   const Folder folder;
-  const HandleState<double> start = at_rest({0, 0, 0}, Eigen::Quaterniond::Identity());
+  const RigidState start = at_rest({0, 0, 0}, Eigen::Quaterniond::Identity());
   HandScript hand;
   hand.keyframes = {{0, {0, 0, 0}}, {1, {0, 0, -0.002}}, {2, {0.005, 0, 0}}, {3, {0, 0, 0}}};
   hand.loop = true;

@@ -20,7 +20,7 @@ constexpr double kRegripAfter = 2, kLetGoFor = 0.3;
 constexpr double kTurnLimit = 2.0;  // of each axis of the wrist [rad]
 
 // Where the handle begins, room: at no special place, so that nothing rests on one.
-HandleState<double> home() {
+RigidState home() {
   return at_rest({0.05, -0.02, 0.3}, Quat(Eigen::AngleAxisd(0.35, Vec3(0.2, 1, -0.5).normalized())));
 }
 
@@ -155,8 +155,8 @@ Vector Arm::limited(Vector force) {
 
 // While the power or the dead-man switch is off or the shift button is pressed, the arm moves and its avatar does not.
 void Arm::measure() {
-  const Vec3 x = to_arm(state_.x);
-  const Quat q = to_arm(state_.q);
+  const Vec3 x = to_arm(state_.position);
+  const Quat q = to_arm(state_.orientation);
   const bool indexing = shifted() || !dead_man();
   if (indexing || indexing_) {  // the offset that leaves the avatar where it is
     x_offset_ = place(shown_.avatar) - x;
@@ -166,7 +166,7 @@ void Arm::measure() {
   indexing_ = indexing;
   t_measured_ = ticks_;
   shown_ = {pose_of(x + x_offset_, (q_offset_ * q).normalized()), pose_of(x, q),
-            vector_of(to_arm(state_.v), to_arm(state_.w))};
+            vector_of(to_arm(state_.linear), to_arm(state_.angular))};
 }
 
 void Arm::trace() {
@@ -180,8 +180,8 @@ void Arm::trace() {
 unsigned Arm::bounds() const {
   double value = 0;
   unsigned bits = is_on(EventKind::bound, &value) ? bits_of(value) : 0;
-  const Vec3 since = to_arm(Vec3(state_.x - home().x));
-  const Vec3 turned = to_arm(rotation_between(home().q, state_.q));
+  const Vec3 since = to_arm(Vec3(state_.position - home().position));
+  const Vec3 turned = to_arm(rotation_between(home().orientation, state_.orientation));
   // one bit for each side of each axis; the axes of a real arm are its joints
   for (int i = 0; i < 3; ++i) {
     const double reach = script_.workspace[static_cast<std::size_t>(i)];

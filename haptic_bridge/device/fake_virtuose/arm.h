@@ -81,7 +81,7 @@ class Arm {
 
   Script script_;
   std::unique_ptr<SimulatedDevice> plant_;
-  HandleState<double> state_;  // measured, room
+  RigidState state_;  // measured, room
   std::int64_t ticks_ = 0;
   std::int64_t t_measured_ = 0;  // [ms]
 

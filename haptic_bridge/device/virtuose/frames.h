@@ -29,8 +29,8 @@ class ArmFrame {
  public:
   // axes: column i is the arm's axis i in the world; a rotation. start: where in the world the handle is taken to be
   // when place is called: the arm's own origin means nothing to a scene.
-  ArmFrame(const Eigen::Matrix3d& axes, const HandleState<double>& start)
-      : axes_(axes), turn_(axes), start_(start), x_placed_(Eigen::Vector3d::Zero()), q_placed_(start.q) {
+  ArmFrame(const Eigen::Matrix3d& axes, const RigidState& start)
+      : axes_(axes), turn_(axes), start_(start), x_placed_(Eigen::Vector3d::Zero()), q_placed_(start.orientation) {
     q_placed_.setIdentity();
   }
 
@@ -39,15 +39,17 @@ class ArmFrame {
     q_placed_ = orientation(pose);
   }
 
-  HandleState<double> to_world(const ArmPose& pose, const ArmVector& speed) const {
+  RigidState to_world(const ArmPose& pose, const ArmVector& speed) const {
     const Eigen::Quaterniond since = orientation(pose) * q_placed_.conjugate();
-    return {start_.x + axes_ * (position(pose) - x_placed_),
-            (turn_ * since * turn_.conjugate() * start_.q).normalized(), axes_ * linear(speed), axes_ * angular(speed)};
+    return {start_.position + axes_ * (position(pose) - x_placed_),
+            (turn_ * since * turn_.conjugate() * start_.orientation).normalized(), axes_ * linear(speed),
+            axes_ * angular(speed)};
   }
 
   ArmPose to_arm(const Eigen::Vector3d& x, const Eigen::Quaterniond& q) const {
-    const Eigen::Vector3d p = x_placed_ + axes_.transpose() * (x - start_.x);
-    const Eigen::Quaterniond r = (turn_.conjugate() * q * start_.q.conjugate() * turn_ * q_placed_).normalized();
+    const Eigen::Vector3d p = x_placed_ + axes_.transpose() * (x - start_.position);
+    const Eigen::Quaterniond r =
+        (turn_.conjugate() * q * start_.orientation.conjugate() * turn_ * q_placed_).normalized();
     return {as_float(p.x()), as_float(p.y()), as_float(p.z()), as_float(r.x()),
             as_float(r.y()), as_float(r.z()), as_float(r.w())};
   }
@@ -70,7 +72,7 @@ class ArmFrame {
 
   Eigen::Matrix3d axes_;
   Eigen::Quaterniond turn_;
-  HandleState<double> start_;
+  RigidState start_;
   Eigen::Vector3d x_placed_;
   Eigen::Quaterniond q_placed_;
 };

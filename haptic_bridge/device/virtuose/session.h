@@ -28,8 +28,8 @@ struct VirtuoseSetup {
   Eigen::Matrix3d axes = default_arm_axes();
   // Given by the profile at large and the loop:
   WrenchLimits limits;
-  CouplingGains gains{1000, 20, 10, 0.2};  // of the controller's coupling in mode mechanism
-  double period = 1e-3;                    // between ticks [s]
+  CouplingGains gains = kDefaultGains;  // of the controller's coupling in mode mechanism
+  double period = 1e-3;                 // between ticks [s]
 };
 
 class VirtuoseSession {

@@ -15,17 +15,17 @@ constexpr double kInFloat = 1e-6;  // of metres and radians below one, as float 
 
 Quat turn(double angle, const Vec3& axis) { return Quat(Eigen::AngleAxisd(angle, axis.normalized())); }
 
-const HandleState<double> kOrigin = at_rest(Vec3::Zero(), Quat::Identity());
+const RigidState kOrigin = at_rest(Vec3::Zero(), Quat::Identity());
 const float kHalf = static_cast<float>(std::sqrt(0.5));
 
 TEST(ArmFrame, TheOperatorsAxesBecomeTheWorlds) {
   ArmFrame frame(default_arm_axes(), kOrigin);
   // 3 cm towards the operator, 2 cm to the right, 1 cm up, a quarter turn about the arm's X
-  const HandleState<double> h = frame.to_world({0.03F, 0.02F, 0.01F, kHalf, 0, 0, kHalf}, {3, 2, 1, 0.3F, 0.2F, 0.1F});
-  EXPECT_LT((h.x - Vec3(0.02, -0.03, 0.01)).norm(), kInFloat);
-  EXPECT_LT((h.v - Vec3(2, -3, 1)).norm(), kInFloat);
-  EXPECT_LT((h.w - Vec3(0.2, -0.3, 0.1)).norm(), kInFloat);
-  EXPECT_LT((rotation_between(Quat::Identity(), h.q) - Vec3(0, -M_PI / 2, 0)).norm(), kInFloat);
+  const RigidState h = frame.to_world({0.03F, 0.02F, 0.01F, kHalf, 0, 0, kHalf}, {3, 2, 1, 0.3F, 0.2F, 0.1F});
+  EXPECT_LT((h.position - Vec3(0.02, -0.03, 0.01)).norm(), kInFloat);
+  EXPECT_LT((h.linear - Vec3(2, -3, 1)).norm(), kInFloat);
+  EXPECT_LT((h.angular - Vec3(0.2, -0.3, 0.1)).norm(), kInFloat);
+  EXPECT_LT((rotation_between(Quat::Identity(), h.orientation) - Vec3(0, -M_PI / 2, 0)).norm(), kInFloat);
 }
 
 TEST(ArmFrame, AWrenchOfTheWorldBecomesTheOperators) {
@@ -36,20 +36,20 @@ TEST(ArmFrame, AWrenchOfTheWorldBecomesTheOperators) {
 }
 
 TEST(ArmFrame, TheToolBeginsAtTheStartWhereverTheHandleIs) {
-  const HandleState<double> start = at_rest({1, 2, 3}, turn(0.7, {1, 0, 2}));
+  const RigidState start = at_rest({1, 2, 3}, turn(0.7, {1, 0, 2}));
   ArmFrame frame(default_arm_axes(), start);
   const ArmPose here{0.4F, -0.1F, 0.2F, 0, kHalf, 0, kHalf};
   frame.place(here);
-  const HandleState<double> h = frame.to_world(here, {});
-  EXPECT_LT((h.x - start.x).norm(), kInFloat);
-  EXPECT_LT(rotation_between(start.q, h.q).norm(), kInFloat);
+  const RigidState h = frame.to_world(here, {});
+  EXPECT_LT((h.position - start.position).norm(), kInFloat);
+  EXPECT_LT(rotation_between(start.orientation, h.orientation).norm(), kInFloat);
   // turned by a quarter about the world's z from there, whatever the handle's own orientation
   const Quat before = ArmFrame::orientation(here), after = turn(M_PI / 2, {0, 0, 1}) * before;
-  const HandleState<double> turned =
+  const RigidState turned =
       frame.to_world({0.4F, -0.1F, 0.2F, static_cast<float>(after.x()), static_cast<float>(after.y()),
                       static_cast<float>(after.z()), static_cast<float>(after.w())},
                      {});
-  EXPECT_LT((rotation_between(start.q, turned.q) - Vec3(0, 0, M_PI / 2)).norm(), kInFloat);
+  EXPECT_LT((rotation_between(start.orientation, turned.orientation) - Vec3(0, 0, M_PI / 2)).norm(), kInFloat);
 }
 
 class AnyFrame : public RandomCase {};
@@ -69,15 +69,15 @@ TEST_F(AnyFrame, BackAndForthIsTheSamePoseAndPowerIsTheSameInBothFrames) {
     const ArmPose there = pose();
     ArmVector speed;
     for (float& s : speed) s = static_cast<float>(between(-1, 1));
-    const HandleState<double> h = frame.to_world(there, speed);
-    const ArmPose back = frame.to_arm(h.x, h.q);
+    const RigidState h = frame.to_world(there, speed);
+    const ArmPose back = frame.to_arm(h.position, h.orientation);
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(back[k], there[k], kInFloat);
     EXPECT_LT(rotation_between(ArmFrame::orientation(there), ArmFrame::orientation(back)).norm(), 1e-5);
     const Wrench<double> w{vector(10), vector(1)};
     const ArmVector f = frame.to_arm(w.force, w.torque);
     double power = 0;
     for (int k = 0; k < 6; ++k) power += static_cast<double>(f[k]) * static_cast<double>(speed[k]);
-    EXPECT_NEAR(power, w.force.dot(h.v) + w.torque.dot(h.w), 1e-5);
+    EXPECT_NEAR(power, w.force.dot(h.linear) + w.torque.dot(h.angular), 1e-5);
   }
 }
 

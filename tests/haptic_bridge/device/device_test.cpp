@@ -21,7 +21,7 @@ using Vec3 = Eigen::Vector3d;
 using Quat = Eigen::Quaterniond;
 
 constexpr std::int64_t kTick = 1'000'000;
-const HandleState<double> kOrigin = at_rest(Vec3::Zero(), Quat::Identity());
+const RigidState kOrigin = at_rest(Vec3::Zero(), Quat::Identity());
 
 Quat turn(double angle, const Vec3& axis) { return Quat(Eigen::AngleAxisd(angle, axis.normalized())); }
 
@@ -40,10 +40,11 @@ TEST(Trajectory, TwistIsTheDerivativeOfThePose) {
   for (const Interpolation kind : {Interpolation::catmull_rom, Interpolation::minimum_jerk}) {
     const Trajectory path(some_path(), kind, true);
     for (double t = 0.013; t < 6; t += 0.0371) {
-      const HandleState<double> now = path.at(t), ahead = path.at(t + h), behind = path.at(t - h);
-      EXPECT_LT((now.v - (ahead.x - behind.x) / (2 * h)).norm(), kTolerance) << t;
-      EXPECT_LT((now.w - rotation_between(behind.q, ahead.q) / (2 * h)).norm(), kTolerance) << t;
-      EXPECT_NEAR(now.q.norm(), 1, 1e-12);
+      const RigidState now = path.at(t), ahead = path.at(t + h), behind = path.at(t - h);
+      EXPECT_LT((now.linear - (ahead.position - behind.position) / (2 * h)).norm(), kTolerance) << t;
+      EXPECT_LT((now.angular - rotation_between(behind.orientation, ahead.orientation) / (2 * h)).norm(), kTolerance)
+          << t;
+      EXPECT_NEAR(now.orientation.norm(), 1, 1e-12);
     }
   }
 }
@@ -52,21 +53,21 @@ TEST(Trajectory, PassesThroughItsKeyframesWithoutAJumpInTwist) {
   const Trajectory path(some_path(), Interpolation::catmull_rom, true);
   const double h = 1e-9;
   for (const Keyframe& k : path.keyframes()) {
-    const HandleState<double> before = path.at(2.5 + k.time - h), after = path.at(2.5 + k.time + h);
-    EXPECT_LT((before.x - k.x).norm(), 1e-8);
-    EXPECT_LT(rotation_between(before.q, k.q).norm(), 1e-7);
-    EXPECT_LT((before.v - after.v).norm(), 1e-6);
-    EXPECT_LT((before.w - after.w).norm(), 1e-5);
+    const RigidState before = path.at(2.5 + k.time - h), after = path.at(2.5 + k.time + h);
+    EXPECT_LT((before.position - k.x).norm(), 1e-8);
+    EXPECT_LT(rotation_between(before.orientation, k.q).norm(), 1e-7);
+    EXPECT_LT((before.linear - after.linear).norm(), 1e-6);
+    EXPECT_LT((before.angular - after.angular).norm(), 1e-5);
   }
 }
 
 TEST(Trajectory, RestsBeforeItsBeginAndAfterItsEnd) {
   std::vector<Keyframe> keys = some_path();
-  keys.back().x.x() = 0.5;
+  keys.back().position.x() = 0.5;
   const Trajectory path(keys, Interpolation::minimum_jerk, false);
-  EXPECT_EQ(path.at(-1).x, keys.front().x);
-  EXPECT_EQ(path.at(100).x, keys.back().x);
-  EXPECT_EQ(path.at(100).v.norm(), 0);
+  EXPECT_EQ(path.at(-1).position, keys.front().position);
+  EXPECT_EQ(path.at(100).position, keys.back().position);
+  EXPECT_EQ(path.at(100).linear.norm(), 0);
 }
 
 TEST(Trajectory, RefusesWhatIsNoPath) {
@@ -94,7 +95,7 @@ ArmModel frictionless() {
   return arm;
 }
 
-HandleState<double> after(SimulatedDevice& device, int ticks, std::int64_t& now) {
+RigidState after(SimulatedDevice& device, int ticks, std::int64_t& now) {
   DeviceReading reading;
   for (int i = 0; i < ticks; ++i) {
     EXPECT_TRUE(device.read(now, reading));
@@ -108,9 +109,9 @@ TEST(SimulatedArm, AcceleratesAsItsMassAndInertiaSay) {
   std::int64_t now = 0;
   device.write({{1.2, 0, 0}, {0, 0, 0.02}});
   after(device, 101, now);
-  EXPECT_NEAR(device.true_state().v.x(), 1.2 / 0.6 * 0.1, 1e-9);
-  EXPECT_NEAR(device.true_state().x.x(), 0.5 * 1.2 / 0.6 * 0.01, 1e-12);
-  EXPECT_NEAR(device.true_state().w.z(), 0.02 / 0.004 * 0.1, 1e-9);
+  EXPECT_NEAR(device.true_state().linear.x(), 1.2 / 0.6 * 0.1, 1e-9);
+  EXPECT_NEAR(device.true_state().position.x(), 0.5 * 1.2 / 0.6 * 0.01, 1e-12);
+  EXPECT_NEAR(device.true_state().angular.z(), 0.02 / 0.004 * 0.1, 1e-9);
 }
 
 TEST(SimulatedArm, FrictionHoldsItAtRestAndSlowsItInMotion) {
@@ -119,15 +120,15 @@ TEST(SimulatedArm, FrictionHoldsItAtRestAndSlowsItInMotion) {
   std::int64_t now = 0;
   device.write({{0, 0.05, 0}, {0.001, 0, 0}});
   after(device, 2000, now);
-  const Vec3 held = device.true_state().x;
+  const Vec3 held = device.true_state().position;
   EXPECT_LT(held.norm(), 25e-6);
   after(device, 5000, now);
-  EXPECT_LT((device.true_state().x - held).norm(), 1e-9);  // it does not creep
-  EXPECT_LT(rotation_between(Quat::Identity(), device.true_state().q).norm(), 5e-4);
+  EXPECT_LT((device.true_state().position - held).norm(), 1e-9);  // it does not creep
+  EXPECT_LT(rotation_between(Quat::Identity(), device.true_state().orientation).norm(), 5e-4);
 
   device.write({{0, 1.1, 0}, {0, 0, 0}});
   after(device, 5000, now);
-  EXPECT_NEAR(device.true_state().v.y(), (1.1 - arm.friction) / arm.damping, 1e-3);
+  EXPECT_NEAR(device.true_state().linear.y(), (1.1 - arm.friction) / arm.damping, 1e-3);
 }
 
 TEST(SimulatedArm, ItsMotorsGetWarmAndCoolDown) {
@@ -148,7 +149,7 @@ TEST(SimulatedArm, ItsMotorsGetWarmAndCoolDown) {
   EXPECT_EQ(alarms_after({16, 0, 0}, Vec3::Zero(), 100), kArmHot);
   EXPECT_TRUE(reading.strained);
   alarms_after({16, 0, 0}, Vec3::Zero(), 1500);
-  EXPECT_NEAR(reading.state.x.x(), 8 / script.hand.stiffness, 1e-4);  // half of the force is left
+  EXPECT_NEAR(reading.state.position.x(), 8 / script.hand.stiffness, 1e-4);  // half of the force is left
   EXPECT_EQ(alarms_after(Vec3::Zero(), Vec3::Zero(), 6000), 0u);
   EXPECT_EQ(alarms_after({21, 0, 0}, Vec3::Zero(), 5), kArmSaturated);
   EXPECT_EQ(alarms_after(Vec3::Zero(), {0, 2.1, 0}, 5), kArmSaturated);
@@ -170,19 +171,19 @@ TEST(SimulatedArm, StopsAtTheEndsOfItsJoints) {
       device.write({5 * along, 0.1 * along});
       for (int i = 0; i < 3000; ++i, now += kTick) {
         device.read(now, reading);
-        furthest = std::max(furthest, along.dot(device.true_state().x - home));
-        most_turned = std::max(most_turned, rotation_between(Quat::Identity(), device.true_state().q).norm());
+        furthest = std::max(furthest, along.dot(device.true_state().position - home));
+        most_turned = std::max(most_turned, rotation_between(Quat::Identity(), device.true_state().orientation).norm());
       }
       EXPECT_GT(furthest, arm.workspace[axis]);
       EXPECT_LT(furthest, arm.workspace[axis] + 0.01);
       EXPECT_GT(most_turned, arm.turn);
       EXPECT_LT(most_turned, arm.turn + 0.05);
       EXPECT_EQ(reading.alarms, kArmAtStop);
-      EXPECT_LT(device.true_state().v.norm(), 0.02);  // it has come to rest there
+      EXPECT_LT(device.true_state().linear.norm(), 0.02);  // it has come to rest there
       device.write({-5 * along, -0.1 * along});
       for (int i = 0; i < 200; ++i, now += kTick) device.read(now, reading);
       EXPECT_EQ(reading.alarms, 0u);  // and a stop does not hold on to it
-      EXPECT_LT(along.dot(device.true_state().x - home), arm.workspace[axis] - 0.05);
+      EXPECT_LT(along.dot(device.true_state().position - home), arm.workspace[axis] - 0.05);
     }
 }
 
@@ -195,8 +196,8 @@ TEST(SimulatedArm, YieldsToAForceAsTheGripSays) {
     std::int64_t now = 0;
     device.write({{0, 0, -0.4}, {0, 0.01, 0}});
     after(device, 30000, now);
-    EXPECT_NEAR(device.true_state().x.z(), -0.4 / grip.stiffness, 1e-6);
-    EXPECT_NEAR(rotation_between(Quat::Identity(), device.true_state().q).y(),
+    EXPECT_NEAR(device.true_state().position.z(), -0.4 / grip.stiffness, 1e-6);
+    EXPECT_NEAR(rotation_between(Quat::Identity(), device.true_state().orientation).y(),
                 0.01 / (grip.stiffness * grip.lever * grip.lever), 1e-5);
   }
 }
@@ -208,13 +209,13 @@ TEST(SimulatedArm, ShowsWhatItsEncodersResolve) {
   DeviceReading reading;
   for (std::int64_t now = 0; now < 1500 * kTick; now += kTick) {
     ASSERT_TRUE(device.read(now, reading));
-    const double steps = reading.state.x.x() / 5e-6;
+    const double steps = reading.state.position.x() / 5e-6;
     ASSERT_NEAR(steps, std::round(steps), 1e-6);
-    ASSERT_LT((reading.state.x - device.true_state().x).norm(), 5e-6);
-    ASSERT_LT(rotation_between(reading.state.q, device.true_state().q).norm(), 1e-4);
-    ASSERT_LT((reading.state.v - device.true_state().v).norm(), 0.03);  // the low-pass lags by 2.7 ms
+    ASSERT_LT((reading.state.position - device.true_state().position).norm(), 5e-6);
+    ASSERT_LT(rotation_between(reading.state.orientation, device.true_state().orientation).norm(), 1e-4);
+    ASSERT_LT((reading.state.linear - device.true_state().linear).norm(), 0.03);  // the low-pass lags by 2.7 ms
   }
-  EXPECT_LT(reading.state.v.norm(), 0.01);
+  EXPECT_LT(reading.state.linear.norm(), 0.01);
 }
 
 TEST(SimulatedArm, NeverRendersMoreThanItsLimit) {
@@ -222,21 +223,21 @@ TEST(SimulatedArm, NeverRendersMoreThanItsLimit) {
   std::int64_t now = 0;
   EXPECT_TRUE(device.write({{1e6, 0, 0}, {0, 0, 0}}));
   after(device, 11, now);
-  EXPECT_NEAR(device.true_state().v.x(), 35 / 0.6 * 0.01, 1e-9);
+  EXPECT_NEAR(device.true_state().linear.x(), 35 / 0.6 * 0.01, 1e-9);
   EXPECT_FALSE(device.write({{std::nan(""), 0, 0}, {0, 0, 0}}));
 }
 
 TEST(SimulatedArm, GoesToItsScriptUnhurriedFromWhereverItStarts) {
-  const HandleState<double> start = at_rest({0.2, 0, 0.1}, turn(2.4, {0, 1, 0}));
+  const RigidState start = at_rest({0.2, 0, 0.1}, turn(2.4, {0, 1, 0}));
   HandScript script;
   script.keyframes = {{0, {0, 0, 0}}, {1, {0, 0, 0.1}}};
   SimulatedDevice device(ArmModel{}, script, kOrigin, start);
   std::int64_t now = 0;
-  EXPECT_LT((after(device, 1, now).x - start.x).norm(), 1e-5);
+  EXPECT_LT((after(device, 1, now).position - start.position).norm(), 1e-5);
   double fastest = 0;
-  for (int i = 0; i < 8000; ++i) fastest = std::max(fastest, after(device, 1, now).v.norm());
+  for (int i = 0; i < 8000; ++i) fastest = std::max(fastest, after(device, 1, now).linear.norm());
   EXPECT_LT(fastest, 0.3);
-  EXPECT_LT((device.true_state().x - Vec3(0, 0, 0.1)).norm(), 1e-3);
+  EXPECT_LT((device.true_state().position - Vec3(0, 0, 0.1)).norm(), 1e-3);
 }
 
 TEST(SimulatedArm, StandsStillWhileTheLoopDoes) {
@@ -245,10 +246,10 @@ TEST(SimulatedArm, StandsStillWhileTheLoopDoes) {
   SimulatedDevice device(ArmModel{}, script, kOrigin, kOrigin);
   std::int64_t now = 0;
   after(device, 500, now);
-  const Vec3 before = device.true_state().x;
+  const Vec3 before = device.true_state().position;
   now += 60'000'000'000;
   after(device, 1, now);
-  EXPECT_LT((device.true_state().x - before).norm(), 0.03);
+  EXPECT_LT((device.true_state().position - before).norm(), 0.03);
 }
 
 TEST(SimulatedArm, StaysBoundedUnderAnyWrench) {
@@ -266,8 +267,8 @@ TEST(SimulatedArm, StaysBoundedUnderAnyWrench) {
     for (int i = 0; i < 5000; ++i) {
       now += static_cast<std::int64_t>(std::abs(n(random)) * kTick);
       ASSERT_TRUE(device.read(now, reading));
-      ASSERT_TRUE(is_finite(reading.state) && is_unit(reading.state.q));
-      ASSERT_LT(reading.state.x.norm(), 35 / 20.0 * 2);
+      ASSERT_TRUE(is_finite(reading.state) && is_unit(reading.state.orientation));
+      ASSERT_LT(reading.state.position.norm(), 35 / 20.0 * 2);
       device.write({100 * Vec3(n(random), n(random), n(random)), Vec3(n(random), n(random), n(random))});
     }
   }
@@ -286,12 +287,12 @@ TEST(SimulatedArm, TremorHasItsForceAndRepeatsWithItsSeed) {
   const int ticks = 60000;
   for (int i = 0; i < ticks; ++i) {
     after(one, 1, now);
-    sum2 += one.true_state().x.squaredNorm() / 3;
+    sum2 += one.true_state().position.squaredNorm() / 3;
   }
   after(two, ticks, now2);
   after(other, ticks, now3);
-  EXPECT_EQ(one.true_state().x, two.true_state().x);
-  EXPECT_NE(one.true_state().x, other.true_state().x);
+  EXPECT_EQ(one.true_state().position, two.true_state().position);
+  EXPECT_NE(one.true_state().position, other.true_state().position);
   EXPECT_NEAR(std::sqrt(sum2 / ticks) * stiffness, 0.8, 0.1);
 }
 
@@ -333,14 +334,14 @@ TEST_F(Replay, PlaysThePathAndHoldsItsEnd) {
                       false);
   DeviceReading reading;
   ASSERT_TRUE(device.read(123, reading));
-  EXPECT_EQ(reading.state.x.x(), 0);
+  EXPECT_EQ(reading.state.position.x(), 0);
   ASSERT_TRUE(device.read(123 + 1'000'000'000, reading));
-  EXPECT_NEAR(reading.state.x.x(), 0.1, 1e-12);
-  EXPECT_NEAR(reading.state.v.x(), 0.1, 1e-12);
+  EXPECT_NEAR(reading.state.position.x(), 0.1, 1e-12);
+  EXPECT_NEAR(reading.state.linear.x(), 0.1, 1e-12);
   ASSERT_TRUE(device.read(123 + 9'000'000'000, reading));
-  EXPECT_NEAR(reading.state.x.x(), 0.2, 1e-12);
-  EXPECT_EQ(reading.state.v.norm(), 0);
-  EXPECT_NEAR(rotation_between(Quat::Identity(), reading.state.q).z(), M_PI / 2, 1e-7);
+  EXPECT_NEAR(reading.state.position.x(), 0.2, 1e-12);
+  EXPECT_EQ(reading.state.linear.norm(), 0);
+  EXPECT_NEAR(rotation_between(Quat::Identity(), reading.state.orientation).z(), M_PI / 2, 1e-7);
 }
 
 TEST_F(Replay, NamesTheLineOfEachFault) {
@@ -380,10 +381,10 @@ TEST_F(Profiles, TheShippedFilesAreReadAndSayWhatTheyShould) {
   EXPECT_EQ(profile.arm.resolution, ArmModel{}.resolution);
   for (const char* name : {"still", "stir", "press"}) {
     const HandScript script = read_hand_script(config + "hands/" + name + ".toml");
-    EXPECT_EQ(script.keyframes.front().x.norm(), 0) << name;
+    EXPECT_EQ(script.keyframes.front().position.norm(), 0) << name;
     SimulatedDevice device(profile.arm, script, kOrigin, kOrigin);
     double fastest = 0;
-    for (double t = 0; t < 12; t += 1e-3) fastest = std::max(fastest, device.intent(t).v.norm());
+    for (double t = 0; t < 12; t += 1e-3) fastest = std::max(fastest, device.intent(t).linear.norm());
     EXPECT_LT(fastest, 0.5) << name;
   }
 }

@@ -14,7 +14,7 @@ namespace {
 using Vec3 = Eigen::Vector3d;
 
 constexpr std::int64_t kTick = 1'000'000;
-const HandleState<double> kOrigin = at_rest(Vec3::Zero(), Eigen::Quaterniond::Identity());
+const RigidState kOrigin = at_rest(Vec3::Zero(), Eigen::Quaterniond::Identity());
 
 // Viscous friction and nothing else; angular_damping: a hundredth of it.
 ArmModel viscous(double damping) {
@@ -43,8 +43,8 @@ TEST(HeldForce, MovesTheArmAlongTheExactCurve) {
       const double time = inertia / friction, t = 0.1;
       return push / friction * (t + time * std::expm1(-t / time));
     };
-    EXPECT_NEAR(reading.state.x.y() / way(1.2, damping, arm.mass), 1, 1e-9) << damping;
-    const Vec3 turned = rotation_between(kOrigin.q, reading.state.q);
+    EXPECT_NEAR(reading.state.position.y() / way(1.2, damping, arm.mass), 1, 1e-9) << damping;
+    const Vec3 turned = rotation_between(kOrigin.orientation, reading.state.orientation);
     EXPECT_NEAR(turned.x() / way(0.02, arm.angular_damping, arm.inertia), 1, 1e-9) << damping;
   }
 }
@@ -57,7 +57,8 @@ double growth(const ArmModel& arm, double stiffness, bool angular) {
   double first = 0, last = 0;
   for (int i = 0; i < ticks; ++i) {
     EXPECT_TRUE(device.read((i + 1) * kTick, reading));
-    const double place = angular ? rotation_between(kOrigin.q, reading.state.q).z() : reading.state.x.z();
+    const double place =
+        angular ? rotation_between(kOrigin.orientation, reading.state.orientation).z() : reading.state.position.z();
     const double push = (i == 0 ? 1e-3 * stiffness : 0) - stiffness * place;
     device.write(angular ? Wrench<double>{Vec3::Zero(), {0, 0, push}} : Wrench<double>{{0, 0, push}, Vec3::Zero()});
     if (i < ticks / 10) first = std::max(first, std::abs(place));

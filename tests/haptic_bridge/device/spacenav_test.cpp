@@ -45,7 +45,7 @@ class Spacenav : public ::testing::Test {
     return reading;
   }
 
-  const HandleState<double> start_ = at_rest({0.1, 0.2, 0.3}, Eigen::Quaterniond::Identity());
+  const RigidState start_ = at_rest({0.1, 0.2, 0.3}, Eigen::Quaterniond::Identity());
   void* library_ = nullptr;
   void (*say_)(const int*) = nullptr;
   void (*hang_up_)() = nullptr;
@@ -54,18 +54,18 @@ class Spacenav : public ::testing::Test {
 };
 
 TEST_F(Spacenav, TheCapMovesTheHandleThatWay) {
-  EXPECT_LT((second().state.x - start_.x).norm(), 1e-12);
+  EXPECT_LT((second().state.position - start_.position).norm(), 1e-12);
   const std::array<std::pair<std::array<int, 8>, Vec3>, 3> ways{
       {{{1, 350, 0, 0}, Vec3::UnitX()}, {{1, 0, 350, 0}, Vec3::UnitZ()}, {{1, 0, 0, 350}, Vec3::UnitY()}}};
   for (const auto& [words, way] : ways) {
-    const Vec3 before = second().state.x;
+    const Vec3 before = second().state.position;
     say(words);
-    EXPECT_LT((second().state.x - before - 0.2 * way).norm(), 0.01);  // it takes 30 ms to set off
-    say({1, 5, -5, 5});                                               // at rest, nearly
+    EXPECT_LT((second().state.position - before - 0.2 * way).norm(), 0.01);  // it takes 30 ms to set off
+    say({1, 5, -5, 5});                                                      // at rest, nearly
     second();
   }
   say({1, 0, 0, 0, 0, 350, 0});
-  EXPECT_LT((rotation_between(start_.q, second().state.q) - Vec3(0, 0, 1)).norm(), 0.05);
+  EXPECT_LT((rotation_between(start_.orientation, second().state.orientation) - Vec3(0, 0, 1)).norm(), 0.05);
 }
 
 TEST_F(Spacenav, TheForceHoldsTheHandleBack) {
@@ -73,7 +73,7 @@ TEST_F(Spacenav, TheForceHoldsTheHandleBack) {
   second();
   device_->write({{-8, 0, 0}, {0, 0, 0}});
   second();
-  EXPECT_LT(second().state.v.norm(), 1e-6);
+  EXPECT_LT(second().state.linear.norm(), 1e-6);
   EXPECT_FALSE(device_->write({{std::nan(""), 0, 0}, {0, 0, 0}}));
 }
 

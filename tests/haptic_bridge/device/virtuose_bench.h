@@ -140,7 +140,7 @@ class VirtuoseBench : public ::testing::Test {
     return rows;
   }
 
-  inline static const HandleState<double> kStart =
+  inline static const RigidState kStart =
       at_rest({0.3, -0.4, 0.5}, Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Eigen::Vector3d(1, 2, -1).normalized())));
 
   std::filesystem::path folder_;

@@ -63,7 +63,8 @@ class VirtuoseLoop : public VirtuoseBench {
     if (answered) {
       in = {answer(loop_->sample(), 5, ++sequence_), now_};
       for (int i = 0; i < 3; ++i)
-        in.sample.wrench.force[i] = pull_ * (kStart.x[i] - in.sample.device_pose.position[i]) + (i == 2 ? bias_ : 0);
+        in.sample.wrench.force[i] =
+            pull_ * (kStart.position[i] - in.sample.device_pose.position[i]) + (i == 2 ? bias_ : 0);
     }
     loop_->tick(now_, 0, 0, answered ? &in : nullptr);
 
@@ -78,7 +79,7 @@ class VirtuoseLoop : public VirtuoseBench {
     } else if (!r.reduced) {
       ASSERT_LE((w.force - before_.force).norm(), 0.3 + kRounding);
     }
-    ASSERT_TRUE(is_finite(to_handle(loop_->sample().pose, loop_->sample().twist)));
+    ASSERT_TRUE(is_finite(to_state(loop_->sample().pose, loop_->sample().twist)));
     felt_ += !zero;
     before_ = w;
   }

@@ -59,14 +59,15 @@ TEST_F(VirtuoseTick, FollowsTheHandAlongTheWorldsAxes) {
                                           "position = [0.1, 0.02, 0.05]\nrotation_deg = [0, 0, 40]\n";
   open("grip_at = 0\nhand = \"hand.toml\"\n");
   DeviceReading before = ticks(1), reading;
-  EXPECT_LT((before.state.x - kStart.x).norm(), kInFloat);
+  EXPECT_LT((before.state.position - kStart.position).norm(), kInFloat);
   Vec3 way = Vec3::Zero();
   for (int i = 0; i < 3000; ++i) {
     ASSERT_TRUE(tick(reading));
-    way += 1e-3 * reading.state.v;
+    way += 1e-3 * reading.state.linear;
   }
-  EXPECT_LT((reading.state.x - kStart.x - Vec3(0.1, 0.02, 0.05)).norm(), 1e-3);  // the arm's friction
-  EXPECT_LT((rotation_between(kStart.q, reading.state.q) - Vec3(0, 0, 40 * M_PI / 180)).norm(), 0.02);
+  EXPECT_LT((reading.state.position - kStart.position - Vec3(0.1, 0.02, 0.05)).norm(), 1e-3);  // the arm's friction
+  EXPECT_LT((rotation_between(kStart.orientation, reading.state.orientation) - Vec3(0, 0, 40 * M_PI / 180)).norm(),
+            0.02);
   EXPECT_LT((way - Vec3(0.1, 0.02, 0.05)).norm(), 2e-3);  // the speed is the pose's
 }
 
@@ -78,13 +79,13 @@ TEST_F(VirtuoseTick, AForceOfTheWorldMovesTheHandleThatWay) {
     push.force[axis] = 5;
     const DeviceReading moved = ticks(2000, push);
     const Vec3 expected = 5.0 / 500 * Vec3::Unit(axis);  // the hand's spring
-    EXPECT_LT((moved.state.x - kStart.x - expected).norm(), 0.03 * expected.norm());
+    EXPECT_LT((moved.state.position - kStart.position - expected).norm(), 0.03 * expected.norm());
 
     open("grip_at = 0\nrelay_delay = 0\n");
     ticks(100);
     push = zero_wrench();
     push.torque[axis] = 0.5;
-    const Vec3 turned = rotation_between(kStart.q, ticks(2000, push).state.q);
+    const Vec3 turned = rotation_between(kStart.orientation, ticks(2000, push).state.orientation);
     EXPECT_LT((turned - 0.5 / (500 * 0.01) * Vec3::Unit(axis)).norm(), 0.005);
   }
 }
@@ -140,10 +141,10 @@ TEST_F(VirtuoseTick, ShiftingMovesTheArmAndNotTheTool) {
   DeviceReading r;
   for (int i = 0; i < 1980; ++i) {
     ASSERT_TRUE(tick(r));
-    ASSERT_LT((r.state.x - before.state.x).norm(), 1e-6);
-    ASSERT_EQ(r.state.v.norm(), 0);
+    ASSERT_LT((r.state.position - before.state.position).norm(), 1e-6);
+    ASSERT_EQ(r.state.linear.norm(), 0);
   }
-  EXPECT_LT((ticks(500).state.x - before.state.x).norm(), 2e-3);
+  EXPECT_LT((ticks(500).state.position - before.state.position).norm(), 2e-3);
 }
 
 TEST_F(VirtuoseTick, BoundsAndHeatStrainTheArm) {

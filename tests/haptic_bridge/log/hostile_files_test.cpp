@@ -119,7 +119,7 @@ TEST_F(HostileFiles, Profiles) {
 }
 
 TEST_F(HostileFiles, Hands) {
-  const HandleState<double> home = at_rest(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());
+  const RigidState home = at_rest(Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());
   spoil(files_in("hands"), [&](const std::string& path) {
     const HandScript script = read_hand_script(path);
     SimulatedDevice arm(ArmModel{}, script, home, home);
@@ -151,7 +151,7 @@ TEST_F(HostileFiles, Paths) {
     DeviceReading reading;
     for (std::int64_t t = 0; t < 20; ++t) {
       EXPECT_TRUE(device.read(100'000'000 * t, reading));
-      EXPECT_TRUE(is_finite(reading.state.x) && is_unit(reading.state.q));
+      EXPECT_TRUE(is_finite(reading.state.position) && is_unit(reading.state.orientation));
     }
   });
 }

@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::int64_t kStart = 5'000'000'000;
 
-const HandleState<double> kHome = at_rest({0.1, 0.2, -0.004}, Eigen::Quaterniond::Identity());
+const RigidState kHome = at_rest({0.1, 0.2, -0.004}, Eigen::Quaterniond::Identity());
 
 double seconds(std::int64_t now_ns) { return 1e-9 * static_cast<double>(now_ns - kStart); }
 
@@ -44,7 +44,7 @@ class TroubledDevice final : public HapticDevice {
     if (within(t, 2, 2.05)) out.dead_man = false;
     out.shifted = within(t, 3, 3.2);
     out.strained = within(t, 8.5, 8.6);
-    if (within(t, 1.5, 1.503)) out.state.v.x() = std::nan("");
+    if (within(t, 1.5, 1.503)) out.state.linear.x() = std::nan("");
     return good && !within(t, 1.51, 1.513);
   }
   bool write(const Wrench<double>& w) noexcept override {
@@ -203,7 +203,7 @@ TEST_F(RunAgain, ASmallChangeOfAnInputIsFound) {
   }
   SCOPED_TRACE("seed " + std::to_string(seed_ - 1));
   ASSERT_GT(at, 0u);
-  double& x = run.inputs[at].reading.state.x.x();
+  double& x = run.inputs[at].reading.state.position.x();
   const double was = x;
   x += 1e-12;
   const Rerun rerun = run_again(run);

@@ -96,9 +96,10 @@ class Mischief {
     r.powered = !off_;
     r.chain_closed = !open_;
     r.strained = strained_;
-    if (chance(jump_)) r.state.x += 0.02 * Eigen::Vector3d(normal_(random_), normal_(random_), normal_(random_));
+    if (chance(jump_)) r.state.position += 0.02 * Eigen::Vector3d(normal_(random_), normal_(random_), normal_(random_));
     if (chance(glitch_)) {
-      double* const targets[] = {&r.state.x.x(), &r.state.q.w(), &r.state.v.y(), &r.state.w.z()};
+      double* const targets[] = {&r.state.position.x(), &r.state.orientation.w(), &r.state.linear.y(),
+                                 &r.state.angular.z()};
       *targets[random_() % 4] = bad_number();
     }
     return lull() != 1;
@@ -187,7 +188,7 @@ class MischievousArm final : public HapticDevice {
   Wrench<double> written = zero_wrench();
 
  private:
-  static HandleState<double> home() {
+  static RigidState home() {
     return {Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   }
   // A speed that wanders, up to the largest.
@@ -195,20 +196,22 @@ class MischievousArm final : public HapticDevice {
     const double dt = t_last_ > 0 ? 1e-9 * static_cast<double>(now - t_last_) : 1e-3;
     t_last_ = now;
     for (int i = 0; i < 3; ++i) {
-      thrown_.v[i] += 0.2 * mischief_.speed() * mischief_.swing();
-      thrown_.w[i] += mischief_.speed() * mischief_.swing();
+      thrown_.linear[i] += 0.2 * mischief_.speed() * mischief_.swing();
+      thrown_.angular[i] += mischief_.speed() * mischief_.swing();
     }
-    thrown_.v = saturated(thrown_.v, mischief_.speed());
-    thrown_.w = saturated(thrown_.w, 5 * mischief_.speed());
-    thrown_.x += dt * thrown_.v;
-    const double angle = dt * thrown_.w.norm();
+    thrown_.linear = saturated(thrown_.linear, mischief_.speed());
+    thrown_.angular = saturated(thrown_.angular, 5 * mischief_.speed());
+    thrown_.position += dt * thrown_.linear;
+    const double angle = dt * thrown_.angular.norm();
     if (angle > 0)
-      thrown_.q = (Eigen::Quaterniond(Eigen::AngleAxisd(angle, thrown_.w.normalized())) * thrown_.q).normalized();
+      thrown_.orientation =
+          (Eigen::Quaterniond(Eigen::AngleAxisd(angle, thrown_.angular.normalized())) * thrown_.orientation)
+              .normalized();
   }
 
   Mischief& mischief_;
   SimulatedDevice arm_;
-  HandleState<double> thrown_;
+  RigidState thrown_;
   std::int64_t t_last_ = 0;
   bool held_ = false;
 };

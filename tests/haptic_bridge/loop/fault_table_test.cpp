@@ -153,7 +153,7 @@ TEST_F(FaultTable, AShiftedArmLeavesTheToolBehindAndFindsItAgain) {
   const std::array<double, 3> tool{0.01, 0.02, 0.03};
   b.lie = [&](ProxySample& s) { s.proxy_pose.position = tool; };
   for (int i = 0; i < 50; ++i) {
-    b.device.reading.state.x.x() += 1e-3;
+    b.device.reading.state.position.x() += 1e-3;
     b.tick();
   }
   b.device.reading.shifted = false;
@@ -164,7 +164,7 @@ TEST_F(FaultTable, AShiftedArmLeavesTheToolBehindAndFindsItAgain) {
   EXPECT_NEAR(b.felt(), 2, 0.1);  // ramp of 0.3 s
   b.ticks(160);
   EXPECT_NEAR(b.felt(), 4, kRounding);
-  b.device.reading.state.x.x() += 1e-3;
+  b.device.reading.state.position.x() += 1e-3;
   b.tick();
   EXPECT_NEAR(b.loop.sample().pose.position[0], tool[0] + 1e-3, kRounding);
 }
@@ -220,19 +220,19 @@ TEST_F(FaultTable, AStrainedArmGetsHalfOfTheLargestForce) {
 }
 
 TEST_F(FaultTable, FastToolsFeelDampingOnly) {
-  b.device.reading.state.v = {0, 1.6, 0};
+  b.device.reading.state.linear = {0, 1.6, 0};
   b.ticks(100);
   EXPECT_NEAR(b.device.written.force.y(), -3 * 1.6, kRounding);
   EXPECT_NEAR(b.device.written.force.z(), 0, kRounding);
-  b.device.reading.state.v = {0, 1.3, 0};  // not yet slow enough
+  b.device.reading.state.linear = {0, 1.3, 0};  // not yet slow enough
   b.ticks(100);
   EXPECT_NEAR(b.device.written.force.z(), 0, kRounding);
-  b.device.reading.state.v.setZero();
-  b.device.reading.state.w = {0, 0, 6.1};
+  b.device.reading.state.linear.setZero();
+  b.device.reading.state.angular = {0, 0, 6.1};
   b.ticks(100);
   EXPECT_NEAR(b.device.written.force.z(), 0, kRounding);
   EXPECT_NEAR(b.device.written.torque.z(), -0.03 * 6.1, kRounding);
-  b.device.reading.state.w.setZero();
+  b.device.reading.state.angular.setZero();
   b.ticks(50);
   EXPECT_NEAR(b.felt(), 4, kRounding);
 }
@@ -241,10 +241,10 @@ TEST_F(FaultTable, TheHandGetsNoMoreThanThePowerLimit) {
   b.force = {0, 0, 8};
   b.ticks(50);
   EXPECT_NEAR(b.felt(), 8, 1e-3);
-  b.device.reading.state.v = {0, 0, 1};
+  b.device.reading.state.linear = {0, 0, 1};
   b.ticks(5);
-  EXPECT_LE(b.device.written.force.dot(b.device.reading.state.v), 5 + kRounding);
-  b.device.reading.state.v = {0, 0, -1};  // taking power from the hand is no danger
+  EXPECT_LE(b.device.written.force.dot(b.device.reading.state.linear), 5 + kRounding);
+  b.device.reading.state.linear = {0, 0, -1};  // taking power from the hand is no danger
   b.ticks(50);
   EXPECT_NEAR(b.felt(), 8, 0.2);
 }
@@ -282,8 +282,8 @@ TEST(Clutch, BeginsAtTheToolAndScalesMotionAndForce) {
   config.workspace = {3, 0.5, true};
   Bench b(config);
   b.force = {0, 0, 0};
-  b.device.reading.state.x = {0.2, -0.3, 0.4};
-  b.device.reading.state.q = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitX());
+  b.device.reading.state.position = {0.2, -0.3, 0.4};
+  b.device.reading.state.orientation = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitX());
   const Eigen::Quaterniond tool(Eigen::AngleAxisd(-0.7, Eigen::Vector3d::UnitY()));
   b.lie = [&](ProxySample& s) {  // a tool that something rigid holds
     s.proxy_pose = {{1, 2, 3}, {tool.x(), tool.y(), tool.z(), tool.w()}};
@@ -296,8 +296,8 @@ TEST(Clutch, BeginsAtTheToolAndScalesMotionAndForce) {
   EXPECT_NEAR(to_quaternion(b.loop.sample().pose.orientation).angularDistance(tool), 0, 1e-7);
   EXPECT_NEAR(b.felt(), 0, kRounding);
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitZ()));
-  b.device.reading.state.x.y() += 2e-3;
-  b.device.reading.state.q = turn * b.device.reading.state.q;
+  b.device.reading.state.position.y() += 2e-3;
+  b.device.reading.state.orientation = turn * b.device.reading.state.orientation;
   b.ticks(100);
   EXPECT_NEAR(b.loop.sample().pose.position[1], 2 + 3 * 2e-3, kRounding);
   EXPECT_NEAR(to_quaternion(b.loop.sample().pose.orientation).angularDistance(turn * tool), 0, 1e-7);

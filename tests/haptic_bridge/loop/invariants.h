@@ -38,26 +38,27 @@ class Invariants {
 
   // A pose that a hand can have reached since the last good one.
   void follow_reading(const TickInput& in) {
-    const HandleState<double>& s = in.reading.state;
-    const double length = s.q.coeffs().stableNorm();
-    good_ = in.was_read && plain(s.x) && plain(s.v) && plain(s.w) && plain(length) && std::abs(length - 1) <= 1e-3 &&
-            s.x.stableNorm() <= kFarthest && s.v.norm() <= c_.max_speed && s.w.norm() <= c_.max_angular_speed;
+    const RigidState& s = in.reading.state;
+    const double length = s.orientation.coeffs().stableNorm();
+    good_ = in.was_read && plain(s.position) && plain(s.linear) && plain(s.angular) && plain(length) &&
+            std::abs(length - 1) <= 1e-3 && s.position.stableNorm() <= kFarthest && s.linear.norm() <= c_.max_speed &&
+            s.angular.norm() <= c_.max_angular_speed;
     if (good_ && have_reading_) {
       // one step of the arm's own clock more than ours
       const double elapsed = seconds(c_.period_ns + std::max(c_.period_ns, in.now_ns - t_reading_ns_));
-      const Eigen::Quaterniond q = s.q.normalized();
+      const Eigen::Quaterniond q = s.orientation.normalized();
       const double angle = 2 * std::acos(std::min(1.0, std::abs(q.dot(q_))));
-      good_ = (s.x - x_).norm() <= c_.max_speed * elapsed && angle <= c_.max_angular_speed * elapsed + 1e-6;
+      good_ = (s.position - x_).norm() <= c_.max_speed * elapsed && angle <= c_.max_angular_speed * elapsed + 1e-6;
     }
     bad_in_a_row_ = good_ ? 0 : bad_in_a_row_ + 1;
     gone_ = gone_ || bad_in_a_row_ > c_.max_bad_ticks;
     if (!good_) return;
     have_reading_ = true;
     t_reading_ns_ = in.now_ns;
-    x_ = s.x;
-    v_ = s.v;
-    w_ = s.w;
-    q_ = s.q.normalized();
+    x_ = s.position;
+    v_ = s.linear;
+    w_ = s.angular;
+    q_ = s.orientation.normalized();
   }
 
   // The hand has let go, with all well, since whatever ended the force.

@@ -32,7 +32,7 @@ struct Outcome {
   void note(const HapticLoop& loop) {
     const TickRecord& r = loop.record();
     const TickInput& in = loop.input();
-    const double v = r.device.v.norm(), force = r.sent.force.norm();
+    const double v = r.device.linear.norm(), force = r.sent.force.norm();
     ++ticks[to_string(r.state)];
     if (in.came) ++ticks[to_string(static_cast<Verdict>(r.verdict))];
     ticks["force"] += force > 0;

@@ -24,7 +24,7 @@ std::uint64_t count(const Bench& b, Verdict v) { return b.loop.report().verdicts
 
 TEST(Loop, WithoutAServerThereIsNoForceAndTheDeviceIsStillRead) {
   Bench b;
-  b.device.reading.state.x = {0.1, 0.2, 0.3};
+  b.device.reading.state.position = {0.1, 0.2, 0.3};
   b.ticks(500, false);
   EXPECT_EQ(b.felt(), 0);
   EXPECT_EQ(b.loop.report().state, LoopState::waiting);
@@ -107,7 +107,7 @@ TEST(Loop, EvenTheLargestForceIsGoneWithin100Ticks) {
 TEST(Loop, FadesIntoDampingWhileTheHandMoves) {
   Bench b;
   b.engage();
-  b.device.reading.state.v = {0, 0.5, 0};
+  b.device.reading.state.linear = {0, 0.5, 0};
   b.ticks(70, false);
   EXPECT_NEAR(b.device.written.force.y(), -3 * 0.5, kRounding);
   EXPECT_NEAR(b.device.written.force.z(), 0, kRounding);
@@ -187,9 +187,9 @@ TEST(Loop, RendersTheMiddleOfThePeriodThatItHoldsAWrenchFor) {
   b.lie = [](ProxySample& s) { s.blend = {1, 1}; };
   b.engage();
   const CouplingGains gains = b.loop.config().gains;
-  b.device.reading.state.v = {0.1, 0, 0};
-  b.device.reading.state.w = {0, 0.5, 0};
-  b.device.reading.state.x = {1e-3, 0, 0};
+  b.device.reading.state.linear = {0.1, 0, 0};
+  b.device.reading.state.angular = {0, 0.5, 0};
+  b.device.reading.state.position = {1e-3, 0, 0};
   b.tick(false);
   b.tick(false);
   EXPECT_NEAR(b.loop.record().model.force.x(), -(gains.stiffness * (1e-3 + 0.1 * 0.5e-3) + gains.damping * 0.1), 1e-9);
@@ -289,12 +289,12 @@ TEST(Loop, ALiftedHandEndsTheForceInTheSameTick) {
 TEST(Loop, ImpossibleReadingsCutTheForceAndNeverReachTheServer) {
   const std::vector<std::function<void(PuppetDevice&)>> faults{
       [](PuppetDevice& d) { d.readable = false; },
-      [](PuppetDevice& d) { d.reading.state.x.x() = kNan; },
-      [](PuppetDevice& d) { d.reading.state.q.w() = 2; },
-      [](PuppetDevice& d) { d.reading.state.w.z() = HUGE_VAL; },
-      [](PuppetDevice& d) { d.reading.state.v.z() = 100; },
-      [](PuppetDevice& d) { d.reading.state.x.y() += 0.05; },
-      [](PuppetDevice& d) { d.reading.state.q = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX()); },
+      [](PuppetDevice& d) { d.reading.state.position.x() = kNan; },
+      [](PuppetDevice& d) { d.reading.state.orientation.w() = 2; },
+      [](PuppetDevice& d) { d.reading.state.angular.z() = HUGE_VAL; },
+      [](PuppetDevice& d) { d.reading.state.linear.z() = 100; },
+      [](PuppetDevice& d) { d.reading.state.position.y() += 0.05; },
+      [](PuppetDevice& d) { d.reading.state.orientation = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX()); },
   };
   for (std::size_t i = 0; i < faults.size(); ++i) {
     SCOPED_TRACE(i);
@@ -319,10 +319,10 @@ TEST(Loop, ImpossibleReadingsCutTheForceAndNeverReachTheServer) {
 TEST(Loop, AFastHandKeepsItsForceWhereTheArmsClockIsNotTheBridges) {
   Bench b;
   b.engage();
-  HandleState<double>& hand = b.device.reading.state;
-  hand.v.y() = 4;
+  RigidState& hand = b.device.reading.state;
+  hand.linear.y() = 4;
   for (int i = 0; i < 40; ++i) {
-    for (int step = i % 2 == 0 ? 2 : 0; step > 0; --step) hand.x.y() += 1e-3 * hand.v.y();
+    for (int step = i % 2 == 0 ? 2 : 0; step > 0; --step) hand.position.y() += 1e-3 * hand.linear.y();
     b.tick();
     ASSERT_FALSE(b.loop.record().cut) << "tick " << i;
   }
@@ -355,11 +355,11 @@ TEST(Loop, RendersContactBetweenSamples) {
   Bench b;
   b.force = {0, 0, 0};
   b.lie = [](ProxySample& s) { test::SpringWall{}.touch(s); };
-  b.device.reading.state.x.z() = -1e-3;
+  b.device.reading.state.position.z() = -1e-3;
   b.engage();
   const double share = 5000.0 / 6000;
   for (int i = 1; i <= 400; ++i) {
-    b.device.reading.state.x.z() -= 1e-5;
+    b.device.reading.state.position.z() -= 1e-5;
     b.tick(i % 4 == 0);
     const double depth = 1e-3 + 1e-5 * i;
     ASSERT_NEAR(b.device.written.force.z(), 1000 * share * depth, 1e-6) << i;
@@ -371,7 +371,7 @@ TEST(Loop, SimulatedArmPressesOnAWallSteadilyThroughAServerWithDelay) {
     SCOPED_TRACE(delay_ticks);
     HandScript script;
     script.keyframes = {{0, {0, 0, 0}}, {1, {0, 0, -0.02}}};
-    const HandleState<double> home = at_rest({0, 0, 0.005}, Eigen::Quaterniond::Identity());
+    const RigidState home = at_rest({0, 0, 0.005}, Eigen::Quaterniond::Identity());
     SimulatedDevice arm(ArmModel{}, script, home, home);
     HapticLoop loop(config_for_tests(), arm);
     std::deque<DeviceSample> in_flight;

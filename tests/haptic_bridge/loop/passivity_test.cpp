@@ -77,7 +77,7 @@ Trial press(double stiffness, int delay_ms, bool controlled, double seconds, con
   config.limits = {35, 3, 3000, 300};
   config.governor.budget = 1e9;
   if (!controlled) config.passivity.most_damping = 0;
-  const HandleState<double> home = at_rest({0, 0, -0.02}, Eigen::Quaterniond::Identity());
+  const RigidState home = at_rest({0, 0, -0.02}, Eigen::Quaterniond::Identity());
   ArmModel model;
   model.friction = 0;  // which would hold still what is not stable
   SimulatedDevice arm(model, script, home, at_rest({0, 0, -0.001}, Eigen::Quaterniond::Identity()));
@@ -85,7 +85,7 @@ Trial press(double stiffness, int delay_ms, bool controlled, double seconds, con
   std::deque<DeviceSample> link;
   Trial t;
   double sum = 0, sum2 = 0, energy = 0, last = 0;
-  Vector3d before = arm.true_state().x;
+  Vector3d before = arm.true_state().position;
   Wrench<double> sent = zero_wrench();
   const int ticks = static_cast<int>(1000 * seconds);
   for (int i = 1; i <= ticks; ++i) {
@@ -105,7 +105,7 @@ Trial press(double stiffness, int delay_ms, bool controlled, double seconds, con
     }
     loop.tick(now, 0, 0, comes ? &in : nullptr);
     link.push_back(loop.sample());
-    const Vector3d x = arm.true_state().x;
+    const Vector3d x = arm.true_state().position;
     t.drawn += sent.force.dot(x - before);
     before = x;
     sent = loop.record().sent;

@@ -36,7 +36,7 @@ SceneConfig plate_and_tool(const ShapeConfig& shape, double volume, double mass,
   return config;
 }
 
-StepInput held(const Vector3d& place, const CouplingConfig& gains) {
+StepInput held(const Vector3d& place, const CouplingGains& gains) {
   StepInput input;
   input[0].engaged = true;
   input[0].state.position = place;

@@ -23,7 +23,7 @@ Scene lone_tool() {
   return scene;
 }
 
-StepInput held_at(const Scene& scene, const CouplingConfig& gains) {
+StepInput held_at(const Scene& scene, const CouplingGains& gains) {
   StepInput input;
   input[0].engaged = true;
   input[0].state.position = scene.bodies[0].position + scene.proxies[0].handle;
