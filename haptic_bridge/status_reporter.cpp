@@ -26,13 +26,13 @@ bool has_reasons(LoopState state) { return state == LoopState::idle || state == 
 
 }  // namespace
 
-Herald::Herald(Bus& bus, std::string process, std::string bus_name)
+StatusReporter::StatusReporter(Bus& bus, std::string process, std::string bus_name)
     : status_(bus.writer<Status>()),
       event_(bus.writer<Event>()),
       process_(std::move(process)),
       bus_name_(std::move(bus_name)) {}
 
-std::optional<RigidState> Herald::home_in(const SceneDescription& scene, std::uint32_t device) {
+std::optional<RigidState> StatusReporter::home_in(const SceneDescription& scene, std::uint32_t device) {
   std::string others;
   for (const ProxyDescription& proxy : scene.proxies) {
     if (proxy.device == device) return to_state(proxy.pose, TwistD{});
@@ -43,7 +43,7 @@ std::optional<RigidState> Herald::home_in(const SceneDescription& scene, std::ui
   return std::nullopt;
 }
 
-void Herald::tell_waiting(const Reader<SceneDescription>& scenes, const BusLink& link) {
+void StatusReporter::tell_waiting(const Reader<SceneDescription>& scenes, const BusLink& link) {
   std::string text = wrong_version_sentence("palp/scene", scenes.drops());
   if (text.empty()) text = wrong_version_sentence("palp/proxy", link.drops());
   if (text.empty())
@@ -56,12 +56,12 @@ void Herald::tell_waiting(const Reader<SceneDescription>& scenes, const BusLink&
   publish("waiting", text, {});
 }
 
-void Herald::tell_started(const std::string& scheduling) {
+void StatusReporter::tell_started(const std::string& scheduling) {
   t_window_ns_ = now_ns();
   announce(Severity::info, fmt::format("the loop runs: {}", scheduling));
 }
 
-void Herald::tell_running(LoopPorts& ports, const BusLink& link, const BridgePeers& peers) {
+void StatusReporter::tell_running(LoopPorts& ports, const BusLink& link, const BridgePeers& peers) {
   ports.report.take(report_);
   const std::int64_t now = now_ns();
   if (now - t_window_ns_ >= kRateWindowNs) {
@@ -79,7 +79,7 @@ void Herald::tell_running(LoopPorts& ports, const BusLink& link, const BridgePee
   publish(to_string(report_.state), trouble, bridge_metrics(report_, ports, link, rate_hz_));
 }
 
-void Herald::tell_servers(const std::string& two_servers, const BusLink& link, const BridgePeers& peers) {
+void StatusReporter::tell_servers(const std::string& two_servers, const BusLink& link, const BridgePeers& peers) {
   if (report_.server_session != told_session_) {
     if (told_session_ != 0 && report_.server_session == told_rival_) {
       announce(Severity::warning,
@@ -96,7 +96,7 @@ void Herald::tell_servers(const std::string& two_servers, const BusLink& link, c
   announce(Severity::warning, two_servers);
 }
 
-void Herald::tell_state(const std::string& trouble) {
+void StatusReporter::tell_state(const std::string& trouble) {
   const bool other_reason = has_reasons(report_.state) && trouble != told_trouble_;
   if ((report_.state != told_ || other_reason) && worth_an_event(report_.state)) {
     told_ = report_.state;
@@ -111,19 +111,19 @@ void Herald::tell_state(const std::string& trouble) {
   }
 }
 
-void Herald::tell_strain(const std::string& trouble, std::int64_t now_ns) {
+void StatusReporter::tell_strain(const std::string& trouble, std::int64_t now_ns) {
   if (!report_.strained || report_.state != LoopState::engaged) return;
   if (t_strain_told_ns_ != 0 && now_ns - t_strain_told_ns_ < kStrainAgainNs) return;
   t_strain_told_ns_ = now_ns;
   announce(Severity::warning, trouble);
 }
 
-void Herald::tell_stopped(const std::string& state, const std::string& text) {
+void StatusReporter::tell_stopped(const std::string& state, const std::string& text) {
   spdlog::info("{}: {}", process_, text);
   publish(state, text, {});
 }
 
-Summary Herald::summary(const LoopReport& report, const LoopPorts& ports, const BusLink& link) const {
+Summary StatusReporter::summary(const LoopReport& report, const LoopPorts& ports, const BusLink& link) const {
   Summary s;
   s.process = process_;
   s.bus = bus_name_;
@@ -134,7 +134,7 @@ Summary Herald::summary(const LoopReport& report, const LoopPorts& ports, const 
   return s;
 }
 
-void Herald::finish(const Summary& summary, const std::string& path) {
+void StatusReporter::finish(const Summary& summary, const std::string& path) {
   fmt::print("{}", to_text(summary));
   std::fflush(stdout);
   try {
@@ -150,7 +150,7 @@ void Herald::finish(const Summary& summary, const std::string& path) {
   }
 }
 
-void Herald::publish(const std::string& state, const std::string& text, std::vector<Metric> metrics) {
+void StatusReporter::publish(const std::string& state, const std::string& text, std::vector<Metric> metrics) {
   Status status;
   status.process = process_;
   status.state = state;
@@ -159,7 +159,7 @@ void Herald::publish(const std::string& state, const std::string& text, std::vec
   status_->publish(status);
 }
 
-void Herald::announce(Severity severity, const std::string& text) {
+void StatusReporter::announce(Severity severity, const std::string& text) {
   const auto level = severity == Severity::fault     ? spdlog::level::err
                      : severity == Severity::warning ? spdlog::level::warn
                                                      : spdlog::level::info;

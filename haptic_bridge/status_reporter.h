@@ -12,10 +12,10 @@
 
 namespace palp {
 
-class Herald {
+class StatusReporter {
  public:
   // process: "haptic_bridge 0". bus_name: "cyclone, domain 0".
-  Herald(Bus& bus, std::string process, std::string bus_name);
+  StatusReporter(Bus& bus, std::string process, std::string bus_name);
 
   // Where the scene puts the proxy of this device; none, and said so, if it has no such proxy.
   std::optional<RigidState> home_in(const SceneDescription& scene, std::uint32_t device);

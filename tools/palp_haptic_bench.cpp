@@ -182,7 +182,7 @@ bool has(const std::vector<std::string>& list, const std::string& name) {
 DeviceProfile profile_of(const Arguments& a) {
   DeviceProfile profile = read_device_profile(find_data_file(kDeviceProfiles, a.profile));
   profile.loop.limits.force_slew = a.slew.value_or(profile.loop.limits.force_slew);
-  profile.arm.friction = a.friction.value_or(profile.arm.friction);
+  profile.setup<ArmModel>().friction = a.friction.value_or(profile.setup<ArmModel>().friction);
   if (a.stiffness > 0) profile.loop.gains.stiffness = a.stiffness;
   return profile;
 }

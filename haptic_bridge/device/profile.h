@@ -1,12 +1,12 @@
-// A device profile and a hand script, read strictly from TOML. The grammar, units and ranges stand in
-// config/devices/README.md and config/hands/README.md.
+// A device profile, read strictly from TOML. The grammar, units and ranges stand in config/devices/README.md.
 #pragma once
 
+#include <any>
 #include <string>
+#include <typeindex>
+#include <unordered_map>
 
-#include "haptic_bridge/device/simulated.h"
-#include "haptic_bridge/device/spacenav.h"
-#include "haptic_bridge/device/virtuose/session.h"
+#include "config/toml_reader.h"
 #include "haptic_bridge/loop/loop.h"
 
 namespace palp {
@@ -14,20 +14,33 @@ namespace palp {
 // Without a file: limits that suit any arm.
 struct DeviceProfile {
   std::string name = "built-in defaults";
-  LoopConfig loop;            // its limits, gains, safety, passivity and workspace
-  ArmModel arm;               // of the simulated device; others have none
-  SpacenavSetup spacenav;     // of the 3D mouse
-  bool for_virtuose = false;  // it has a table [virtuose]
-  VirtuoseSetup virtuose;     // library, address, mode, device type, relay time, axes
+  LoopConfig loop;  // its limits, gains, safety, passivity and workspace
+
+  // What the profile says of one kind of device, by the type of that device's setup, which its driver reads.
+  template <class Setup>
+  Setup& setup() {
+    std::any& slot = setups_[typeid(Setup)];
+    if (!slot.has_value()) slot = Setup{};
+    return *std::any_cast<Setup>(&slot);
+  }
+  template <class Setup>
+  const Setup& setup() const {
+    static const Setup kDefaults{};
+    const auto found = setups_.find(typeid(Setup));
+    return found == setups_.end() ? kDefaults : *std::any_cast<Setup>(&found->second);
+  }
+
+ private:
+  std::unordered_map<std::type_index, std::any> setups_;
 };
 
-// Both throw ConfigError with every fault of the file, file:line each.
+// Throws ConfigError with every fault of the file, file:line each.
 DeviceProfile read_device_profile(const std::string& path);
-HandScript read_hand_script(const std::string& path);
 
-// The grips of section "grip" by name: "off", "light", "firm".
-inline constexpr HandModel kHandsOff{0, 0.5, 20};
-inline constexpr HandModel kLightGrip{0.15, 3, 100};
-inline constexpr HandModel kFirmGrip{0.5, 10, 500};
+// Fills value with the number under key, if there is a sound one.
+void read_number(TomlTable& table, const char* key, const Range& range, double& value);
+void read_number(TomlTable& table, const char* key, const Range& range, Eigen::Vector3d& value);
+
+inline constexpr double kDegree = M_PI / 180;
 
 }  // namespace palp

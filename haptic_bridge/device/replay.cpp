@@ -88,4 +88,23 @@ bool ReplayDevice::read(std::int64_t now_ns, DeviceReading& out) noexcept {
   return true;
 }
 
+Driver replay_driver() {
+  return {.name = "replay",
+          .what = "a recorded path",
+          .needs = "a recorded path",
+          .options = {{"--path", "FILE", "CSV of time,x,y,z,qx,qy,qz,qw in s and m, world frame"},
+                      {"--loop-path", nullptr, "begin again at the end (the path must end where it began)"}},
+          .starts_in_scene = false,
+          .read_profile = nullptr,
+          .prepare =
+              [](DeviceRequest& request) {
+                if (request.option("--path").empty())
+                  throw ConfigError("--device replay needs --path FILE, the path to replay");
+              },
+          .open = [](const DeviceRequest& request, const HandleStart&) -> std::unique_ptr<HapticDevice> {
+            return std::make_unique<ReplayDevice>(request.option("--path"), request.options.contains("--loop-path"));
+          },
+          .power_off = nullptr};
+}
+
 }  // namespace palp

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "haptic_bridge/device/driver.h"
 #include "haptic_bridge/device/grip.h"
 #include "haptic_bridge/device/trajectory.h"
 #include "haptic_bridge/loop/haptic_device.h"
@@ -31,5 +32,7 @@ class ReplayDevice final : public HapticDevice {
   bool started_ = false;
   std::int64_t t_start_ns_ = 0;
 };
+
+Driver replay_driver();
 
 }  // namespace palp

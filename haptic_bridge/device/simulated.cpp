@@ -220,4 +220,50 @@ void SimulatedDevice::measure(double dt) noexcept {
   measured_.angular += share * (rotation_between(before.orientation, measured_.orientation) / dt - measured_.angular);
 }
 
+namespace {
+
+void read_arm(TomlTable& root, DeviceProfile& profile) {
+  ArmModel& arm = profile.setup<ArmModel>();
+  TomlTable table = root.table("arm");
+  read_number(table, "mass", {"kg", 0.01, 50}, arm.mass);
+  read_number(table, "inertia", {"kg m^2", 1e-5, 10}, arm.inertia);
+  read_number(table, "damping", {"N s/m", 0, 1000}, arm.damping);
+  read_number(table, "angular_damping", {"N m s/rad", 0, 100}, arm.angular_damping);
+  read_number(table, "friction", {"N", 0, 50}, arm.friction);
+  read_number(table, "angular_friction", {"N m", 0, 5}, arm.angular_friction);
+  read_number(table, "resolution", {"m", 0, 1e-3}, arm.resolution);
+  read_number(table, "angular_resolution", {"rad", 0, 1e-2}, arm.angular_resolution);
+  read_number(table, "velocity_filter_hz", {"Hz", 0, 1000}, arm.velocity_filter_hz);
+  read_number(table, "force_limit", {"N", 0, 200, true}, arm.motors.force_limit);
+  read_number(table, "torque_limit", {"N m", 0, 20, true}, arm.motors.torque_limit);
+  read_number(table, "continuous_force", {"N", 0, 200, true}, arm.motors.continuous_force);
+  read_number(table, "continuous_torque", {"N m", 0, 20, true}, arm.motors.continuous_torque);
+  read_number(table, "workspace", {"m", 0, 5, true}, arm.workspace);
+  if (const auto turn = table.number("turn_deg", {"degrees", 0, 180, true})) arm.turn = kDegree * *turn;
+}
+
+void read_hand(DeviceRequest& request) {
+  const std::string hand = request.option("--hand");
+  if (!hand.empty()) request.profile.setup<HandScript>() = read_hand_script(find_hand_file(hand));
+}
+
+}  // namespace
+
+Driver simulated_driver() {
+  return {.name = "simulated",
+          .what = "an arm in a scripted hand",
+          .needs = "",
+          .options = {{"--hand", "NAME",
+                       "what the hand does: a TOML file, or the name of one in config/hands; without it the hand holds "
+                       "still"}},
+          .starts_in_scene = true,
+          .read_profile = read_arm,
+          .prepare = read_hand,
+          .open = [](const DeviceRequest& request, const HandleStart& start) -> std::unique_ptr<HapticDevice> {
+            return std::make_unique<SimulatedDevice>(request.profile.setup<ArmModel>(),
+                                                     request.profile.setup<HandScript>(), start.home, start.at);
+          },
+          .power_off = nullptr};
+}
+
 }  // namespace palp

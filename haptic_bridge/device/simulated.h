@@ -8,9 +8,10 @@
 #include <memory>
 #include <random>
 
+#include "haptic_bridge/device/driver.h"
 #include "haptic_bridge/device/grip.h"
+#include "haptic_bridge/device/hand_script.h"
 #include "haptic_bridge/device/motors.h"
-#include "haptic_bridge/device/trajectory.h"
 #include "haptic_bridge/loop/haptic_device.h"
 
 namespace palp {
@@ -33,24 +34,6 @@ struct ArmModel {
 
 // DeviceReading::alarms of the simulated arm.
 inline constexpr std::uint32_t kArmAtStop = 1, kArmHot = 2, kArmSaturated = 4;
-
-struct HandModel {
-  double mass = 0.5;       // moves with the handle [kg]
-  double damping = 10;     // between the handle and where the hand wants it [N s/m]
-  double stiffness = 500;  // [N/m]
-  double lever = 0.1;      // half width of the grip: its rotational mass, damping, stiffness are those above times
-                           // the lever squared [m]
-  double noise = 0;        // tremor, force rms around 10 Hz, each axis [N]
-  std::uint64_t seed = 1;  // of the tremor
-};
-
-// Keyframes are offsets from the home pose: displacement in world axes [m], rotation in world axes about the handle.
-struct HandScript {
-  HandModel hand;
-  std::vector<Keyframe> keyframes;
-  Interpolation interpolation = Interpolation::minimum_jerk;
-  bool loop = false;
-};
 
 class SimulatedDevice final : public HapticDevice {
  public:
@@ -101,5 +84,8 @@ class SimulatedDevice final : public HapticDevice {
   std::int64_t t_last_ns_ = 0;
   double time_ = 0;  // of the script [s]
 };
+
+// Its setups are an ArmModel (table [arm] of a profile) and a HandScript.
+Driver simulated_driver();
 
 }  // namespace palp

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include <dlfcn.h>
+#include <spnav.h>
 #include <sys/socket.h>
 
 #include <fmt/format.h>
@@ -23,18 +24,11 @@ constexpr double kLongestGap = 0.05;  // after a longer pause of the loop the ha
 constexpr double kSettling = 0.03;    // of the speed [s]: the cap moves in steps
 constexpr int kEventsATick = 64;
 constexpr double kForceLimit = 8, kTorqueLimit = 0.5;  // that hold the handle back fully [N], [N m]
-constexpr int kMotion = 1, kButton = 2;
 
-// As libspnav lays its events out; some of its versions have longer ones.
-union Event {
-  int type;
-  struct {
-    int type, x, y, z, rx, ry, rz;
-  } motion;
-  struct {
-    int type, press, number;
-  } button;
-  unsigned char room[256];
+// The library is opened at run time and may be of a later version than the header: some have longer events.
+struct EventRoom {
+  spnav_event known;
+  unsigned char room[256 - sizeof(spnav_event)];
 };
 
 double push(int value) {
@@ -68,6 +62,12 @@ struct SpacenavDevice::Library {
   Library(const Library&) = delete;
   Library& operator=(const Library&) = delete;
 
+  void connect() {
+    if (open() == -1)
+      throw std::runtime_error("3D mouse: the spacenav daemon does not answer; start spacenavd and plug the mouse in");
+    connected = true;
+  }
+
   template <class F>
   void find(const std::string& path, const char* name, F*& function) {
     function = reinterpret_cast<F*>(dlsym(handle, name));
@@ -81,7 +81,7 @@ struct SpacenavDevice::Library {
   int (*open)() = nullptr;
   int (*close)() = nullptr;
   int (*fd)() = nullptr;
-  int (*poll_event)(void*) = nullptr;
+  int (*poll_event)(spnav_event*) = nullptr;
 };
 
 SpacenavDevice::SpacenavDevice(const SpacenavSetup& setup, const RigidState& start)
@@ -90,12 +90,12 @@ SpacenavDevice::SpacenavDevice(const SpacenavSetup& setup, const RigidState& sta
       info_{"3D mouse", kForceLimit, kTorqueLimit, false},
       state_(start),
       felt_(zero_wrench()) {
-  if (library_->open() == -1)
-    throw std::runtime_error("3D mouse: the spacenav daemon does not answer; start spacenavd and plug the mouse in");
-  library_->connected = true;
+  library_->connect();
 }
 
 SpacenavDevice::~SpacenavDevice() = default;
+
+void SpacenavDevice::check(const SpacenavSetup& setup) { Library(setup.library).connect(); }
 
 bool SpacenavDevice::read(std::int64_t now_ns, DeviceReading& out) noexcept {
   if (!started_) t_last_ns_ = now_ns;
@@ -112,14 +112,15 @@ bool SpacenavDevice::read(std::int64_t now_ns, DeviceReading& out) noexcept {
 }
 
 void SpacenavDevice::take_events() noexcept {
-  Event event{};
+  EventRoom room{};
+  const spnav_event& event = room.known;
   int n = 0;
-  for (; n < kEventsATick && library_->poll_event(&event) != 0; ++n) {
-    if (event.type == kMotion) {
+  for (; n < kEventsATick && library_->poll_event(&room.known) != 0; ++n) {
+    if (event.type == SPNAV_EVENT_MOTION) {
       push_ = to_world(event.motion.x, event.motion.y, event.motion.z);
       twist_ = to_world(event.motion.rx, event.motion.ry, event.motion.rz);
-    } else if (event.type == kButton && event.button.number >= 0 && event.button.number < 32) {
-      const std::uint32_t bit = 1u << event.button.number;
+    } else if (event.type == SPNAV_EVENT_BUTTON && event.button.bnum >= 0 && event.button.bnum < 32) {
+      const std::uint32_t bit = 1u << event.button.bnum;
       buttons_ = event.button.press ? buttons_ | bit : buttons_ & ~bit;
     }
   }
@@ -147,6 +148,32 @@ bool SpacenavDevice::write(const Wrench<double>& wrench) noexcept {
 
 std::string SpacenavDevice::trouble() const {
   return gone_ ? "3D mouse: the spacenav daemon has gone: start spacenavd and the bridge again" : "";
+}
+
+Driver spacenav_driver() {
+  return {.name = "spacenav",
+          .what = "a 3D mouse, without force",
+          .needs = "libspnav and a running spacenavd",
+          .options = {{"--library", "FILE", "[libspnav.so.0]"}},
+          .starts_in_scene = true,
+          .read_profile =
+              [](TomlTable& root, DeviceProfile& profile) {
+                SpacenavSetup& setup = profile.setup<SpacenavSetup>();
+                TomlTable table = root.table("spacenav");
+                if (const auto text = table.text("library")) setup.library = *text;
+                read_number(table, "speed", {"m/s", 0, 2, true}, setup.speed);
+                read_number(table, "turn", {"rad/s", 0, 10, true}, setup.turn);
+              },
+          .prepare =
+              [](DeviceRequest& request) {
+                SpacenavSetup& setup = request.profile.setup<SpacenavSetup>();
+                setup.library = request.option("--library", setup.library);
+                SpacenavDevice::check(setup);
+              },
+          .open = [](const DeviceRequest& request, const HandleStart& start) -> std::unique_ptr<HapticDevice> {
+            return std::make_unique<SpacenavDevice>(request.profile.setup<SpacenavSetup>(), start.at);
+          },
+          .power_off = nullptr};
 }
 
 }  // namespace palp

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "haptic_bridge/device/driver.h"
 #include "haptic_bridge/device/grip.h"
 #include "haptic_bridge/loop/haptic_device.h"
 
@@ -23,6 +24,8 @@ class SpacenavDevice final : public HapticDevice {
   // std::runtime_error when no daemon answers.
   SpacenavDevice(const SpacenavSetup& setup, const RigidState& start);
   ~SpacenavDevice() override;
+  // Throws what opening would throw now.
+  static void check(const SpacenavSetup& setup);
 
   const DeviceInfo& info() const noexcept override { return info_; }
   // Takes the daemon's events, which never waits. False once the daemon has gone. No allocation.
@@ -47,5 +50,8 @@ class SpacenavDevice final : public HapticDevice {
   bool started_ = false, gone_ = false;
   std::int64_t t_last_ns_ = 0;
 };
+
+// Its setup is a SpacenavSetup (table [spacenav] of a profile).
+Driver spacenav_driver();
 
 }  // namespace palp

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "haptic_bridge/device/driver.h"
 #include "haptic_bridge/device/virtuose/frames.h"
 #include "haptic_bridge/device/virtuose/session.h"
 #include "haptic_bridge/loop/haptic_device.h"
@@ -82,5 +83,8 @@ class VirtuoseDevice final : public HapticDevice {
   bool broken_ = false;
   VirtuoseTrouble trouble_;
 };
+
+// Its setup is a VirtuoseSetup (tables [virtuose] and [axes] of a profile).
+Driver virtuose_driver();
 
 }  // namespace palp

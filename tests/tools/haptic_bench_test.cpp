@@ -180,7 +180,7 @@ TEST(HapticBench, AKilonewtonPerMetreHoldsAtAKilohertz) {
   // the intent is 20 mm behind the wall: hand and coupling share that as springs in series
   const double force = mean(taken(trace, 4.4, 5.4, [](const Tick& t) { return t.force.z(); }));
   const double k = cell.hand.model.stiffness, both = k * 1000 / (k + 1000);
-  EXPECT_NEAR(force, 0.02 * both, 1.1 * cell.profile.arm.friction);
+  EXPECT_NEAR(force, 0.02 * both, 1.1 * cell.profile.setup<ArmModel>().friction);
 }
 
 TEST(HapticBench, ARunEndsWhereItIsAskedTo) {

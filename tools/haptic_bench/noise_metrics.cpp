@@ -92,8 +92,8 @@ std::vector<Row> minute_rows(const Scenes& scenes, const Cell& cell, double seco
     linear = std::min(linear, e0);
     angular = std::min(angular, e1);
     low = std::min(low, e0 + e1);
-    taken_up +=
-        1e-3 * (cell.profile.arm.damping * t.v.squaredNorm() + cell.profile.arm.angular_damping * t.w.squaredNorm());
+    taken_up += 1e-3 * (cell.profile.setup<ArmModel>().damping * t.v.squaredNorm() +
+                        cell.profile.setup<ArmModel>().angular_damping * t.w.squaredNorm());
     past_arm = std::min(past_arm, e0 + e1 + taken_up);
     active += t.active;
     if (k == 0) continue;

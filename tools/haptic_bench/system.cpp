@@ -31,7 +31,7 @@ RigidState handle_at_start(const Scene& scene) {
 class BenchArm final : public HapticDevice {
  public:
   explicit BenchArm(const RunSetup& s, const RigidState& home)
-      : faults_(s.faults), arm_(s.profile.arm, s.hand, home, moved(home, s.start)) {}
+      : faults_(s.faults), arm_(s.profile.setup<ArmModel>(), s.hand, home, moved(home, s.start)) {}
   const DeviceInfo& info() const noexcept override { return arm_.info(); }
   bool read(std::int64_t now_ns, DeviceReading& out) noexcept override {
     const bool good = arm_.read(now_ns, out);

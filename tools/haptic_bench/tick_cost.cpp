@@ -146,14 +146,14 @@ std::vector<TickCost> tick_costs(const DeviceProfile& profile, const std::string
   std::vector<TickCost> costs;
   NoDevice none;
   costs.push_back(cost_with("none: the loop alone", profile, none, ticks));
-  SimulatedDevice arm(profile.arm, hand, start, start);
+  SimulatedDevice arm(profile.setup<ArmModel>(), hand, start, start);
   costs.push_back(cost_with("simulated arm and hand", profile, arm, ticks));
   ReplayDevice replay(folder.with("path.csv",
                                   "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,0,0,-0.002,0,0,0,1\n"
                                   "2,0.005,0,0,0,0,0,1\n3,0,0,0,0,0,0,1\n"),
                       true);
   costs.push_back(cost_with("replayed path", profile, replay, ticks));
-  VirtuoseSetup setup = profile.virtuose;
+  VirtuoseSetup setup = profile.setup<VirtuoseSetup>();
   setup.library = virtuose_library;
   setup.address = folder.with("arm.toml", "clock = \"lock_step\"\ngrip_at = 0.1\nrelay_delay = 0\n");
   setup.relay_time = 0.05;

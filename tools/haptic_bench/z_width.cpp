@@ -138,7 +138,7 @@ namespace {
 // What theory leaves a spring that is rendered at once, and one that is rendered after the delay: b > K (T/2 + t) + |B|
 // with the damping b of arm and hand (Colgate & Schenkel 1997; Diolaiti et al. 2006).
 std::string lines(const Cell& cell, double damping, double delay) {
-  const double b = cell.profile.arm.damping + cell.hand.model.damping - damping;
+  const double b = cell.profile.setup<ArmModel>().damping + cell.hand.model.damping - damping;
   if (b <= 0) return fmt::format("passive: none, as b < B; hard surface 0.8 to 1");
   return fmt::format("passive: {:.2g} at once, {:.2g} after {:.2g} ms; hard surface 0.8 to 1", 1e-3 * b / 0.5e-3,
                      1e-3 * b / (0.5e-3 + delay), 1e3 * delay);

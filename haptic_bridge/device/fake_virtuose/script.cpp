@@ -61,7 +61,7 @@ Script read_script(const std::string& path) {
   for (TomlTable& table : root.tables("event")) script.events.push_back(read_event(table));
   file.finish();
   if (!hand.empty()) script.hand = read_hand_script(hand);
-  if (!profile.empty()) script.arm = read_device_profile(profile).arm;
+  if (!profile.empty()) script.arm = read_device_profile(profile).setup<ArmModel>();
   return script;
 }
 

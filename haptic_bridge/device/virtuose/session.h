@@ -26,6 +26,7 @@ struct VirtuoseSetup {
   std::optional<int> device_type;  // what virtGetDeviceID must say: 3 is a 6D, 4 a 6D Desktop; none: any
   double relay_time = 3;           // after power comes, until the motors may be relied on [s]
   Eigen::Matrix3d axes = default_arm_axes();
+  bool in_profile = false;  // the profile has a table [virtuose]
   // Given by the profile at large and the loop:
   WrenchLimits limits;
   CouplingGains gains = kDefaultGains;  // of the controller's coupling in mode mechanism

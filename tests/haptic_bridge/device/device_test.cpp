@@ -377,12 +377,12 @@ TEST_F(Profiles, TheShippedFilesAreReadAndSayWhatTheyShould) {
   EXPECT_EQ(profile.loop.limits.force, 35);
   EXPECT_EQ(profile.loop.limits.torque, 3);
   EXPECT_EQ(profile.loop.gains, DeviceProfile{}.loop.gains);
-  EXPECT_EQ(profile.arm.mass, ArmModel{}.mass);
-  EXPECT_EQ(profile.arm.resolution, ArmModel{}.resolution);
+  EXPECT_EQ(profile.setup<ArmModel>().mass, ArmModel{}.mass);
+  EXPECT_EQ(profile.setup<ArmModel>().resolution, ArmModel{}.resolution);
   for (const char* name : {"still", "stir", "press"}) {
     const HandScript script = read_hand_script(config + "hands/" + name + ".toml");
     EXPECT_EQ(script.keyframes.front().position.norm(), 0) << name;
-    SimulatedDevice device(profile.arm, script, kOrigin, kOrigin);
+    SimulatedDevice device(profile.setup<ArmModel>(), script, kOrigin, kOrigin);
     double fastest = 0;
     for (double t = 0; t < 12; t += 1e-3) fastest = std::max(fastest, device.intent(t).linear.norm());
     EXPECT_LT(fastest, 0.5) << name;
@@ -395,13 +395,13 @@ TEST_F(Profiles, TheShippedVirtuosesAskForTheirArmAndForNoMoreThanItHolds) {
        {std::tuple{"6d", 3, 10.0, 1.0}, {"6d_desktop", 4, 3.0, 0.2}, {"6d_tao", 0, 30.0, 1.5}, {"sim", 3, 10.0, 1.0}}) {
     SCOPED_TRACE(name);
     const DeviceProfile profile = read_device_profile(folder + name + ".toml");
-    EXPECT_TRUE(profile.for_virtuose);
-    EXPECT_EQ(profile.virtuose.device_type.value_or(0), type);
+    EXPECT_TRUE(profile.setup<VirtuoseSetup>().in_profile);
+    EXPECT_EQ(profile.setup<VirtuoseSetup>().device_type.value_or(0), type);
     EXPECT_EQ(profile.loop.limits.force, force);
     EXPECT_EQ(profile.loop.limits.torque, torque);
-    EXPECT_EQ(profile.virtuose.mode, VirtuoseMode::impedance);
-    EXPECT_EQ(profile.virtuose.axes, default_arm_axes());
-    EXPECT_EQ(profile.virtuose.relay_time, 3);
+    EXPECT_EQ(profile.setup<VirtuoseSetup>().mode, VirtuoseMode::impedance);
+    EXPECT_EQ(profile.setup<VirtuoseSetup>().axes, default_arm_axes());
+    EXPECT_EQ(profile.setup<VirtuoseSetup>().relay_time, 3);
     EXPECT_TRUE(profile.loop.workspace.relative);
   }
   EXPECT_FALSE(read_device_profile(PALP_SOURCE_DIR "/config/devices/simulated.toml").for_virtuose);
