@@ -91,7 +91,7 @@ bool ReplayDevice::read(std::int64_t now_ns, DeviceReading& out) noexcept {
 Driver replay_driver() {
   return {.name = "replay",
           .what = "a recorded path",
-          .needs = "a recorded path",
+          .needs = "",
           .options = {{"--path", "FILE", "CSV of time,x,y,z,qx,qy,qz,qw in s and m, world frame"},
                       {"--loop-path", nullptr, "begin again at the end (the path must end where it began)"}},
           .starts_in_scene = false,

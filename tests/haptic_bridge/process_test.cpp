@@ -326,6 +326,12 @@ TEST_F(BridgeProcess, RefusesBadInputWithOneClearMessage) {
       {{"--library", "x.so"}, "--device virtuose"},
       {{"--device", "spacenav", "--library", "libno_such.so", "--home", "0", "0", "0"}, "cannot be loaded"},
       {{"--device", "virtuose", "--hand", "x"}, "--hand"},
+      // at once, with no server to be heard
+      {{"--device", "spacenav", "--library", "libno_such.so"}, "cannot be loaded"},
+      {{"--hand", "stirr"}, "did you mean 'stir'?"},
+      {{"--profile", "simulatd"}, "did you mean 'simulated'?"},
+      {{"--log", (dir_ / "log.txt").string()}, "expected a file NAME.csv, or a folder"},
+      {{"--path", "x.csv"}, "--path needs --device replay"},
   };
   for (const auto& [arguments, expected] : cases) {
     SCOPED_TRACE(arguments[0] + " " + arguments.back());
@@ -338,6 +344,17 @@ TEST_F(BridgeProcess, RefusesBadInputWithOneClearMessage) {
 TEST_F(BridgeProcess, RefusesALogThatItCannotWrite) {
   EXPECT_EQ(run_to_end({"--home", "0", "0", "0", "--seconds", "0.3", "--log", "/proc/none/bridge_log.csv"}), 2);
   EXPECT_NE(text_of(output()).find("/proc/none"), std::string::npos) << text_of(output());
+}
+
+TEST_F(BridgeProcess, MakesTheFolderOfItsLogAndKnowsHandsByTheirNames) {
+  const std::vector<std::string> short_run{"--home", "0", "0", "0", "--seconds", "0.2", "--hand", "still"};
+  for (const char* folder : {"new/deep", "with_slash/"}) {
+    std::vector<std::string> arguments = short_run;
+    arguments.insert(arguments.end(), {"--log", (dir_ / folder).string()});
+    EXPECT_EQ(run_to_end(arguments), 0) << text_of(output());
+    for (const char* ending : {".csv", ".ticks", ".json"})
+      EXPECT_TRUE(fs::is_regular_file(dir_ / folder / ("bridge_log" + std::string(ending)))) << folder << ending;
+  }
 }
 
 TEST_F(BridgeProcess, RefusesADiskWithoutRoomForItsLog) {

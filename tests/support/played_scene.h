@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "haptic_bridge/device/profile.h"
-#include "haptic_bridge/device/trajectory.h"
+#include "haptic_bridge/device/hand_script.h"
+
 #include "tests/support/backend.h"
 #include "tests/support/scene_files.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_bridge/device/profile.h"
+#include "haptic_bridge/device/hand_script.h"
 
 namespace palp::bench {
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "haptic_bridge/device/profile.h"
+#include "haptic_bridge/device/simulated.h"
 #include "sim_server/solver/simulation.h"
 #include "tools/haptic_bench/link.h"
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "haptic_bridge/device/profile.h"
+#include "haptic_bridge/device/simulated.h"
 
 namespace palp::bench {
 

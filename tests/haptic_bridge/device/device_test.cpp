@@ -11,6 +11,7 @@
 #include "haptic_bridge/device/profile.h"
 #include "haptic_bridge/device/replay.h"
 #include "haptic_bridge/device/simulated.h"
+#include "haptic_bridge/device/virtuose/session.h"
 #include "haptic_bridge/loop/local_model.h"
 #include "tests/support/seed.h"
 
@@ -63,10 +64,10 @@ TEST(Trajectory, PassesThroughItsKeyframesWithoutAJumpInTwist) {
 
 TEST(Trajectory, RestsBeforeItsBeginAndAfterItsEnd) {
   std::vector<Keyframe> keys = some_path();
-  keys.back().position.x() = 0.5;
+  keys.back().x.x() = 0.5;
   const Trajectory path(keys, Interpolation::minimum_jerk, false);
-  EXPECT_EQ(path.at(-1).position, keys.front().position);
-  EXPECT_EQ(path.at(100).position, keys.back().position);
+  EXPECT_EQ(path.at(-1).position, keys.front().x);
+  EXPECT_EQ(path.at(100).position, keys.back().x);
   EXPECT_EQ(path.at(100).linear.norm(), 0);
 }
 
@@ -381,7 +382,7 @@ TEST_F(Profiles, TheShippedFilesAreReadAndSayWhatTheyShould) {
   EXPECT_EQ(profile.setup<ArmModel>().resolution, ArmModel{}.resolution);
   for (const char* name : {"still", "stir", "press"}) {
     const HandScript script = read_hand_script(config + "hands/" + name + ".toml");
-    EXPECT_EQ(script.keyframes.front().position.norm(), 0) << name;
+    EXPECT_EQ(script.keyframes.front().x.norm(), 0) << name;
     SimulatedDevice device(profile.setup<ArmModel>(), script, kOrigin, kOrigin);
     double fastest = 0;
     for (double t = 0; t < 12; t += 1e-3) fastest = std::max(fastest, device.intent(t).linear.norm());
@@ -404,13 +405,13 @@ TEST_F(Profiles, TheShippedVirtuosesAskForTheirArmAndForNoMoreThanItHolds) {
     EXPECT_EQ(profile.setup<VirtuoseSetup>().relay_time, 3);
     EXPECT_TRUE(profile.loop.workspace.relative);
   }
-  EXPECT_FALSE(read_device_profile(PALP_SOURCE_DIR "/config/devices/simulated.toml").for_virtuose);
+  EXPECT_FALSE(read_device_profile(PALP_SOURCE_DIR "/config/devices/simulated.toml").setup<VirtuoseSetup>().in_profile);
 }
 
 TEST_F(Profiles, AxesAreARotationThatMayBeTurned) {
   const std::string head = "name = \"x\"\n[limits]\n[axes]\n";
   const DeviceProfile turned = read_device_profile(write(head + "x = \"-y\"\ny = \"+x\"\nz = \"+z\"\nturn_deg = 90\n"));
-  EXPECT_LT((turned.virtuose.axes - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+  EXPECT_LT((turned.setup<VirtuoseSetup>().axes - Eigen::Matrix3d::Identity()).norm(), 1e-12);
   const std::vector<std::pair<std::string, std::string>> cases{
       {"x = \"+x\"\ny = \"+x\"\nz = \"+z\"\n", ":3: "},
       {"x = \"+y\"\ny = \"+x\"\nz = \"+z\"\n", "right-handed"},

@@ -1,4 +1,5 @@
 // A libspnav whose daemon is the test: what the test pushes, the client polls.
+#include <spnav.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -25,7 +26,7 @@ PALP_EXPORT int spnav_close() {
   return 0;
 }
 PALP_EXPORT int spnav_fd() { return g_ends[0]; }
-PALP_EXPORT int spnav_poll_event(void* event) {
+PALP_EXPORT int spnav_poll_event(spnav_event* event) {
   Words words{};
   if (recv(g_ends[0], words.data(), sizeof words, MSG_DONTWAIT) <= 0) return 0;
   std::memcpy(event, words.data(), sizeof words);

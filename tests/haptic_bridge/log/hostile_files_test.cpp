@@ -14,6 +14,7 @@
 #include "haptic_bridge/device/fake_virtuose/script.h"
 #include "haptic_bridge/device/profile.h"
 #include "haptic_bridge/device/replay.h"
+#include "haptic_bridge/device/virtuose/session.h"
 #include "haptic_bridge/loop/local_model.h"
 #include "tests/support/seed.h"
 
@@ -114,7 +115,7 @@ TEST_F(HostileFiles, Profiles) {
     EXPECT_TRUE(std::isfinite(c.gains.stiffness) && c.gains.stiffness >= 0);
     EXPECT_TRUE(is_finite(c.limits.axis_force) && c.limits.axis_force.minCoeff() > 0);
     EXPECT_TRUE(c.workspace.motion_scale > 0 && c.workspace.force_scale > 0);
-    EXPECT_NEAR(p.virtuose.axes.determinant(), 1, 1e-6);
+    EXPECT_NEAR(p.setup<VirtuoseSetup>().axes.determinant(), 1, 1e-6);
   });
 }
 
