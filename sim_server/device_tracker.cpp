@@ -31,21 +31,21 @@ DeviceInput Hand::input(std::int64_t now_ns, double step, const RigidState& prox
   const double ease = std::min(1.0, held_for_ / kEaseIn);
   in.engaged = true;
   in.state = to_state(sample_.pose, sample_.twist);
-  in.state.linear = at_most(in.state.linear, kFastestHand);
-  in.state.angular = at_most(in.state.angular, kFastestTurn);
+  in.state.linear = clamp_norm(in.state.linear, kFastestHand);
+  in.state.angular = clamp_norm(in.state.angular, kFastestTurn);
   // lost and late samples: the hand has moved on meanwhile. Counted in steps, too, so that no clock that jumps moves it
   // far.
   const double waited = std::max(0.0, 1e-9 * static_cast<double>(now_ns - t_receive_ns_));
   const double sure = std::min(waited, kMostAhead), past = std::min(waited - sure, silent_for_);
   const double left = std::exp(-past / kSlowsDown);
-  in.state = moved_on(in.state, sure + kSlowsDown * (1 - left));
+  in.state = extrapolate(in.state, sure + kSlowsDown * (1 - left));
   in.state.linear *= left;
   in.state.angular *= left;
   in.gains = {ease * sample_.gains.stiffness, sample_.gains.damping, ease * sample_.gains.angular_stiffness,
               sample_.gains.angular_damping};
   if (in.gains.stiffness > 0)
     in.state.position =
-        proxy.position + at_most(in.state.position - proxy.position, kStrongestPull / in.gains.stiffness);
+        proxy.position + clamp_norm(in.state.position - proxy.position, kStrongestPull / in.gains.stiffness);
   return in;
 }
 

@@ -132,12 +132,12 @@ class Server {
     gauges_.max_compression = h.max_compression;
     gauges_.kinetic_energy = h.kinetic_energy;
     gauges_.outside = h.outside;
-    gauges_.gone_mass = h.gone_mass;
+    gauges_.gone_mass = h.inactive_mass;
   }
 
   // Once a run, when the first fluid is let go.
   void tell_of_loss() {
-    if (output_->health.gone == 0 || told_of_loss_) return;
+    if (output_->health.inactive == 0 || told_of_loss_) return;
     told_of_loss_ = true;
     control_.event(Severity::warning, output_->time,
                    "fluid has left the domain and is let go: it takes no part any more; a reset brings it back");

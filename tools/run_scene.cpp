@@ -155,8 +155,8 @@ Json json_of(const Simulation& simulation, const RunResult& result, const Health
           {"kinetic_energy_J", health.kinetic_energy},
           {"elastic_unsolved", health.unsolved},
           {"particles_outside", health.outside},
-          {"particles_gone", health.gone},
-          {"mass_gone_kg", health.gone_mass},
+          {"particles_gone", health.inactive},
+          {"mass_gone_kg", health.inactive_mass},
           {"particles_non_finite", health.non_finite}};
 }
 

@@ -1,4 +1,5 @@
-// The CPU back end: OpenMP loops over the same functors that the GPU runs, with stored neighbour lists.
+// The CPU back end: OpenMP loops over the same functors that the GPU runs, with stored neighbour lists. It is one file,
+// because the compiler contracts products and sums as it inlines: cut in two it computes other last bits.
 #include <fmt/format.h>
 #include <omp.h>
 
@@ -13,7 +14,8 @@
 namespace palp {
 namespace {
 
-// What this file was compiled for. Installed, it is there for more than one; they differ in the last bits.
+// The instructions that this file was compiled for. Installed, it is there for more than one set; they differ in the
+// last bits.
 #if defined(__AVX512F__)
 constexpr const char* kInstructions = "AVX-512";
 #elif defined(__AVX2__)
@@ -22,11 +24,11 @@ constexpr const char* kInstructions = "AVX2";
 constexpr const char* kInstructions = "baseline";
 #endif
 
-// Neighbours within the support radius and a skin, listed once for many sub-steps.
+// Lists of the neighbours within the support radius and a skin, made once for many sub-steps.
 class NeighborLists {
  public:
-  // A new list is due when a particle has moved by half of the skin.
-  bool hold(const Packed* xV, std::uint32_t n, const CellGrid& grid) const {
+  // Returns false when a particle has moved by half of the skin: then new lists are due.
+  bool still_valid(const Packed* xV, std::uint32_t n, const CellGrid& grid) const {
     if (!valid_) return false;
     for (std::uint32_t i = 0; i < n; ++i) {
       Vec3 d = xV[i].xyz() - listed_at_[i];
@@ -38,8 +40,8 @@ class NeighborLists {
   }
   void forget() { valid_ = false; }
 
-  // sorted: particles sorted into the grid's cells. Runs of particles are listed side by side, each into memory of its
-  // own that it keeps from one listing to the next.
+  // Lists the neighbours of particles that are sorted into the grid's cells. Runs of particles are listed in parallel,
+  // each into memory of its own that it keeps from one listing to the next.
   template <class Pair>
   void build(const ParticleView& sorted, std::uint32_t n, const CellGrid& grid, real support, real skin,
              const Pair& interacts, int threads) {
@@ -56,10 +58,10 @@ class NeighborLists {
         const Tag tag_i = sorted.tag[i];
         end_[i] = static_cast<std::uint32_t>(size);
         listed_at_[i] = sorted.xV[i].xyz();
-        if (tag_i.gone()) continue;
+        if (tag_i.inactive()) continue;
         for_each_run(grid, sorted.xV[i].xyz(), reach, SerialTeam{},
                      [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
-                       // without branches: which candidates are in reach cannot be predicted
+                       // without branches, because a processor cannot predict which candidates are in reach
                        if (list.size() < size + (end - begin)) list.resize(2 * (size + (end - begin)));
                        const Vec3 x = sorted.xV[i].xyz() - shift;
                        for (std::uint32_t j = begin; j < end; ++j) {
@@ -83,7 +85,7 @@ class NeighborLists {
  private:
   static constexpr std::uint32_t kRuns = 64;
   std::array<std::vector<std::uint32_t>, kRuns> list_;
-  std::vector<std::uint32_t> end_;  // of each particle's neighbours in its run's list
+  std::vector<std::uint32_t> end_;  // end of each particle's neighbours in its run's list
   std::vector<Vec3> listed_at_;
   std::uint32_t run_ = 1;
   real allowed2_ = 0;
@@ -92,7 +94,8 @@ class NeighborLists {
 
 class Cpu {
  public:
-  // Wide enough to keep lists for tens of sub-steps of a stirred fluid, narrow enough that few of their pairs are idle.
+  // This skin is wide enough to keep lists for tens of sub-steps of a stirred fluid, and narrow enough that few of
+  // their pairs are idle.
   static constexpr double kSkinOverSpacing = 0.2;
   static constexpr int kCellsPerReach = 1;
 
@@ -103,9 +106,9 @@ class Cpu {
     std::size_t count = 0;
   };
 
-  // A small scene is stepped by one thread: others would cost more to wake, and to wait for when they are preempted,
-  // than they bring.
-  explicit Cpu(std::size_t particles) : threads_(particles < kAlone ? 1 : omp_get_max_threads()) {}
+  // A small scene is stepped by one thread: to wake others, and to wait for them when they are preempted, would cost
+  // more than they bring.
+  explicit Cpu(std::size_t particles) : threads_(particles < kSingleThreadBelow ? 1 : omp_get_max_threads()) {}
 
   std::string name() const {
     return fmt::format("cpu ({}), {} thread{}, {}", kInstructions, threads_, threads_ > 1 ? "s" : "",
@@ -145,7 +148,7 @@ class Cpu {
   void begin_transfer(const Mirror<A>&, const Mirror<A>&) {}
   bool transfer_done() const { return true; }
 
-  // One haptic step of `variants` that differ in their stages; the last has them all.
+  // Runs one haptic step of `variants` that differ in their stages; the last one has all stages.
   template <class F>
   void execute(int variant, int variants, F&& work) {
     record_ = launches_.empty() || (variant + 1 == variants && !complete_);
@@ -189,14 +192,14 @@ class Cpu {
     return start_;
   }
 
-  static std::uint32_t crowded() { return 0; }  // lists grow as needed
+  static std::uint32_t neighbor_overflow() { return 0; }  // lists grow as needed
 
   // Sorts and lists neighbours anew when that is due; else copies in place.
   template <class Pair>
   void sort_into_cells(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid,
                        real support, real skin, const Pair& interacts) {
     note("sort");
-    if (lists_.hold(from.xV, n, grid)) {
+    if (lists_.still_valid(from.xV, n, grid)) {
 #pragma omp parallel for schedule(static) num_threads(threads_)
       for (std::uint32_t i = 0; i < n; ++i) copy_particle(from, i, to, i);
       return;
@@ -211,10 +214,10 @@ class Cpu {
   }
 
  private:
-  static constexpr std::size_t kAlone = 4000;
+  static constexpr std::size_t kSingleThreadBelow = 4000;
   static constexpr std::align_val_t kAlign{64};
 
-  // Stable counting sort by cell, that of what has left the domain included.
+  // Sorts the particles by cell, by a stable counting sort; inactive particles have a cell of their own.
   void sort(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid) {
     const std::uint32_t cells = grid.cells() + 1;
     std::fill(start_, start_ + cells + 1, 0u);
@@ -240,7 +243,7 @@ class Cpu {
   std::vector<std::unique_ptr<std::byte, Free>> blocks_;
   std::vector<std::string> launches_;
   bool record_ = false;
-  bool complete_ = false;  // the launches are those of the last variant, which has all stages
+  bool complete_ = false;  // true: launches_ are those of the last variant, which has all stages
   std::uint32_t *cell_ = nullptr, *start_ = nullptr;
   NeighborLists lists_;
 };

@@ -11,31 +11,32 @@
 
 namespace palp {
 
-// Where particles are sorted and listed. `due` is not zero when that has to be done.
+// The arrays with which particles are sorted and listed.
 struct ListWork {
   std::uint32_t n = 0;
   ParticleView from, to;
   CellGrid grid;
-  real reach = 0;                                                     // of the lists: support radius and skin [m]
+  real reach = 0;                                                     // support radius and skin of the lists [m]
   std::uint32_t *cell = nullptr, *slot = nullptr, *member = nullptr;  // per particle
   std::uint32_t *count = nullptr, *start = nullptr, *part = nullptr;  // per cell; per block
   Packed* listed_at = nullptr;                                        // positions that the lists are for
-  std::uint32_t* due = nullptr;
-  NeighborLists lists;
+  std::uint32_t* due = nullptr;                                       // not zero when lists have to be made anew
+  DeviceLists lists;
 };
 
 inline constexpr int kListThreads = 256;
 
-// Entries of the cells' arrays: each cell, that of what has left the domain, and the end.
+// Returns the number of entries of the cells' arrays: each cell, that of inactive particles, and the end.
 __device__ inline std::uint32_t cell_entries(const ListWork& w) { return w.grid.cells() + 2; }
 
-// A thread's share of count items: call f(item) for each.
+// Calls f(item) for a thread's share of count items.
 template <class F>
 __device__ inline void for_share(std::uint32_t count, F&& f) {
   for (std::uint32_t i = blockIdx.x * kListThreads + threadIdx.x; i < count; i += gridDim.x * kListThreads) f(i);
 }
 
-// Where each cell starts: each block adds up a part of the cells, then numbers them, having seen the sums before it.
+// Computes the start of each cell: each block adds up a part of the cells, then numbers them, after it has read the
+// sums of the parts before.
 __device__ inline void number_cells(const ListWork& w, const cooperative_groups::grid_group& all) {
   using Reduce = cub::BlockReduce<std::uint32_t, kListThreads>;
   using Scan = cub::BlockScan<std::uint32_t, kListThreads>;
@@ -67,8 +68,9 @@ __device__ inline void number_cells(const ListWork& w, const cooperative_groups:
   }
 }
 
-// Stable counting sort by cell. Atomics hand out the slots of a cell in any order; each particle then finds its place
-// among the slots of its cell by comparing indices, so that the result does not depend on that order.
+// Sorts the particles by cell, by a stable counting sort. Atomics hand out the slots of a cell in any order; each
+// particle then finds its place among the slots of its cell by comparing indices, so that the result does not depend on
+// that order.
 __device__ inline void sort_particles(const ListWork& w, const cooperative_groups::grid_group& all) {
   for_share(cell_entries(w), [&](std::uint32_t c) { w.count[c] = 0; });
   all.sync();
@@ -90,21 +92,21 @@ __device__ inline void sort_particles(const ListWork& w, const cooperative_group
   });
 }
 
-// Whoever lists goes through all the rows of cells around a particle.
+// The team of a search: each lane goes through all the rows of cells around a particle.
 struct SearchTeam {
   PALP_HD int group() const { return 0; }
   PALP_HD int groups() const { return 1; }
 };
 
-// One load for all four of what this kernel itself may have written.
+// Returns all four, by one load, of a value that this kernel itself may have written.
 __device__ inline Packed fetch_written(const Packed* p) {
   Packed v;
   asm volatile("ld.global.v4.f32 {%0, %1, %2, %3}, [%4];" : "=f"(v.x), "=f"(v.y), "=f"(v.z), "=f"(v.w) : "l"(p));
   return v;
 }
 
-// Where one thread lists for a particle and a team of four reads: four entries lie side by side and are written at
-// once.
+// Writes the list of a particle by one thread for a team of four that reads it: four entries lie side by side and are
+// written at once.
 struct FourWriter {
   const ListWork& w;
   std::uint32_t i, count = 0;
@@ -116,7 +118,7 @@ struct FourWriter {
     if (count % 4 == 0 && count <= w.lists.room)
       *reinterpret_cast<uint4*>(&w.lists.entry[w.lists.index(w.n, i, count - 4)]) = last;
   }
-  // Fills up the last four.
+  // Fills up the last four and returns the number listed.
   __device__ std::uint32_t finish() {
     const std::uint32_t listed = count;
     while (count % 4 != 0) put(0);
@@ -124,9 +126,9 @@ struct FourWriter {
   }
 };
 
-// Lists the particles within reach of particle i, in the order of the cells, and gives their number.
+// Lists the particles within reach of particle i by one thread, in the order of the cells, and returns their number.
 template <class Pair>
-__device__ inline std::uint32_t list_alone(const ListWork& w, std::uint32_t i, const Pair& interacts) {
+__device__ inline std::uint32_t list_by_thread(const ListWork& w, std::uint32_t i, const Pair& interacts) {
   const Vec3 x_i = w.to.xV[i].xyz();
   const Tag tag_i = w.to.tag[i];
   FourWriter writer{w, i};
@@ -139,11 +141,12 @@ __device__ inline std::uint32_t list_alone(const ListWork& w, std::uint32_t i, c
   return writer.finish();
 }
 
-// The same by kSearchLanes lanes that go through a run of particles side by side.
+// The lanes that search for one particle's neighbours together.
 inline constexpr int kSearchLanes = 8;
 
+// Lists the same by kSearchLanes lanes that go through a run of particles side by side.
 template <class Pair>
-__device__ inline std::uint32_t list_together(const ListWork& w, std::uint32_t i, const Pair& interacts) {
+__device__ inline std::uint32_t list_by_lanes(const ListWork& w, std::uint32_t i, const Pair& interacts) {
   const std::uint32_t lane = threadIdx.x % kSearchLanes, first = threadIdx.x % 32 - lane;
   const unsigned team = ((1u << kSearchLanes) - 1u) << first, before = ((1u << lane) - 1u) << first;
   const Vec3 x_i = w.to.xV[i].xyz();
@@ -166,28 +169,28 @@ __device__ inline std::uint32_t list_together(const ListWork& w, std::uint32_t i
 
 // Sorts the particles and lists their neighbours if that is due. One kernel, whose blocks all run at once and wait for
 // each other: one that finds nothing to do costs 1.6 us, a conditional node that is not taken 4.5 (tools/results).
-template <bool kAlone, class Pair>
-__global__ void __launch_bounds__(kListThreads) list_anew(ListWork w, Pair interacts) {
-  wait_for_work_in_front();
+template <bool kOneThread, class Pair>
+__global__ void __launch_bounds__(kListThreads) rebuild_lists(ListWork w, Pair interacts) {
+  wait_for_previous_kernel();
   if (*w.due == 0) return;
   const cooperative_groups::grid_group all = cooperative_groups::this_grid();
   sort_particles(w, all);
   all.sync();
   if (blockIdx.x == 0 && threadIdx.x == 0) *w.due = 0;
-  constexpr std::uint32_t kLanes = kAlone ? 1 : kSearchLanes, kAtOnce = kListThreads / kLanes;
+  constexpr std::uint32_t kLanes = kOneThread ? 1 : kSearchLanes, kAtOnce = kListThreads / kLanes;
   for (std::uint32_t i = blockIdx.x * kAtOnce + threadIdx.x / kLanes; i < w.n; i += gridDim.x * kAtOnce) {
     std::uint32_t count = 0;
-    if (w.to.tag[i].gone()) {
+    if (w.to.tag[i].inactive()) {
       if (threadIdx.x % kLanes == 0) w.lists.count[i] = 0;
       continue;
     }
-    if constexpr (kAlone)
-      count = list_alone(w, i, interacts);
+    if constexpr (kOneThread)
+      count = list_by_thread(w, i, interacts);
     else
-      count = list_together(w, i, interacts);
+      count = list_by_lanes(w, i, interacts);
     if (threadIdx.x % kLanes > 0) continue;
     w.lists.count[i] = min(count, w.lists.room);
-    if (count > w.lists.room) atomicAdd(w.lists.crowded, 1u);
+    if (count > w.lists.room) atomicAdd(w.lists.neighbor_overflow, 1u);
   }
 }
 
@@ -195,7 +198,7 @@ __global__ void __launch_bounds__(kListThreads) list_anew(ListWork w, Pair inter
 // has moved by half of the skin since they were made, or to nowhere.
 template <class F>
 __global__ void run_move(F f, ListWork w, real skin) {
-  wait_for_work_in_front();
+  wait_for_previous_kernel();
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   bool due = false;
   if (i < w.n) {

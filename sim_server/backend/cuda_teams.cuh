@@ -1,39 +1,39 @@
-// How the GPU shares out work: the teams that the physics' functors see, and the kernels that call them.
+// The GPU's division of work: the teams that the physics' functors see, and the kernels that call them.
 #pragma once
 
 #include "sim_server/physics/cell_grid.h"
 
 namespace palp {
 
-// A kernel may be started before the one in front of it has ended (Cuda::launch). Nothing that work in front writes may
-// be touched before this.
-PALP_HD inline void wait_for_work_in_front() {
+// Waits until the work in front has ended: a kernel may be started before that (Cuda::launch). Nothing that work in
+// front writes may be touched before this.
+PALP_HD inline void wait_for_previous_kernel() {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
 #endif
 }
 
-// Each particle's neighbours within the support radius and a skin, listed once for many sub-steps. Of the candidates
-// that a warp tests together few are in reach; a pass that worked on them while it searched would do each one's work
-// with most lanes idle. The lanes of a particle's team take its neighbours in turns. Neighbouring lanes' entries lie
-// side by side, so a lane's next entry is a lane of every particle further on.
-struct NeighborLists {
+// The neighbours of each particle within the support radius and a skin, listed once for many sub-steps. Of the
+// candidates that a warp tests together few are in reach; a pass that worked on them while it searched would do each
+// one's work with most lanes idle. The lanes of a particle's team take its neighbours in turns. Neighbouring lanes'
+// entries lie side by side, so a lane's next entry is a lane of every particle further on.
+struct DeviceLists {
   std::uint32_t* entry = nullptr;
-  std::uint32_t* count = nullptr;    // per particle
-  std::uint32_t* crowded = nullptr;  // how often a particle had more neighbours than room; the host's
-  std::uint32_t room = 0;            // entries per particle
-  std::uint32_t lanes = 1;           // per particle, a power of two
+  std::uint32_t* count = nullptr;              // per particle
+  std::uint32_t* neighbor_overflow = nullptr;  // in the host's memory: times that a particle had more than room
+  std::uint32_t room = 0;                      // entries per particle
+  std::uint32_t lanes = 1;                     // lanes per particle, a power of two
 
   PALP_HD std::size_t index(std::uint32_t n, std::uint32_t i, std::uint32_t k) const {
     return (std::size_t(k / lanes) * n + i) * lanes + k % lanes;
   }
 };
 
-// L neighbouring lanes of a warp share one particle's list.
+// A team of L neighbouring lanes of a warp that share one particle's list.
 template <int L>
 struct LaneTeam {
   const std::uint32_t* list;  // this lane's first entry
-  std::uint32_t count;        // of the whole team
+  std::uint32_t count;        // number of the whole team's entries
   std::size_t stride;
   PALP_HD std::uint32_t member() const {
 #ifdef __CUDA_ARCH__
@@ -57,11 +57,11 @@ template <int L, class F>
 PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, LaneTeam<L> team,
                                   F&& f) {
   const real support2 = support * support;
-  // Adding and taking away this number rounds to a whole one: the nearest image without branches.
+  // adding and taking away this number rounds to a whole one: the nearest image without branches
   constexpr real kRound = real(12582912);
   Vec3 inv_period;
   for (int a = 0; a < 3; ++a) inv_period[a] = g.periodic(a) ? real(1) / g.period[a] : real(0);
-  // An entry is read a round ahead of its use: a round then waits for one gather less.
+  // an entry is read a round ahead of its use, so that a round waits for one gather less
   const std::uint32_t* entry = team.list;
   std::uint32_t next = team.member() < team.count ? *entry : 0;
   for (std::uint32_t k = team.member(); k < team.count; k += L) {
@@ -76,7 +76,7 @@ PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec
   }
 }
 
-// L neighbouring lanes of a warp share one item.
+// A team of L neighbouring lanes of a warp that share one item.
 template <int L>
 struct GroupTeam {
   PALP_HD std::uint32_t lane() const { return LaneTeam<L>{}.member(); }
@@ -86,7 +86,7 @@ struct GroupTeam {
   PALP_HD Vec3 sum(const Vec3& v) const { return LaneTeam<L>{}.sum(v); }
 };
 
-// A block of threads shares one item.
+// A team of all threads of a block, which share one item.
 struct BlockTeam {
   static constexpr int kThreads = 256;
   PALP_HD std::uint32_t lane() const {
@@ -98,7 +98,7 @@ struct BlockTeam {
   }
   PALP_HD std::uint32_t size() const { return kThreads; }
   PALP_HD bool leader() const { return lane() == 0; }
-  // In a fixed order, so the same input gives the same bits.
+  // Combines in a fixed order, so that the same input gives the same bits.
   template <class T, class Op>
   PALP_HD T reduce(T value, Op op) const {
 #ifdef __CUDA_ARCH__
@@ -127,28 +127,28 @@ inline constexpr int kTeamThreads = 128;
 
 template <class F>
 __global__ void run_each(std::uint32_t n, F f) {
-  wait_for_work_in_front();
+  wait_for_previous_kernel();
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i < n) f(i);
 }
 
 template <int L, class F>
-__global__ void __launch_bounds__(kTeamThreads) run_team(std::uint32_t n, NeighborLists lists, F f) {
-  wait_for_work_in_front();
+__global__ void __launch_bounds__(kTeamThreads) run_team(std::uint32_t n, DeviceLists lists, F f) {
+  wait_for_previous_kernel();
   const std::uint32_t t = blockIdx.x * kTeamThreads + threadIdx.x, i = t / L;
   if (i < n) f(i, LaneTeam<L>{lists.entry + t, lists.count[i], std::size_t(n) * L});
 }
 
 template <int L, class F>
 __global__ void __launch_bounds__(kTeamThreads) run_group(std::uint32_t n, F f) {
-  wait_for_work_in_front();
+  wait_for_previous_kernel();
   const std::uint32_t t = blockIdx.x * kTeamThreads + threadIdx.x;
   if (t / L < n) f(t / L, GroupTeam<L>{});
 }
 
 template <class F>
 __global__ void __launch_bounds__(BlockTeam::kThreads) run_block(F f) {
-  wait_for_work_in_front();
+  wait_for_previous_kernel();
   f(blockIdx.x, BlockTeam{});
 }
 

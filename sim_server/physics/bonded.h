@@ -1,6 +1,6 @@
-// What bonds (state_change.h) leave of a pair's fluid forces, and of its part in the density's rate: 1 - K_i K_j, K
-// being the solid fraction, and 1 - K towards rigid and fixed bodies of other groups that have a distance field, by
-// which they meet what is solid (frozen_contact.h). Eq. 6 of the paper has K^f_i K^f_j = (1 - K_i)(1 - K_j) there
+// The share of a pair's fluid forces, and of its part in the density's rate, that bonds (state_change.h) leave: 1 - K_i
+// K_j, K being the solid fraction, and 1 - K towards rigid and fixed bodies of other groups that have a distance field,
+// by which they meet what is solid (frozen_contact.h). Eq. 6 of the paper has K^f_i K^f_j = (1 - K_i)(1 - K_j) there
 // (method "paper"), which gives a mush of K = 1/2 half of the forces that either state has, and lets water flow through
 // what has frozen. Between two pieces there are no bonds, and fluid forces in full: they are two bodies (paper 3.2).
 #pragma once
@@ -13,15 +13,16 @@ PALP_HD inline bool may_be_bonded(std::uint32_t piece_i, std::uint32_t piece_j) 
   return piece_i == piece_j || piece_i == kNone || piece_j == kNone;
 }
 
-// For scenes in which nothing changes state.
+// The policy of scenes in which nothing changes state.
 struct NoBonds {
   PALP_HD static real solid(const ParticleView&, std::uint32_t) { return real(0); }
   PALP_HD real share(Tag, real, Tag, real) const { return real(1); }
   PALP_HD real paper_share(Tag, real, Tag, real) const { return real(1); }
 };
 
+// The policy of scenes in which matter changes state.
 struct Bonded {
-  const std::uint32_t* group;   // by body: matter that bonds
+  const std::uint32_t* group;   // by body: bonds form within a group
   const std::uint32_t* shaped;  // by body: 1 where it has a distance field
 
   PALP_HD static Solidity solid(const ParticleView& view, std::uint32_t i) { return view.solid[i]; }

@@ -10,6 +10,7 @@
 
 namespace palp {
 
+// Extrapolates pressure and velocity of the fluid to each particle of solids.
 template <class Bonds>
 struct ExtrapolateToWalls {
   ParticleView state;

@@ -7,11 +7,11 @@
 namespace palp {
 
 struct CellGrid {
-  Vec3 origin;                           // of cell (0,0,0) [m]
+  Vec3 origin;                           // lowest corner of cell (0,0,0) [m]
   Vec3 cell, inv_cell;                   // cell edge and its inverse [m, 1/m]
   Vec3 period;                           // domain length along periodic axes, 0 elsewhere [m]
   int n[3];                              // cells per axis; periodic axes have at least 3
-  real margin = 0;                       // how far past the domain a particle may be and still take part [m]
+  real margin = 0;                       // distance past the domain up to which a particle takes part [m]
   const std::uint32_t* start = nullptr;  // [cells + 1] first particle of each cell
 
   PALP_HD bool periodic(int axis) const { return period[axis] > real(0); }
@@ -29,7 +29,8 @@ struct CellGrid {
     return index(cell_of(x.x(), 0), cell_of(x.y(), 1), cell_of(x.z(), 2));
   }
   PALP_HD std::uint32_t cells() const { return static_cast<std::uint32_t>(n[0]) * n[1] * n[2]; }
-  // Back into the domain along periodic axes; a sub-step moves a particle by far less than a period.
+  // Returns x moved back into the domain along periodic axes, by one period at most; a sub-step moves a particle by far
+  // less.
   PALP_HD Vec3 wrap(Vec3 x) const {
     for (int a = 0; a < 3; ++a) {
       if (!periodic(a)) continue;
@@ -40,7 +41,8 @@ struct CellGrid {
     }
     return x;
   }
-  // From anywhere: a body may have crossed a periodic domain many times, its centre is not wrapped.
+  // Returns x moved back into the domain from anywhere: a body may have crossed a periodic domain many times, for its
+  // centre is not wrapped.
   PALP_HD Vec3 wrap_fully(Vec3 x) const {
     for (int a = 0; a < 3; ++a)
       if (periodic(a)) x[a] -= period[a] * Eigen::numext::floor((x[a] - origin[a]) / period[a]);
@@ -48,7 +50,7 @@ struct CellGrid {
   }
 };
 
-// The cells that x may reach along one axis, wrapped ones counted on past the domain's ends.
+// Returns the cell of x along one axis; along a periodic one cells are counted on past the domain's ends.
 PALP_HD inline int open_cell(const CellGrid& g, int axis, real x) {
   if (!g.periodic(axis)) return g.cell_of(x, axis);
   const real c = Eigen::numext::floor((x - g.origin[axis]) * g.inv_cell[axis]);
@@ -57,7 +59,8 @@ PALP_HD inline int open_cell(const CellGrid& g, int axis, real x) {
   return c > real(-n) ? (c < real(2 * n) ? static_cast<int>(c) : 2 * n - 1) : -n;
 }
 
-// A cell counted on past the ends of a periodic axis: where it is, and what to add to its particles' positions.
+// Returns the cell of the domain that a cell past the ends of a periodic axis is an image of, and in `shift` the length
+// to add to the positions of its particles.
 PALP_HD inline int wrapped_cell(const CellGrid& g, int axis, int cell, real& shift) {
   shift = real(0);
   if (cell < 0) {
@@ -71,7 +74,7 @@ PALP_HD inline int wrapped_cell(const CellGrid& g, int axis, int cell, real& shi
   return cell;
 }
 
-// How far x, in cell c, is from a row of cells along one axis.
+// Returns the distance of x, in cell c, from a row of cells along one axis.
 PALP_HD inline real gap_to(const CellGrid& g, int axis, real x, int c, int row) {
   if (row == c) return real(0);
   const real edge = g.origin[axis] + static_cast<real>(row < c ? row + 1 : row) * g.cell[axis];
@@ -117,7 +120,7 @@ PALP_HD inline void for_each_run(const CellGrid& g, const Vec3& x_i, real reach,
   }
 }
 
-// x_i - x_j, the shortest way round along periodic axes.
+// Returns x_i - x_j, by the shortest way along periodic axes.
 PALP_HD inline Vec3 separation(const CellGrid& g, const Vec3& x_i, const Packed& x_j) {
   Vec3 d(x_i.x() - x_j.x, x_i.y() - x_j.y, x_i.z() - x_j.z);
   for (int a = 0; a < 3; ++a) {
@@ -148,7 +151,7 @@ PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec
   });
 }
 
-// One thread does the whole loop: the CPU's team.
+// The CPU's team: one thread does the whole loop.
 struct SerialTeam {
   PALP_HD int group() const { return 0; }
   PALP_HD int groups() const { return 1; }
@@ -162,16 +165,16 @@ struct SerialTeam {
   PALP_HD real max(real value) const { return value; }
 };
 
-// One thread with a stored list of neighbours, which reaches somewhat past the support radius and so holds until a
-// particle has moved by half of that margin.
+// A team of one thread with a stored list of neighbours, which reaches somewhat past the support radius and so is valid
+// until a particle has moved by half of that margin.
 struct ListTeam : SerialTeam {
   const std::uint32_t* begin;
   const std::uint32_t* end;
   ListTeam(const std::uint32_t* from, const std::uint32_t* to) : begin(from), end(to) {}
 };
 
-// In two passes over a block of the list, the first without branches: which neighbours are in reach cannot be
-// predicted. Always inline, so that what f sums up stays in registers.
+// Calls f as above, in two passes over each block of the list. The first has no branches, because a processor cannot
+// predict which neighbours are in reach. Always inline, so that the sums of f stay in registers.
 template <class F>
 [[gnu::always_inline]] inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support,
                                                  ListTeam team, F&& f) {

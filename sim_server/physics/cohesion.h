@@ -6,8 +6,8 @@
 // f_ij      -V_i V_j s_ij phi(r/H) x_ij / r                                    N
 // phi(q)    -cos(3 pi q / 2), 0 from q = 1 on                                  -         Tartakovsky & Meakin 2005
 // s_ii      sigma / N, N = 0.41 (pi/8) H^5 int_0^1 q^4 phi dq                  N/m^6     Tartakovsky & Panchenko 2016
-// s_ij      of two fluids: the lesser, so that sigma_ij = |sigma_i - sigma_j|  N/m^6     Antonow's rule
-// s_is      of a fluid and a solid: adhesion / N                               N/m^6
+// s_ij      min(s_ii, s_jj) of two fluids: sigma_ij = |sigma_i - sigma_j|      N/m^6     Antonow's rule
+// s_is      adhesion / N of a fluid and a solid                                N/m^6
 //
 // 0.41 is measured: drops of 7 dx with H = 2.6 to 4 dx had 0.34 to 0.48 of the pressure 2 sigma / R that the integral
 // alone gives, because the pressure that balances the attraction presses along the surface, too. So the surface tension
@@ -28,20 +28,25 @@ struct CohesionMedium {
   real adhesion[kMaxMaterials];  // s_is
 };
 
-// int_0^1 q^4 phi dq = 1/a - 12/a^3 + 24/a^5 with a = 3 pi / 2.
+// The integral int_0^1 q^4 phi dq = 1/a - 12/a^3 + 24/a^5 with a = 3 pi / 2.
 inline constexpr double kCohesionIntegral = 0.107863;
-// What of the surface tension is left by the pressure that balances the attraction; measured (cohesion_test.cpp).
+// The share of the surface tension that the pressure leaves which balances the attraction; measured
+// (cohesion_test.cpp).
 inline constexpr double kCohesionShare = 0.41;
 
-// N [m^5].
+// Returns N [m^5].
 inline double cohesion_norm(double support) {
   const double H2 = support * support;
   return kCohesionShare * static_cast<double>(kPi) / 8 * kCohesionIntegral * H2 * H2 * support;
 }
 
-PALP_HD inline real cohesion_phi(real q) { return q < real(1) ? -Eigen::numext::cos(real(1.5) * kPi * q) : real(0); }
+template <class S>
+PALP_HD inline S cohesion_phi(S q) {
+  return q < S(1) ? -Eigen::numext::cos(S(1.5) * kPiOf<S> * q) : S(0);
+}
 
-PALP_HD inline real cohesion_of(const CohesionMedium& medium, Tag a, Tag b) {
+// Returns s_ij of two particles [N/m^6].
+PALP_HD inline real cohesion_strength(const CohesionMedium& medium, Tag a, Tag b) {
   if (a.is_fluid() && b.is_fluid()) {
     const real s_a = medium.tension[a.material()], s_b = medium.tension[b.material()];
     return s_a < s_b ? s_a : s_b;
@@ -50,8 +55,9 @@ PALP_HD inline real cohesion_of(const CohesionMedium& medium, Tag a, Tag b) {
   return medium.adhesion[a.is_fluid() ? a.material() : b.material()];
 }
 
-// Adds to the acceleration of fluids and to the forces on the particles of bodies whose wrench is asked for.
-struct Cohere {
+// Adds the attraction to the acceleration of fluids and to the forces on the particles of bodies whose wrench is asked
+// for.
+struct CohesionForce {
   ParticleView state;
   BodyViews bodies;  // null pointers without solids
   CellGrid grid;
@@ -72,7 +78,7 @@ struct Cohere {
                     if (!(r2 > real(0))) return;
                     const Tag tag_j = uniform ? tag_i : state.tag[j];
                     const real r = Eigen::numext::sqrt(r2);
-                    force -= (xV_j.w * cohesion_of(medium, tag_i, tag_j) * cohesion_phi(r / support) / r) * x_ij;
+                    force -= (xV_j.w * cohesion_strength(medium, tag_i, tag_j) * cohesion_phi(r / support) / r) * x_ij;
                   });
     force = xV_i.w * team.sum(force);
     if (!team.leader()) return;

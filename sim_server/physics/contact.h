@@ -2,13 +2,13 @@
 //
 // symbol     meaning                                                                        unit
 // d, n       depth of a point, outward normal where it is; v = velocity against the other   m, -, m/s
-// m_i        1 / (1/m + (r x n).I^-1 (r x n)) of both bodies: what moves along n at point i  kg
+// m_i        1 / (1/m + (r x n).I^-1 (r x n)) of both bodies: effective mass along n at i    kg
 // D_i        depth, averaged over the sub-step at constant velocity                         m
-// N          (sum D)^2 / sum D^2 over the pair's points: how many share the load            -
+// N          (sum D)^2 / sum D^2 over the pair's points: the number that share the load     -
 // normal     k_i D_i - c_i v.n >= 0,  k_i = kappa m_i / (N dt^2),  c_i = gamma m_i / (N dt)
 // tangential -k_t s - c_t v_t, at most mu times the normal force, s = what the point has moved since it stuck;
-//            k_t = 2/7 k N D_i / sum D (Cundall & Strack 1979), so that the load that a point bears decides what it
-//            holds and all slip at once; static friction holds until it slips, kinetic while it slips
+//            k_t = 2/7 k N D_i / sum D (Cundall & Strack 1979), so that each point holds in proportion to its load
+//            and all slip at once; static friction acts until a point slips, kinetic friction while it slips
 //
 // A tool in a hand meets fixed bodies implicitly: its step (proxy.h) takes dt k_i + c_i times the change of v.n from
 // the normal force, and no number of points or walls makes that unstable. Its kappa is 1, more than an explicit step
@@ -17,7 +17,7 @@
 //
 // k grows with the mass and falls with the sub-step so that k dt^2/m + 2 c dt/m keeps its share of the stability limit
 // of 4; dividing by N makes it independent of how many points touch. Where a body meets more than two others at once, N
-// grows in proportion. kappa and gamma of a pair follow from its restitution (contact_store.cpp). The averaged depth
+// grows in proportion. kappa and gamma of a pair follow from its restitution (solver/constants.h). The averaged depth
 // makes a bounce independent, to first order in kappa, of the moment within the sub-step at which it begins.
 //
 // A point remembers on which side it came near: past the middle of a thin plate its nearest surface would be the wrong
@@ -38,34 +38,35 @@ struct ContactLaw {
 
 struct ContactPair {
   std::uint32_t a, b;              // bodies
-  std::uint32_t shape_a, shape_b;  // of ContactViews::shape; none where a is soft
-  std::uint32_t first;             // of ContactViews::state: a's points, then b's; a soft: its particles
+  std::uint32_t shape_a, shape_b;  // indices in ContactViews::shape; kNone where a is soft
+  std::uint32_t first;             // index in ContactViews::state: a's points, then b's; where a is soft its particles
   ContactLaw law;
 };
 
-// Particles of a soft body, in the order of its kind of matter, and the pairs that they are a's part of.
+// A part of the particles of a soft body, in the order of its kind of matter, and the pairs in which these particles
+// are body a.
 struct SoftPart {
   std::uint32_t first, count;
   std::uint32_t first_pair, pairs;
 };
 
-// Of one point against one body, in that body's axes.
+// The memory of one point against one body, in that body's axes.
 struct ContactState {
   Packed side;    // normal of the side on which the point is; its depth, -1e30: far away
-  Packed anchor;  // what it has moved since it stuck; 1: it slips
+  Packed anchor;  // displacement since it stuck; 1: it slips
 };
 
-// How near to a body a particle may be that changes state [m], and whether it was solid when that was found: 0, 1, or 2
-// before it was looked for. Negative where it was inside.
-struct NearestYet {
+// The distance from a body up to which a particle that changes state may come [m], negative where it was inside, and
+// its state when that distance was found: 0 liquid, 1 solid, 2 not found yet.
+struct ClosestApproach {
   real reach;
   std::uint32_t solid;
 };
 
 struct ContactViews {
-  std::uint32_t pairs = 0;  // of rigid and fixed bodies; those of soft parts follow
+  std::uint32_t pairs = 0;  // pairs of rigid and fixed bodies; those of soft parts follow
   std::uint32_t elastic_parts = 0, frozen_parts = 0;
-  bool few = false;  // no rigid body is in more pairs than need no comparison of their loads
+  bool single_pass = false;  // no rigid body is in so many pairs that their loads have to be compared first
   const ContactPair* pair = nullptr;
   const ContactBody* shape = nullptr;
   const Piece* piece = nullptr;
@@ -74,7 +75,7 @@ struct ContactViews {
   const SoftPart* elastic_part = nullptr;
   const SoftPart* frozen_part = nullptr;
   ContactState* state = nullptr;
-  NearestYet* near = nullptr;  // FrozenMatter::near
+  ClosestApproach* near = nullptr;  // FrozenMatter::near
   std::uint32_t first_frozen = 0;
   PairWrenches by;
 };
@@ -82,21 +83,23 @@ struct ContactViews {
 PALP_HD inline PairWrench no_wrench() { return {Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), real(0), real(1), false}; }
 PALP_HD inline ContactState no_contact() { return {{0, 0, 0, real(-1e30)}, {0, 0, 0, 0}}; }
 
-// Averages max(0, depth) over a sub-step, through which the depth grows at a constant rate and is `depth` in the
-// middle. half: how far it moves in half a sub-step.
-PALP_HD inline real mean_depth(real depth, real half) {
-  if (depth >= half) return depth > real(0) ? depth : real(0);
-  if (!(depth > -half)) return real(0);
-  return (depth + half) * (depth + half) / (real(4) * half);
+// Returns the mean of max(0, depth) over a sub-step in which the depth grows at a constant rate and is `depth` in the
+// middle. half: the change of depth in half a sub-step.
+template <class S>
+PALP_HD inline S mean_depth(S depth, S half) {
+  if (depth >= half) return depth > S(0) ? depth : S(0);
+  if (!(depth > -half)) return S(0);
+  return (depth + half) * (depth + half) / (S(4) * half);
 }
 
-// The share of the sub-step that the point is inside.
-PALP_HD inline real share_inside(real depth, real half) {
-  if (depth >= half) return real(1);
-  return depth > -half ? (depth + half) / (real(2) * half) : real(0);
+// Returns the share of the sub-step in which the point is inside.
+template <class S>
+PALP_HD inline S share_inside(S depth, S half) {
+  if (depth >= half) return S(1);
+  return depth > -half ? (depth + half) / (S(2) * half) : S(0);
 }
 
-// What a body, or a particle, does as a whole.
+// The motion of a body, or of a particle, as a whole.
 struct Motion {
   Vec3 x, v, w;
   bool fixed;  // its velocity is that of its surface, which stays in place
@@ -104,17 +107,17 @@ struct Motion {
 
 PALP_HD inline Motion motion_of(const BodyState& b) { return {b.x, b.v, b.w, b.kind == BodyKind::fixed}; }
 
-// What all passes over points know.
+// The inputs and functions that all passes over contact points share.
 struct PairPoints {
   ContactViews contact;
   const BodyState* body;
   CellGrid grid;  // for its periods
   real dt;
 
-  // One point of `owner` against `field`, as it is now.
+  // The state of one point of `owner` against the distance field of `field`.
   struct Touch {
-    Vec3 n, v;      // world; of the owner against the field's
-    Vec3 r, other;  // the point from the owner's and the field's centre
+    Vec3 n, v;      // normal; velocity of the owner against the field's body; world axes
+    Vec3 r, other;  // place of the point from the owner's and from the field's centre
     real depth, mean, share;
     bool near;
   };
@@ -129,7 +132,8 @@ struct PairPoints {
     return d;
   }
 
-  // The point is a ball around owner.x + arm; forces act at its surface, or (solid = false) in its middle.
+  // Returns the touch of a point, which is a ball around owner.x + arm; forces act at its surface, or (solid = false)
+  // in its middle.
   PALP_HD Touch touch(const Motion& owner, const Motion& field, const Vec3& arm, real radius, bool solid,
                       const Mat3& R_field, const ContactBody& shape, const Packed& side) const {
     Touch t;
@@ -173,7 +177,7 @@ struct PairPoints {
     t.share = share_inside(depth, half);
   }
 
-  // What moves along n at the point, from both bodies.
+  // Returns the effective mass of both bodies along n at the point [kg].
   PALP_HD static real moving_mass(const BodyState& owner, const BodyState& field, const Mat3& R_owner,
                                   const Mat3& R_field, const Touch& t) {
     const Vec3 a = R_owner.transpose() * t.r.cross(t.n), b = R_field.transpose() * t.other.cross(t.n);
@@ -181,38 +185,38 @@ struct PairPoints {
                       b.dot(field.inverse_inertia * b));
   }
 
-  // Of a point along its normal: what pushes it [N], what of that friction counts [N], and what an implicit step's
-  // change of velocity takes from it [N s/m].
-  struct Press {
+  // The force at a point along its normal [N], the load that friction counts with [N], and the force that a unit of an
+  // implicit step's change of velocity takes from it [N s/m].
+  struct NormalForce {
     real push, load, resists;
   };
 
-  PALP_HD Press press(const ContactLaw& law, const Touch& t, real m, real sharing) const {
+  PALP_HD NormalForce normal_force(const ContactLaw& law, const Touch& t, real m, real sharing) const {
     const real k = law.stiffness * m / (sharing * dt * dt), c = law.damping * m / (sharing * dt);
     const real spring = k * t.mean, push = spring - c * t.share * t.v.dot(t.n);
     if (!(push > real(0))) return {real(0), real(0), real(0)};
     return {push, law.implicit && spring < push ? spring : push, law.implicit ? t.share * (dt * k + c) : real(0)};
   }
 
-  // Normal and tangential. part: of the pair's load that this point bears.
-  PALP_HD Vec3 force(const ContactLaw& law, const Touch& t, real m, const Press& press, real part, const Mat3& R_field,
-                     ContactState& state) const {
-    if (!(law.friction > real(0))) return press.push * t.n;
+  // Returns normal and tangential force. part: the share of the pair's load that this point bears.
+  PALP_HD Vec3 force(const ContactLaw& law, const Touch& t, real m, const NormalForce& normal, real part,
+                     const Mat3& R_field, ContactState& state) const {
+    if (!(law.friction > real(0))) return normal.push * t.n;
     const Vec3 v_t = t.v - t.v.dot(t.n) * t.n;
     Vec3 s = R_field * state.anchor.xyz() + dt * v_t;
     s -= s.dot(t.n) * t.n;
     const real k_t = real(2) / real(7) * law.tangential * m * part / (dt * dt);
     const real c_t = real(0.6) * Eigen::numext::sqrt(k_t * m * part);
     Vec3 f = -k_t * s - c_t * v_t;
-    const real size = f.norm(), holds = (state.anchor.w > real(0) ? law.kinetic : law.friction) * press.load;
+    const real size = f.norm(), holds = (state.anchor.w > real(0) ? law.kinetic : law.friction) * normal.load;
     real slips = 0;
     if (size > holds) {
-      f *= law.kinetic * press.load / size;
+      f *= law.kinetic * normal.load / size;
       s = -f / k_t;
       slips = 1;
     }
     state.anchor = pack(R_field.transpose() * s, slips);
-    return press.push * t.n + f;
+    return normal.push * t.n + f;
   }
 
   PALP_HD bool far(const ContactPair& pair) const {
@@ -237,13 +241,14 @@ struct PairPoints {
   }
 };
 
-// How deep a pair of bodies is in one another, and how many points share that; forgets what its points remember when
-// the two are far apart. All of a team take part and get the answer.
+// The mean depth of a pair of bodies in one another, and the number of points that share it.
 struct PairLoad {
   real depth, sharing;
   bool near;
 };
 
+// Measures the load of a pair; forgets the memory of its points when the two bodies are far apart. All of a team take
+// part and get the answer.
 template <class Team>
 PALP_HD PairLoad load_of(const PairPoints& all, std::uint32_t index, Team team) {
   const ContactPair pair = all.contact.pair[index];
@@ -265,7 +270,7 @@ PALP_HD PairLoad load_of(const PairPoints& all, std::uint32_t index, Team team) 
   return {sums[1] / sums[0], sums[0] * sums[0] / sums[1], true};
 }
 
-// Ahead of MeetBodies, where bodies are in many pairs; one team a pair.
+// Measures the loads of all pairs before RigidContact, where bodies are in many pairs; one team a pair.
 struct MeasureContact {
   PairPoints all;
 
@@ -281,12 +286,13 @@ struct MeasureContact {
   }
 };
 
-// Forces of each pair, and what its points remember; one team a pair.
-struct MeetBodies {
+// Computes the forces of each pair of rigid and fixed bodies and updates the memory of its points; one team a pair.
+struct RigidContact {
   PairPoints all;
 
-  // How many of its pairs share a body's load, over the two that the stability limit has room for; 1 at least.
-  PALP_HD real crowding(std::uint32_t index) const {
+  // Returns the number of pairs that share a body's load over the two that the stability limit has room for, at
+  // least 1.
+  PALP_HD real load_sharing(std::uint32_t index) const {
     if (all.body[index].kind != BodyKind::rigid) return real(1);
     const PairWrenches& by = all.contact.by;
     real sum = 0, sum2 = 0;
@@ -298,14 +304,15 @@ struct MeetBodies {
     return sum * sum > real(2) * sum2 ? sum * sum / (real(2) * sum2) : real(1);
   }
 
-  // n: onto the held body; r: of the point from its centre.
-  PALP_HD static void add_resistance(Resistance& to, const Vec3& n, const Vec3& r, const PairPoints::Press& press) {
+  // Adds a point's resistance. n points onto the held body; r leads from its centre to the point.
+  PALP_HD static void add_resistance(Resistance& to, const Vec3& n, const Vec3& r,
+                                     const PairPoints::NormalForce& normal) {
     const Vec3 turn = r.cross(n);
-    to.vv += press.resists * n * n.transpose();
-    to.vw += press.resists * n * turn.transpose();
-    to.ww += press.resists * turn * turn.transpose();
-    to.push += press.push * n;
-    to.turn += press.push * turn;
+    to.vv += normal.resists * n * n.transpose();
+    to.vw += normal.resists * n * turn.transpose();
+    to.ww += normal.resists * turn * turn.transpose();
+    to.push += normal.push * n;
+    to.turn += normal.push * turn;
   }
 
   template <class Team>
@@ -324,12 +331,12 @@ struct MeetBodies {
 
   template <class Team>
   PALP_HD PairLoad shared_load(std::uint32_t index, const ContactPair& pair, Team team) const {
-    if (all.contact.few) return load_of(all, index, team);
+    if (all.contact.single_pass) return load_of(all, index, team);
     const PairWrench& measured = all.contact.by.wrench[index];
     PairLoad load{measured.depth, measured.sharing, measured.near};
     if (load.depth > real(0)) {
-      const real crowd_a = crowding(pair.a), crowd_b = crowding(pair.b);
-      load.sharing *= crowd_a > crowd_b ? crowd_a : crowd_b;
+      const real sharing_a = load_sharing(pair.a), sharing_b = load_sharing(pair.b);
+      load.sharing *= sharing_a > sharing_b ? sharing_a : sharing_b;
     }
     return load;
   }
@@ -340,7 +347,7 @@ struct MeetBodies {
     const PairLoad load = shared_load(index, pair, team);
     PairWrench& out = all.contact.by.wrench[index];
     if (!load.near) {
-      if (all.contact.few && team.leader()) out = no_wrench();
+      if (all.contact.single_pass && team.leader()) out = no_wrench();
       return;
     }
     const std::uint32_t points = all.points(pair), of_a = all.contact.shape[pair.shape_a].points;
@@ -365,10 +372,10 @@ struct MeetBodies {
         continue;
       }
       const real m = PairPoints::moving_mass(owner, field, R_owner, R_field, t);
-      const PairPoints::Press press = all.press(pair.law, t, m, load.sharing);
-      const Vec3 f = all.force(pair.law, t, m, press, t.mean / (load.sharing * load.depth), R_field, state);
+      const PairPoints::NormalForce normal = all.normal_force(pair.law, t, m, load.sharing);
+      const Vec3 f = all.force(pair.law, t, m, normal, t.mean / (load.sharing * load.depth), R_field, state);
       if (pair.law.implicit)
-        add_resistance(resists, mine == held_a ? t.n : Vec3(-t.n), mine == held_a ? t.r : t.other, press);
+        add_resistance(resists, mine == held_a ? t.n : Vec3(-t.n), mine == held_a ? t.r : t.other, normal);
       const Vec3 on_a = mine ? f : Vec3(-f);
       force_a += on_a;
       torque_a += (mine ? t.r : t.other).cross(on_a);

@@ -12,7 +12,7 @@ struct Distance {
   Vec3 n;  // unit, outwards
 };
 
-// Nodes of a lattice, x fastest, a cell apart.
+// The nodes of a lattice, x fastest, a cell apart.
 struct NodeGrid {
   Vec3 origin;
   real cell, inv_cell;
@@ -23,8 +23,8 @@ struct NodeGrid {
 enum class PieceType : std::uint32_t { box, sphere, cylinder, grid };
 
 struct Piece {
-  Mat3 R;  // to the solid's frame
-  Vec3 c;
+  Mat3 R;          // rotation to the solid's frame
+  Vec3 c;          // origin in the solid's frame
   Vec3 low, high;  // box: corners; sphere: high.x the radius; cylinder: high.x the radius, high.z half the height
   PieceType type;
   bool subtract;
@@ -33,12 +33,13 @@ struct Piece {
 
 // One body's solid.
 struct ContactBody {
-  Mat3 R;  // of the solid, to body axes about the centre of mass
-  Vec3 c;
-  Vec3 low, high;                    // bounds, the solid's frame
-  real reach;                        // of the solid from the centre of mass
-  bool boxes;                        // pieces: boxes that fill it, then boxes that fill all the rest of space
-  std::uint32_t first, solid, last;  // pieces: [first, solid) added, [solid, last) subtracted; not boxes: in order
+  Mat3 R;                            // rotation of the solid's frame to body axes
+  Vec3 c;                            // origin of the solid's frame, from the centre of mass in body axes
+  Vec3 low, high;                    // bounds in the solid's frame
+  real reach;                        // largest distance of the solid from the centre of mass
+  bool boxes;                        // its pieces are boxes that fill it, then boxes that fill all the rest of space
+  std::uint32_t first, solid, last;  // boxes: pieces [first, solid) fill it, [solid, last) the rest; else [first, last)
+                                     // are added and subtracted in order
   std::uint32_t first_point, points;
 };
 
@@ -79,7 +80,8 @@ PALP_HD inline Distance cylinder_distance(const Vec3& x, real radius, real half)
   return {along, Vec3(0, 0, side)};
 }
 
-// Past the nodes: the nearest one's, with the way there added.
+// Returns the distance that a lattice stores; past its nodes that at the nearest point of the lattice, with the way
+// there added.
 PALP_HD inline Distance grid_distance(const NodeGrid& g, const Vec3& x) {
   int at[3];
   real f[3];
@@ -127,7 +129,7 @@ PALP_HD inline Distance piece_distance(const Piece& p, const NodeGrid* grids, co
   return out;
 }
 
-// x and the result in body axes about the centre of mass.
+// Returns the distance of a body's solid; x and the result are in body axes about the centre of mass.
 PALP_HD inline Distance solid_distance(const ContactBody& b, const Piece* pieces, const NodeGrid* grids,
                                        const Vec3& x) {
   const Vec3 y = b.R.transpose() * (x - b.c);

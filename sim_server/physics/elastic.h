@@ -13,7 +13,7 @@
 //                                                                            both momenta
 //   h_i       -alpha E V_i V_j W / X^2 (d_i + d_j).x x, d = F X_ji - x_ji,   Ganzenmueller 2015: against modes that F
 //             x = x_ji / |x_ji|                                              cannot see
-//             of what tears and does not yield: -beta E V_i V_j F (d_i + d_j), the exact gradient of
+//             matter that tears and does not yield has -beta E V_i V_j F (d_i + d_j) instead, the exact gradient of
 //             beta E / 2 sum V_i V_j F |d_i|^2, since F is the gradient for which that is least: torn neighbourhoods
 //             are so uneven that the other form feeds motion
 // paper (Eq. 4 and 5, Becker, Ihmsen & Teschner 2009), without the factor that makes Eq. 4 twice too stiff for
@@ -37,34 +37,41 @@ struct ElasticViews {
   std::uint32_t count = 0;
   const Packed* rest = nullptr;          // X, V [m, m^3]
   const Tag* tag = nullptr;              // with the elastic material
-  const std::uint32_t* first = nullptr;  // [count + 1] of each particle's neighbours
+  const std::uint32_t* first = nullptr;  // [count + 1] index of each particle's first neighbour
   const std::uint32_t* neighbor = nullptr;
   Mat3* correction = nullptr;  // L; null with method "paper"
-  Mat3* projection = nullptr;  // of neighbourhoods in a plane or line onto it, else I; null where all fill space
+  Mat3* projection = nullptr;  // onto the plane or line that neighbours lie in, else I; null where all fill space
   Packed* u = nullptr;         // displacement [m]
   Packed* v = nullptr;         // velocity [m/s]
   Quat* rotation = nullptr;    // R
   Mat3* gradient = nullptr;    // F; R with method "paper"
-  Mat3* stress = nullptr;      // what X_ji is multiplied with in the force: P L, or R (I + G) s
+  Mat3* stress = nullptr;      // factor of X_ji in the force: P L, or R (I + G) s with method "paper"
   // where a material yields, else null
   Mat3* plastic = nullptr;   // inverse of the plastic part of F
   real* hardened = nullptr;  // accumulated plastic strain
   // where a material tears, else null (tear.h)
   std::uint8_t* torn = nullptr;  // like neighbor: 1 where the bond is broken
-  Packed* pull = nullptr;        // axis at rest and size of the greatest stretch, where that is near to tearing; else 0
-  real* bearing = nullptr;       // share of the stress that what is left of the neighbourhood bears
+  Packed* stretch = nullptr;     // axis at rest and size of the greatest stretch, where that is near to tearing; else 0
+  real* integrity = nullptr;     // share of the stress that a torn neighbourhood still bears
 
   PALP_HD bool bonded(std::uint32_t k) const { return torn == nullptr || torn[k] == 0; }
 };
 
-inline constexpr real kHourglass = real(1), kUnseen = real(0.3);  // alpha, beta
+// alpha and beta of the forces against zero-energy modes.
+inline constexpr real kZeroEnergyAlpha = real(1), kZeroEnergyBeta = real(0.3);
 
+// Returns E of an elastic material [Pa].
+PALP_HD inline real young_modulus(const Material& m) {
+  return m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
+}
+
+// Returns the stress P [Pa].
 PALP_HD inline Mat3 elastic_stress(const Material& m, const Mat3& F, const Mat3& R) {
   const real volume = (R.array() * F.array()).sum() - real(3);
   return real(2) * m.shear * (F - R) + m.lame * volume * R;
 }
 
-// Per volume at rest [J/m^3].
+// Returns the elastic energy per volume at rest [J/m^3].
 PALP_HD inline real elastic_energy(const Material& m, const Mat3& F, const Mat3& R) {
   const real volume = (R.array() * F.array()).sum() - real(3);
   return m.shear * (F - R).squaredNorm() + real(0.5) * m.lame * volume * volume;
@@ -81,7 +88,7 @@ PALP_HD inline Mat3 team_sum(Team team, const Mat3& m) {
   return out;
 }
 
-// Rotation, deformation gradient and stress of each elastic particle. kYields: some material does.
+// Computes rotation, deformation gradient and stress of each elastic particle. kYields: some material yields.
 template <bool kYields>
 struct ElasticStrain {
   ElasticViews elastic;
@@ -124,13 +131,13 @@ struct ElasticStrain {
       P = elastic_stress(m, F, R);
     elastic.rotation[i] = q;
     elastic.gradient[i] = F;
-    elastic.stress[i] = elastic.bearing != nullptr ? Mat3(elastic.bearing[i] * P * L) : Mat3(P * L);
-    if (elastic.pull != nullptr && m.tear > real(0))
-      elastic.pull[i] = greatest_stretch(F, real(1) + real(0.5) * m.tear);
+    elastic.stress[i] = elastic.integrity != nullptr ? Mat3(elastic.integrity[i] * P * L) : Mat3(P * L);
+    if (elastic.stretch != nullptr && m.tear > real(0))
+      elastic.stretch[i] = greatest_stretch(F, real(1) + real(0.5) * m.tear);
   }
 };
 
-// The same by the paper's equations.
+// Computes rotation and stress by the paper's equations.
 struct PaperStrain {
   ElasticViews elastic;
   BodyViews bodies;
@@ -169,7 +176,7 @@ struct PaperStrain {
   }
 };
 
-// Force on each particle, bonded ones included, into or (add) onto BodyViews::force.
+// Computes the force on each particle, bonded ones included, and writes it to BodyViews::force, or adds it (add).
 struct ElasticForce {
   ElasticViews elastic;
   BodyViews bodies;
@@ -184,7 +191,7 @@ struct ElasticForce {
     const Packed X_i = elastic.rest[i];
     const Vec3 u_i = elastic.u[i].xyz(), v_i = elastic.v[i].xyz();
     const Mat3 stress_i = elastic.stress[i], F_i = elastic.gradient[i];
-    const real young = m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
+    const real young = young_modulus(m);
     Vec3 force(0, 0, 0);
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
       if (!elastic.bonded(k)) continue;
@@ -192,20 +199,20 @@ struct ElasticForce {
       const Packed X_j = elastic.rest[j];
       const Vec3 X_ji = rest_separation(grid, X_i, X_j), x_ji = X_ji + elastic.u[j].xyz() - u_i;
       const real r = X_ji.norm(), VV = X_i.w * X_j.w, VVF = VV * kernel.F(r);
-      force += VVF * times(stress_i + elastic.stress[j], X_ji);
+      force += VVF * mat_vec(stress_i + elastic.stress[j], X_ji);
       const real now = x_ji.norm();
       const bool exact = m.tear > real(0) && !(m.yield > real(0));
       if (hourglass && exact)
-        force -= (kUnseen * young * VVF) * (times(F_i + elastic.gradient[j], X_ji) - real(2) * x_ji);
+        force -= (kZeroEnergyBeta * young * VVF) * (mat_vec(F_i + elastic.gradient[j], X_ji) - real(2) * x_ji);
       if (!(now > real(0))) continue;
       const Vec3 along = x_ji / now;
       real push = 0;
       if (hourglass && !exact) {
-        real error = times(F_i + elastic.gradient[j], X_ji).dot(along) - real(2) * now;
-        // what flows must not be held by what F cannot see
+        real error = mat_vec(F_i + elastic.gradient[j], X_ji).dot(along) - real(2) * now;
+        // this force must not keep matter that yields from flowing
         const real most = real(2) * now * m.yield / young;
         if (m.yield > real(0)) error = error > most ? most : (error < -most ? -most : error);
-        push = kHourglass * young * VV * kernel.W(r) / (r * r) * error;
+        push = kZeroEnergyAlpha * young * VV * kernel.W(r) / (r * r) * error;
       }
       if (m.damping > real(0)) push -= real(10) * m.damping * VVF * (elastic.v[j].xyz() - v_i).dot(along);
       force -= push * along;
@@ -217,7 +224,7 @@ struct ElasticForce {
   }
 };
 
-// Symplectic Euler; bonded particles follow their body.
+// Moves the particles by symplectic Euler; bonded ones follow their body.
 struct MoveElastic {
   ElasticViews elastic;
   BodyViews bodies;
@@ -247,11 +254,11 @@ struct MoveElastic {
   }
 };
 
-// Centre, momentum and mean rotation of each elastic body, for whom it may concern; one team a body.
+// Measures centre, momentum and mean rotation of each elastic body, for output alone; one team a body.
 struct MeasureElastic {
   ElasticViews elastic;
   BodyViews bodies;
-  const std::uint32_t* body;  // the elastic ones
+  const std::uint32_t* body;  // indices of the elastic bodies
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t k, Team team) const {

@@ -1,9 +1,9 @@
-// Contact of what is soft with rigid and fixed bodies: each particle, a ball half a spacing wide, against their signed
+// Contact of soft bodies with rigid and fixed ones: each particle, a ball half a spacing wide, against their signed
 // distances, by the law of contact.h. Forces act in the particle's middle, so that both momenta are kept.
 //
-// m_i = min(m of the particle, m_b / n): m_b is what of the other body moves along n at the particle, n the number of
-// contacts that may act on it at once (BodyState::contact_mass), so that all of them together are stable on either
-// side.
+// m_i = min(m of the particle, m_b / n): m_b is the other body's effective mass along the normal at the particle, n the
+// number of contacts that may act on it at once (BodyState::contact_mass), so that all of them together are stable on
+// either side.
 #pragma once
 
 #include "sim_server/physics/contact.h"
@@ -11,15 +11,18 @@
 
 namespace palp {
 
-// Elastic bodies, by their particles in the order of forces.
+// The matter of elastic bodies, by their particles in the order of forces.
 struct ElasticMatter {
   ElasticViews elastic;
   BodyViews bodies;
   Medium medium;
 
-  PALP_HD bool acts(std::uint32_t) const { return true; }      // whether it takes part
-  PALP_HD real share(std::uint32_t) const { return real(1); }  // of the forces of contact that it gets
-  PALP_HD bool rough(std::uint32_t) const { return true; }     // whether friction acts on it
+  // Returns true for a particle that takes part in contact.
+  PALP_HD bool acts(std::uint32_t) const { return true; }
+  // Returns the share of the contact's forces that a particle gets.
+  PALP_HD real share(std::uint32_t) const { return real(1); }
+  // Returns true for a particle that friction acts on.
+  PALP_HD bool rough(std::uint32_t) const { return true; }
   PALP_HD Motion motion(std::uint32_t i) const {
     return {elastic.rest[i].xyz() + elastic.u[i].xyz(), elastic.v[i].xyz(), Vec3(0, 0, 0), false};
   }
@@ -27,13 +30,14 @@ struct ElasticMatter {
     return medium.material[elastic.tag[i].material()].density * elastic.rest[i].w;
   }
   PALP_HD void add(std::uint32_t i, const Vec3& f) const { bodies.force[i] = pack(bodies.force[i].xyz() + f, 0); }
-  // How near it may come; frozen matter alone remembers how near it was.
+  // Returns the distance at which contact begins; only frozen matter remembers a smaller one.
   PALP_HD real reach(std::uint32_t, std::uint32_t, real half, real) const { return half; }
 };
 
-// One team a part of a soft body: no two teams touch the same particle.
+// Computes contact of soft matter with rigid and fixed bodies. One team a part of a soft body, so that no two teams
+// touch the same particle.
 template <class Matter>
-struct MeetParticles {
+struct SoftContact {
   PairPoints all;
   const SoftPart* parts;
   Matter matter;
@@ -47,7 +51,7 @@ struct MeetParticles {
     return other < particle ? other : particle;
   }
 
-  // Of particle i by the pair's b; none without contact.
+  // Returns the force on particle i by the pair's body b, zero without contact.
   PALP_HD Vec3 force_on(std::uint32_t i, const ContactPair& pair, const BodyState& field, const Mat3& R,
                         std::uint32_t place, Vec3& arm) const {
     ContactState& state = all.contact.state[place];
@@ -69,7 +73,7 @@ struct MeetParticles {
     ContactLaw law = pair.law;
     if (!matter.rough(i)) law.friction = real(0);
     const real m = matter.share(i) * moving_mass(matter.mass(i), field, R, t);
-    return all.force(law, t, m, all.press(law, t, m, real(1)), real(1), R, state);
+    return all.force(law, t, m, all.normal_force(law, t, m, real(1)), real(1), R, state);
   }
 
   template <class Team>

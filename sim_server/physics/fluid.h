@@ -22,23 +22,21 @@
 
 namespace palp {
 
-// Speed over c, of two particles against each other, below which density does not diffuse between them. Diffusion takes
-// the pressure away that holds particles in their places, and a fluid that should rest creeps for ever: a box of 6 x 6
+// The relative speed of two particles, over c, below which density does not diffuse between them. Diffusion takes the
+// pressure away that holds particles in their places, and a fluid that should rest creeps for ever: a box of 6 x 6
 // x 4 particles went round and round by a spacing in 20 s.
-inline constexpr real kStill = real(0.0003);
-
-PALP_HD inline real least(real a, real b) { return a < b ? a : b; }
+inline constexpr real kDiffusionThreshold = real(0.0003);
 
 PALP_HD inline real impedance(const Material& m) { return m.density * m.sound_speed; }
 
-// 2 Z_j / (Z_i + Z_j): by how much more of v_ij i yields than j, and what p_i weighs in the pressure between them.
-PALP_HD inline real yielding(const Medium& medium, Tag tag_i, Tag tag_j) {
+// Returns 2 Z_j / (Z_i + Z_j): the weight of v_ij in the density of i, and of p_i in the pressure between the two.
+PALP_HD inline real impedance_weight(const Medium& medium, Tag tag_i, Tag tag_j) {
   const real Z_i = impedance(medium.material[tag_i.material()]), Z_j = impedance(medium.material[tag_j.material()]);
   return real(2) * Z_j / (Z_i + Z_j);
 }
 
-// Whether fluids of different materials meet. Where a scene has but one, not to ask takes a sixth off the density's
-// pass.
+// Policies that say whether two fluid particles are of different materials. Where a scene has but one material, not to
+// ask takes a sixth off the density's pass.
 struct OneFluid {
   PALP_HD static bool differ(Tag, Tag) { return false; }
 };
@@ -59,14 +57,15 @@ struct AdvanceDensity {
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag_i = from.tag[i];
-    if (!tag_i.is_fluid() || tag_i.gone()) {
+    if (!tag_i.is_fluid() || tag_i.inactive()) {
       if (team.leader()) copy_particle(from, i, to, i);
       return;
     }
     const Packed xV_i = from.xV[i], vp_i = from.vp[i];
     const Vec3 x_i = xV_i.xyz(), v_i = vp_i.xyz();
     const Material& fluid = medium.material[tag_i.material()];
-    const real still = kStill * fluid.sound_speed * medium.spacing, stirred = real(1) / (still * still);
+    const real threshold = kDiffusionThreshold * fluid.sound_speed * medium.spacing;
+    const real inv_threshold2 = real(1) / (threshold * threshold);
     const Vec3 hydrostatic = forcing->level_gravity * fluid.density;  // gradient of p at rest
     const auto solid_i = bonds.solid(from, i);
     real divergence = 0, laplacian = 0;
@@ -79,11 +78,11 @@ struct AdvanceDensity {
           // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
           const Vec3 v_j = tag_j.kind() == BodyKind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
           const bool differ = Fluids::differ(tag_i, tag_j);
-          const real yields = differ && tag_j.is_fluid() ? yielding(medium, tag_i, tag_j) : real(1);
+          const real weight = differ && tag_j.is_fluid() ? impedance_weight(medium, tag_i, tag_j) : real(1);
           const real apart = (v_i - v_j).dot(x_ij);
-          divergence += yields * VF * apart;
+          divergence += weight * VF * apart;
           if (tag_j.is_fluid() && !differ)
-            laplacian += VF * least(real(1), stirred * apart * apart) * (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
+            laplacian += VF * min(real(1), inv_threshold2 * apart * apart) * (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
         });
     divergence = team.sum(divergence);
     laplacian = team.sum(laplacian);
@@ -98,14 +97,15 @@ struct AdvanceDensity {
   }
 };
 
-// What the artificial viscosity takes off the pressure between two particles that part, and adds when they approach.
+// Returns the pressure that the artificial viscosity takes off between two particles that part; it is negative, which
+// adds pressure, when they approach.
 PALP_HD inline real artificial_pressure(const Medium& medium, const WendlandC2& kernel, real c, real rho,
                                         const Vec3& v_ij, const Vec3& x_ij, real r2) {
   const real h = real(0.5) * kernel.support;
   return medium.artificial * c * h * rho * v_ij.dot(x_ij) / (r2 + real(0.01) * h * h);
 }
 
-// Force of fluid particle j on fluid particle i.
+// Returns the force of fluid particle j on fluid particle i [N].
 template <class Fluids>
 PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& kernel, const Material& material_i,
                                      Tag tag_i, const Packed& xV_i, const Packed& vp_i, Tag tag_j, real V_j,
@@ -119,7 +119,7 @@ PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& ker
     const real mu_sum = mu + b.viscosity, Z_i = impedance(material_i), Z_j = impedance(b), Z = Z_i + Z_j;
     p_i *= real(2) * Z_j / Z;
     p_j *= real(2) * Z_i / Z;
-    // Z in the mean that the lesser governs, as mu
+    // the harmonic mean of Z, in which the smaller one counts most, as that of mu
     c = real(1);
     rho = real(2) * Z_i * Z_j / Z;
     mu = mu_sum > real(0) ? real(2) * mu * b.viscosity / mu_sum : real(0);
@@ -128,18 +128,18 @@ PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& ker
   return VVF * (along * x_ij - real(2) * mu * v_ij);
 }
 
-// What keeps a fluid particle out of the gaps between a solid's particles, whatever its own pressure [Pa]. A film or a
-// drop that has spread has lost the density of those around it, so that it has no pressure before it is within the
-// solid, and once it is, the solid pushes from all sides: it went through tables of two layers. A fluid that fills its
-// space keeps a larger distance.
+// Returns a pressure that keeps a fluid particle out of the gaps between a solid's particles, whatever its own pressure
+// [Pa]. A film or a drop that has spread has lost the density of those around it, so that it has no pressure before it
+// is within the solid, and once it is, the solid pushes from all sides: it went through tables of two layers. A fluid
+// that fills its space keeps a larger distance.
 PALP_HD inline real guarding_pressure(const Medium& medium, const Material& fluid, real r) {
   const real inside = real(1) - r / (real(0.8) * medium.spacing);
   return inside > real(0) ? fluid.density * fluid.sound_speed * fluid.sound_speed * inside : real(0);
 }
 
-// Force of solid particle j, moving with v_j, on fluid particle i. wall: the pressure that the solid shows to the fluid
-// (w) and the velocity that makes the mean of fluid and wall the wall's own at its surface (boundary.h). The artificial
-// viscosity acts here too: without it the extrapolated wall pressure can feed sound waves.
+// Returns the force of solid particle j, moving with v_j, on fluid particle i [N]. wall_j: the pressure that the solid
+// shows to the fluid (w) and the velocity that makes the mean of fluid and wall the wall's own at its surface
+// (boundary.h). The artificial viscosity acts here too: without it the extrapolated wall pressure can feed sound waves.
 PALP_HD inline Vec3 wall_pair_force(const Medium& medium, const WendlandC2& kernel, Tag tag_i, const Packed& xV_i,
                                     const Packed& vp_i, real V_j, const Vec3& v_j, const Packed& wall_j,
                                     const Vec3& x_ij, real r2) {
@@ -150,7 +150,7 @@ PALP_HD inline Vec3 wall_pair_force(const Medium& medium, const WendlandC2& kern
   return VVF * (along * x_ij - real(2) * fluid.viscosity * (vp_i.xyz() - wall_j.xyz()));
 }
 
-// Acceleration of fluid particles [m/s^2], into acceleration[i].
+// Writes the acceleration of each fluid particle [m/s^2] into acceleration[i].
 template <class Fluids, class Bonds>
 struct FluidForce {
   ParticleView state;

@@ -1,12 +1,12 @@
-// Contact of what has frozen or set (state_change.h) with rigid and fixed bodies, as that of elastic bodies: the
-// solid's share K of it, while the fluid's forces keep 1 - K (bonded.h).
+// Contact of matter that has frozen or set (state_change.h) with rigid and fixed bodies, by the law for elastic bodies:
+// it gets the solid's share K of the force, while the fluid's forces keep 1 - K (bonded.h).
 //
-// A fluid's particles may be nearer to a wall than half a spacing. What freezes there may stay there until it has left,
-// so that freezing pushes nothing away and stores no energy.
+// A fluid's particles may be nearer to a wall than half a spacing. A particle that freezes there may stay there until
+// it has left, so that freezing pushes nothing away and stores no energy.
 //
 // A drop that tore off has lost the density of those that it left, and no pressure keeps it out of a wall before it is
-// deep inside: what is liquid meets walls too, without friction, at a fifth of a spacing, where fluids otherwise do not
-// get to.
+// deep inside: liquid particles meet walls too, without friction, at a fifth of a spacing, where fluids otherwise do
+// not get to.
 #pragma once
 
 #include "sim_server/physics/elastic_contact.h"
@@ -14,10 +14,11 @@
 
 namespace palp {
 
+// The matter that changes state, by slot (ElasticMatter has the meaning of the members).
 struct FrozenMatter {
   ChangeViews change;
   Medium medium;
-  NearestYet* near;  // by contact state from `first` on
+  ClosestApproach* near;  // by contact state, from the state `first` on
   std::uint32_t first;
 
   PALP_HD bool acts(std::uint32_t i) const { return change.x[i].w > real(0); }
@@ -29,7 +30,7 @@ struct FrozenMatter {
   PALP_HD real reach(std::uint32_t i, std::uint32_t place, real half, real distance) const {
     const std::uint32_t solid = rough(i) ? 1 : 0;
     const real limit = solid != 0 ? half : real(0.4) * half;
-    NearestYet& kept = near[place - first];
+    ClosestApproach& kept = near[place - first];
     if (distance >= limit)
       kept = {limit, solid};
     else if (kept.solid != solid)

@@ -1,4 +1,5 @@
-// What the server must know of a state to trust it: non-finite values, largest speed and compression, energy.
+// The figures by which the server decides whether to trust a state: non-finite values, largest speed and compression,
+// energy.
 #pragma once
 
 #include "sim_server/physics/rigid.h"
@@ -7,14 +8,14 @@ namespace palp {
 
 struct HealthSums {
   real max_speed = 0;        // [m/s]
-  real max_mach = 0;         // speed over the sound speed in the particle's medium
+  real max_mach = 0;         // largest speed over the sound speed in the particle's medium
   real max_compression = 0;  // rho / rho0 - 1
-  real kinetic_energy = 0;   // of fluids and elastic bodies [J]
-  real unsolved = 0;         // share of what elasticity did that the last round of an implicit solve still changed
+  real kinetic_energy = 0;   // energy of fluids and elastic bodies [J]
+  real unsolved = 0;         // share of the energy of an implicit solve that its last round still changed
   std::uint32_t non_finite = 0;
-  std::uint32_t outside = 0;  // particles outside the domain
-  std::uint32_t gone = 0;     // of these, those that have left it (outside.h)
-  real gone_mass = 0;         // [kg]
+  std::uint32_t outside = 0;   // particles outside the domain
+  std::uint32_t inactive = 0;  // those of them that take no part any more (outside.h)
+  real inactive_mass = 0;      // their mass [kg]
 };
 
 inline constexpr std::uint32_t kHealthBlocks = 512;
@@ -27,12 +28,12 @@ PALP_HD inline HealthSums combine(HealthSums s, Team team) {
   s.kinetic_energy = team.sum(s.kinetic_energy);
   s.non_finite = team.sum(s.non_finite);
   s.outside = team.sum(s.outside);
-  s.gone = team.sum(s.gone);
-  s.gone_mass = team.sum(s.gone_mass);
+  s.inactive = team.sum(s.inactive);
+  s.inactive_mass = team.sum(s.inactive_mass);
   return s;
 }
 
-// One team for each of kHealthBlocks equal parts of the particles.
+// Measures each of kHealthBlocks equal parts of the particles; one team a part.
 struct MeasureHealth {
   ParticleView state;
   Medium medium;
@@ -56,10 +57,10 @@ struct MeasureHealth {
         ++s.non_finite;
         continue;
       }
-      if (tag.gone()) {
+      if (tag.inactive()) {
         ++s.outside;
-        ++s.gone;
-        s.gone_mass += state.mass[i];
+        ++s.inactive;
+        s.inactive_mass += state.mass[i];
         continue;
       }
       const Vec3 low = xV.xyz() - grid.origin;
@@ -85,10 +86,11 @@ struct MeasureHealth {
   }
 };
 
+// Combines the parts; one team.
 struct CollectHealth {
   const HealthSums* part;
   HealthSums* total;
-  real* unsolved;  // null without an implicit solve; begins anew
+  real* unsolved;  // null without an implicit solve; set to zero for the next haptic step
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t, Team team) const {
@@ -100,8 +102,8 @@ struct CollectHealth {
       s.kinetic_energy += part[b].kinetic_energy;
       s.non_finite += part[b].non_finite;
       s.outside += part[b].outside;
-      s.gone += part[b].gone;
-      s.gone_mass += part[b].gone_mass;
+      s.inactive += part[b].inactive;
+      s.inactive_mass += part[b].inactive_mass;
     }
     s = combine(s, team);
     if (!team.leader()) return;

@@ -10,8 +10,8 @@
 // M        sum_j V_j F x_j^2 within a lattice; 1 in the limit of many neighbours       -        below
 // A        free surface: V (1 - S/S0 - e) / l, S = sum_j V_j W                         m^2      below
 //
-// Every pair conducts, those within a solid too. What i gets j loses, so heat is kept to round-off. A body that is held
-// at its temperature is a perfect conductor: the limit of large k_j, so that its temperature holds at its surface.
+// Every pair conducts, those within a solid too. Heat that i gets j loses, so heat is kept to round-off. A body that is
+// held at its temperature is a perfect conductor: the limit of large k_j, so that its temperature holds at its surface.
 // M makes the flux through a lattice exact: with H = 2 dx it is 0.982. A material that does not melt has L = 0, and T_m
 // then is only where its h is zero.
 //
@@ -32,18 +32,19 @@ struct HeatMaterial {
   real latent;        // L; 0: does not melt
 };
 
+// Returns T(h).
 PALP_HD inline real temperature_of(const HeatMaterial& m, real h) {
   const real sensible = h < real(0) ? h : (h > m.latent ? h - m.latent : real(0));
   return m.melting + sensible / m.capacity;
 }
 
-// At the melting temperature itself: solid.
+// Returns the enthalpy at a temperature; at the melting temperature itself that of the solid.
 PALP_HD inline real enthalpy_of(const HeatMaterial& m, real T) {
   const real h = m.capacity * (T - m.melting);
   return h > real(0) ? h + m.latent : h;
 }
 
-// 0 solid, 1 liquid. Of a material that melts: one without latent heat is neither.
+// Returns f(h), 0 solid to 1 liquid, of a material that melts; for one without latent heat it has no meaning and is 0.
 PALP_HD inline real liquid_fraction(const HeatMaterial& m, real h) {
   if (!(m.latent > real(0)) || h <= real(0)) return real(0);
   return h < m.latent ? h / m.latent : real(1);
@@ -53,35 +54,37 @@ inline constexpr std::uint32_t kMaxHeatZones = 32;  // bits of HeatViews::zones_
 
 // A box in which particles are heated, or held at a temperature.
 struct HeatZone {
-  Vec3 center, half;   // of the body that it follows, from its centre of mass and along its axes; else of the world [m]
-  Quat q;              // from the box's axes to the same
-  std::uint32_t body;  // that it follows, kNone
-  bool holds;          // a temperature; else it heats
+  Vec3 center, half;   // centre and half size, from the centre of mass of the body that it follows and along that one's
+                       // axes; without a body in the world [m]
+  Quat q;              // rotation from the box's axes to the axes of the body or the world
+  std::uint32_t body;  // the body that it follows, kNone
+  bool holds;          // true: it holds a temperature; false: it heats
   real temperature;    // [K]
   real power;          // [W], shared among the particles in it by volume
 };
 
 struct HeatMedium {
   HeatMaterial material[kMaxMaterials];
-  real dt;               // [s]
-  real loss;             // to air [W/(m^2 K)]
+  real dt;               // heat step [s]
+  real loss;             // loss to air [W/(m^2 K)]
   real air_temperature;  // [K]
   real moment;           // M
   real cover;            // S0
   real depth;            // l [m]
 };
 
-// Share of the neighbourhood that may be missing without being a surface: the noise of S in a fluid.
+// e, the share of the neighbourhood that may be missing without being a surface: the noise of S in a fluid.
 inline constexpr real kCoverNoise = real(0.05);
 
 struct HeatViews {
-  const std::uint32_t* held = nullptr;  // by body: its temperature stays
+  const std::uint32_t* held = nullptr;  // by body: 1 where its temperature is held
   const HeatZone* zone = nullptr;
-  real* zone_volume = nullptr;  // [m^3] of the particles in it that can take up heat
+  real* zone_volume = nullptr;  // by zone: volume of the particles in it that can take up heat [m^3]
   std::uint32_t zones = 0;
-  const std::uint32_t* zones_on = nullptr;  // one bit a zone
+  const std::uint32_t* zones_on = nullptr;  // one bit a zone: 1 where it is on
 };
 
+// Returns true when x is in the zone.
 PALP_HD inline bool is_inside(const HeatZone& zone, const BodyState* bodies, const CellGrid& grid, const Packed& x) {
   Vec3 center = zone.center;
   if (zone.body != kNone) center = bodies[zone.body].x + bodies[zone.body].q * zone.center;
@@ -93,7 +96,7 @@ PALP_HD inline bool is_inside(const HeatZone& zone, const BodyState* bodies, con
   return true;
 }
 
-// One team for each zone.
+// Measures the volume of the particles in each zone; one team a zone.
 struct MeasureHeatZones {
   ParticleView state;
   CellGrid grid;
@@ -106,7 +109,7 @@ struct MeasureHeatZones {
     const HeatZone zone = heat.zone[z];
     real volume = 0;
     for (std::uint32_t i = team.lane(); i < count; i += team.size())
-      if (heat.held[state.tag[i].body()] == 0 && !state.tag[i].gone() && is_inside(zone, bodies, grid, state.xV[i]))
+      if (heat.held[state.tag[i].body()] == 0 && !state.tag[i].inactive() && is_inside(zone, bodies, grid, state.xV[i]))
         volume += state.xV[i].w;
     volume = team.sum(volume);
     if (team.leader()) heat.zone_volume[z] = volume;
@@ -122,7 +125,7 @@ struct ConductHeat {
   const BodyState* bodies;
   HeatViews heat;
 
-  // What the zones give to particle i of enthalpy h [W]; a zone that holds a temperature sets h.
+  // Returns the power that the zones give to particle i [W]; a zone that holds a temperature sets its enthalpy h.
   PALP_HD real zone_power(std::uint32_t i, const HeatMaterial& material, real& h) const {
     real power = 0;
     for (std::uint32_t z = 0; z < heat.zones; ++z) {
@@ -138,7 +141,7 @@ struct ConductHeat {
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag_i = state.tag[i];
-    if (heat.held[tag_i.body()] != 0 || tag_i.gone()) return;
+    if (heat.held[tag_i.body()] != 0 || tag_i.inactive()) return;
     const HeatMaterial material_i = medium.material[tag_i.material()];
     const real T_i = state.temperature[i], k_i = material_i.conductivity;
     const Packed xV_i = state.xV[i];
@@ -164,6 +167,7 @@ struct ConductHeat {
   }
 };
 
+// Computes temperatures from enthalpies.
 struct UpdateTemperature {
   ParticleView state;
   HeatMedium medium;

@@ -10,60 +10,48 @@
 // f           elastic force of the strain at x*, but along the axes of x:    so the energy of a turn is not taken for
 //             stress R R*^T P(F*), damping along x_ji                        strain, and x cross f sums to zero
 // K           dP = R (2 mu sym A + lambda tr A I), A = R^T dF: the slope     symmetric, never negative
-//             of P with R held fast and without stress
+//             of P with R fixed and without stress
 // C           10 eta V_i V_j F x x^T, x = x_ji / |x_ji|                      elastic.h
 // hourglass   -beta E V_i V_j F (d_i + d_j), d = (F_i - I) X_ji - u_ji       elastic.h; linear, so K has the same
 //
-// Of the linear problem each part of the motion with the frequency w keeps 1 / sqrt(1 + (w dt)^2) of its amplitude in a
-// step: slow motion is damped like w dt / 2 of critical, what is faster than the step is at rest after a few. K need
-// not be exact for that: any between half of the true slope and more leaves a step stable, y is small where it is too
-// stiff.
+// In the linear problem a vibration of frequency w keeps 1 / sqrt(1 + (w dt)^2) of its amplitude in a step: a slow one
+// is damped like w dt / 2 of critical, one that is faster than the step is at rest after a few. K need not be exact for
+// that: any between half of the true slope and more leaves a step stable; y is small where K is too stiff.
 //
-// Conjugate gradients, preconditioned with the mass, so that momentum is exact however few rounds there are, in the
-// form with one sum a round (Chronopoulos & Gear 1989). z = r / m:
-//   w = A z, gamma = r.z, delta = w.z, beta = gamma / gamma', alpha = gamma / (delta - beta gamma / alpha')
-//   p = z + beta p, s = w + beta s, y += alpha p, r -= alpha s
-// The rounds are as many as the plan says; those after the last that changed something return at once. A bonded
-// particle has 1 / m = 0: its r is the impulse of what is bonded to it.
+// The solver is conjugate_gradients.h. A bonded particle has 1 / m = 0: its r is the impulse on it of all that is
+// bonded to it.
 #pragma once
 
 #include "sim_server/physics/elastic.h"
 
 namespace palp {
 
-// Of a round of the solve.
+// The scalars of a round of the solve.
 struct SolveRound {
   real gamma, alpha;
-  real work;   // sum of alpha gamma up to here: of y's energy, kinetic and elastic [J]
-  bool ended;  // the next would change nothing
+  real work;   // sum of alpha gamma up to here: y's energy, kinetic and elastic [J]
+  bool ended;  // the next round would change nothing
 };
 
 struct ImplicitViews {
-  std::uint32_t rounds = 0, parts = 0;  // parts that sums are taken of
-  Packed* pair = nullptr;               // like ElasticViews::neighbor: X_ji; V_j F [m, 1/m^2]
-  Packed* ahead = nullptr;              // u at x* [m]
+  std::uint32_t rounds = 0, parts = 0;  // rounds of the solve; parts of the particles that are summed separately
+  Packed* pair = nullptr;               // in the order of ElasticViews::neighbor: X_ji; V_j F [m, 1/m^2]
+  Packed* predicted = nullptr;          // u at x* [m]
   Quat* rotation = nullptr;             // R*
   Packed* residual = nullptr;           // r [kg m/s]; 1 / m
   Packed* image = nullptr;              // w [kg m/s]
   Packed* direction = nullptr;          // p [m/s]
   Packed* advance = nullptr;            // s [kg m/s]
   Packed* change = nullptr;             // y [m/s]
-  Packed* sums = nullptr;               // of each part: gamma, delta
+  Packed* sums = nullptr;               // by part: gamma, delta
   SolveRound* round = nullptr;
-  real* left = nullptr;  // the most in this haptic step that the last round still changed, of y's energy; a share
+  real* unsolved = nullptr;  // largest share of y's energy in this haptic step that the last round still changed
   std::uint32_t free_bodies = 0;
-  const std::uint32_t* free_body = nullptr;  // bodies that nothing holds
-  real least = 0;                            // what a round must change of y's energy, or it is the last [J]
+  const std::uint32_t* free_body = nullptr;  // indices of the bodies that are bonded to nothing
+  real min_work = 0;                         // change of y's energy below which a round is the last [J]
 };
 
-// In a float's rounding a round cannot change less of y's energy.
-inline constexpr real kLeastWork = sizeof(real) == 4 ? real(1e-8) : real(1e-12);
-
-PALP_HD inline real young_modulus(const Material& m) {
-  return m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
-}
-
-// Once: what the passes over neighbours need of each and what never changes.
+// Lists, once, the constants of each pair of neighbours.
 struct ListPairs {
   ElasticViews elastic;
   ImplicitViews solve;
@@ -79,12 +67,13 @@ struct ListPairs {
   }
 };
 
-// Before contact adds its forces, where nothing else has set them.
+// Clears the forces before contact adds its own, where nothing else has set them.
 struct ClearForce {
   BodyViews bodies;
   PALP_HD void operator()(std::uint32_t i) const { bodies.force[i] = Packed{0, 0, 0, 0}; }
 };
 
+// Sets v*, x* and the start of the solve.
 struct BeginImplicit {
   ElasticViews elastic;
   ImplicitViews solve;
@@ -104,28 +93,28 @@ struct BeginImplicit {
       v = around.kept * (elastic.v[i].xyz() + medium.dt * (bodies.force[i].xyz() / mass + around.pull));
     }
     elastic.v[i] = pack(v, 0);
-    solve.ahead[i] = pack(elastic.u[i].xyz() + medium.dt * v, 0);
+    solve.predicted[i] = pack(elastic.u[i].xyz() + medium.dt * v, 0);
     solve.residual[i] = pack(Vec3(0, 0, 0), free ? real(1) / mass : real(0));
     solve.direction[i] = solve.advance[i] = solve.change[i] = Packed{0, 0, 0, 0};
   }
 };
 
-// R, F and R*, and what X_ji is multiplied with in f, into ElasticViews::stress: R R*^T P(F*) L - beta E (F* - I).
-struct StrainAhead {
+// Computes R, F and R*, and the factor of X_ji in f, R R*^T P(F*) L - beta E (F* - I), into ElasticViews::stress.
+struct PredictedStrain {
   ElasticViews elastic;
   ImplicitViews solve;
   Medium medium;
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
-    const Vec3 u_i = elastic.u[i].xyz(), ahead_i = solve.ahead[i].xyz();
+    const Vec3 u_i = elastic.u[i].xyz(), ahead_i = solve.predicted[i].xyz();
     Mat3 now = Mat3::Zero(), ahead = Mat3::Zero();
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
       const std::uint32_t j = elastic.neighbor[k];
       const Packed pair = solve.pair[k];
       const Vec3 weighted = pair.w * pair.xyz();
       now += (elastic.u[j].xyz() - u_i) * weighted.transpose();
-      ahead += (solve.ahead[j].xyz() - ahead_i) * weighted.transpose();
+      ahead += (solve.predicted[j].xyz() - ahead_i) * weighted.transpose();
     }
     now = team_sum(team, now);
     ahead = team_sum(team, ahead);
@@ -143,12 +132,12 @@ struct StrainAhead {
     elastic.gradient[i] = F;
     solve.rotation[i] = q_ahead;
     const Mat3 P = R * (R_ahead.transpose() * elastic_stress(m, F_ahead, R_ahead));
-    elastic.stress[i] = P * L - kUnseen * young_modulus(m) * (ahead * L);
+    elastic.stress[i] = P * L - kZeroEnergyBeta * young_modulus(m) * (ahead * L);
   }
 };
 
-// The residual to begin with: r = dt f.
-struct ForceAhead {
+// Computes the residual to begin with: r = dt f.
+struct PredictedForce {
   ElasticViews elastic;
   ImplicitViews solve;
   Medium medium;
@@ -157,9 +146,9 @@ struct ForceAhead {
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Material& m = medium.material[elastic.tag[i].material()];
     const real V_i = elastic.rest[i].w;
-    const Vec3 u_i = elastic.u[i].xyz(), ahead_i = solve.ahead[i].xyz(), v_i = elastic.v[i].xyz();
+    const Vec3 u_i = elastic.u[i].xyz(), ahead_i = solve.predicted[i].xyz(), v_i = elastic.v[i].xyz();
     const Mat3 stress_i = elastic.stress[i];
-    const real hold_i = kUnseen * young_modulus(m);
+    const real hold_i = kZeroEnergyBeta * young_modulus(m);
     Vec3 force(0, 0, 0);
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
       const std::uint32_t j = elastic.neighbor[k];
@@ -167,8 +156,8 @@ struct ForceAhead {
       const Material& m_j = medium.material[elastic.tag[j].material()];
       const Vec3 X_ji = pair.xyz(), x_ji = X_ji + elastic.u[j].xyz() - u_i;
       const real VVF = V_i * pair.w;
-      const real hold = hold_i + kUnseen * young_modulus(m_j);
-      force += VVF * (times(stress_i + elastic.stress[j], X_ji) + hold * (solve.ahead[j].xyz() - ahead_i));
+      const real hold = hold_i + kZeroEnergyBeta * young_modulus(m_j);
+      force += VVF * (mat_vec(stress_i + elastic.stress[j], X_ji) + hold * (solve.predicted[j].xyz() - ahead_i));
       const real r2 = x_ji.squaredNorm(), damping = real(5) * (m.damping + m_j.damping);
       if (damping > real(0) && r2 > real(0))
         force += (VVF * damping * (elastic.v[j].xyz() - v_i).dot(x_ji) / r2) * x_ji;
@@ -178,9 +167,10 @@ struct ForceAhead {
   }
 };
 
-PALP_HD inline Vec3 times_inverse_mass(const Packed& r) { return r.w * r.xyz(); }
+// Returns z = r / m.
+PALP_HD inline Vec3 preconditioned(const Packed& r) { return r.w * r.xyz(); }
 
-// For K z what the strain is for f.
+// Computes the factor of X_ji in K z, as PredictedStrain does that in f.
 struct StrainChange {
   ElasticViews elastic;
   ImplicitViews solve;
@@ -190,12 +180,12 @@ struct StrainChange {
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     if (round > 0 && solve.round[round - 1].ended) return;
-    const Vec3 z_i = times_inverse_mass(solve.residual[i]);
+    const Vec3 z_i = preconditioned(solve.residual[i]);
     Mat3 change = Mat3::Zero();
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
       const std::uint32_t j = elastic.neighbor[k];
       const Packed pair = solve.pair[k];
-      change += (times_inverse_mass(solve.residual[j]) - z_i) * (pair.w * pair.xyz()).transpose();
+      change += (preconditioned(solve.residual[j]) - z_i) * (pair.w * pair.xyz()).transpose();
     }
     change = team_sum(team, change);
     if (!team.leader()) return;
@@ -203,14 +193,14 @@ struct StrainChange {
     const Material& m = medium.material[elastic.tag[i].material()];
     change = change * L;
     Mat3 A = R.transpose() * change;
-    if (elastic.projection != nullptr) A = elastic.projection[i] * A;  // what leaves the plane turns it
+    if (elastic.projection != nullptr) A = elastic.projection[i] * A;  // motion out of the plane turns it
     const Mat3 T = m.shear * (A + A.transpose()) + m.lame * A.trace() * Mat3::Identity();
     const Mat3 P = elastic.projection != nullptr ? Mat3(R * (elastic.projection[i] * T)) : Mat3(R * T);
-    elastic.stress[i] = P * L - kUnseen * young_modulus(m) * change;
+    elastic.stress[i] = P * L - kZeroEnergyBeta * young_modulus(m) * change;
   }
 };
 
-// w = A z.
+// Computes w = A z.
 struct ForceChange {
   ElasticViews elastic;
   ImplicitViews solve;
@@ -223,18 +213,18 @@ struct ForceChange {
     const Material& m = medium.material[elastic.tag[i].material()];
     const Packed r_i = solve.residual[i];
     const real V_i = elastic.rest[i].w;
-    const Vec3 u_i = elastic.u[i].xyz(), z_i = times_inverse_mass(r_i);
+    const Vec3 u_i = elastic.u[i].xyz(), z_i = preconditioned(r_i);
     const Mat3 stress_i = elastic.stress[i];
-    const real dt = medium.dt, hold_i = kUnseen * young_modulus(m);
+    const real dt = medium.dt, hold_i = kZeroEnergyBeta * young_modulus(m);
     Vec3 impulse(0, 0, 0);
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
       const std::uint32_t j = elastic.neighbor[k];
       const Packed pair = solve.pair[k];
       const Material& m_j = medium.material[elastic.tag[j].material()];
-      const Vec3 X_ji = pair.xyz(), z_ji = times_inverse_mass(solve.residual[j]) - z_i;
+      const Vec3 X_ji = pair.xyz(), z_ji = preconditioned(solve.residual[j]) - z_i;
       const real VVF = V_i * pair.w;
-      const real hold = hold_i + kUnseen * young_modulus(m_j), damping = real(5) * (m.damping + m_j.damping);
-      impulse += (dt * dt * VVF) * (times(stress_i + elastic.stress[j], X_ji) + hold * z_ji);
+      const real hold = hold_i + kZeroEnergyBeta * young_modulus(m_j), damping = real(5) * (m.damping + m_j.damping);
+      impulse += (dt * dt * VVF) * (mat_vec(stress_i + elastic.stress[j], X_ji) + hold * z_ji);
       if (!(damping > real(0))) continue;
       const Vec3 x_ji = X_ji + elastic.u[j].xyz() - u_i;
       const real r2 = x_ji.squaredNorm();
@@ -246,92 +236,9 @@ struct ForceChange {
   }
 };
 
-PALP_HD inline std::uint32_t first_of_part(const ElasticViews& elastic, const ImplicitViews& solve,
-                                           std::uint32_t part) {
-  return static_cast<std::uint32_t>(std::uint64_t(elastic.count) * part / solve.parts);
-}
-
-// One team for each part: gamma and delta.
-struct SumRound {
-  ElasticViews elastic;
-  ImplicitViews solve;
-  std::uint32_t round;
-
-  template <class Team>
-  PALP_HD void operator()(std::uint32_t part, Team team) const {
-    if (round > 0 && solve.round[round - 1].ended) return;
-    const std::uint32_t end = first_of_part(elastic, solve, part + 1);
-    real gamma = 0, delta = 0;
-    for (std::uint32_t i = first_of_part(elastic, solve, part) + team.lane(); i < end; i += team.size()) {
-      const Packed r = solve.residual[i];
-      const Vec3 z = times_inverse_mass(r);
-      gamma += r.xyz().dot(z);
-      delta += solve.image[i].xyz().dot(z);
-    }
-    gamma = team.sum(gamma);
-    delta = team.sum(delta);
-    if (team.leader()) solve.sums[part] = {gamma, delta, 0, 0};
-  }
-};
-
-// One team for each part: p, s, y, r.
-struct AdvanceRound {
-  ElasticViews elastic;
-  ImplicitViews solve;
-  std::uint32_t round;
-
-  PALP_HD SolveRound next(real gamma, real delta, real& beta) const {
-    SolveRound out{gamma, 0, 0, true};
-    beta = 0;
-    real slope = delta;
-    if (round > 0) {
-      const SolveRound& before = solve.round[round - 1];
-      out.work = before.work;
-      if (before.ended) return out;
-      beta = gamma / before.gamma;
-      slope -= beta * gamma / before.alpha;
-    }
-    // false for what is not a number, too
-    if (!(gamma > real(0) && slope > real(0))) return out;
-    out.alpha = gamma / slope;
-    const real work = out.alpha * gamma;
-    out.work += work;
-    out.ended = !(work > solve.least && work > kLeastWork * out.work);
-    return out;
-  }
-
-  template <class Team>
-  PALP_HD void operator()(std::uint32_t part, Team team) const {
-    real gamma = 0, delta = 0, beta = 0;
-    for (std::uint32_t k = team.lane(); k < solve.parts; k += team.size()) {
-      gamma += solve.sums[k].x;
-      delta += solve.sums[k].y;
-    }
-    gamma = team.sum(gamma);
-    delta = team.sum(delta);
-    const SolveRound now = next(gamma, delta, beta);
-    if (part == 0 && team.leader()) {
-      solve.round[round] = now;
-      const real left = now.ended ? real(0) : now.alpha * gamma / (now.work + real(1e4) * solve.least);
-      if (round + 1 == solve.rounds && !(left <= *solve.left)) *solve.left = left;
-    }
-    if (!(now.alpha > real(0))) return;
-    const std::uint32_t end = first_of_part(elastic, solve, part + 1);
-    for (std::uint32_t i = first_of_part(elastic, solve, part) + team.lane(); i < end; i += team.size()) {
-      const Packed r = solve.residual[i];
-      const Vec3 p = times_inverse_mass(r) + beta * solve.direction[i].xyz();
-      const Vec3 s = solve.image[i].xyz() + beta * solve.advance[i].xyz();
-      solve.direction[i] = pack(p, 0);
-      solve.advance[i] = pack(s, 0);
-      solve.change[i] = pack(solve.change[i].xyz() + now.alpha * p, 0);
-      solve.residual[i] = pack(r.xyz() - now.alpha * s, r.w);
-    }
-  }
-};
-
-// What elasticity adds may neither push nor turn a body that nothing holds. It pushes by rounding, and turns by that
-// and by what K leaves out; this takes both away. One team a body.
-struct KeepMomenta {
+// Takes momentum and angular momentum out of y for bodies that are bonded to nothing. Elasticity may give them neither,
+// but rounding adds some of both, and the parts of the slope that K leaves out turn the body. One team a body.
+struct ConserveMomenta {
   ElasticViews elastic;
   ImplicitViews solve;
   BodyViews bodies;
@@ -360,7 +267,7 @@ struct KeepMomenta {
     }
     spread = team_sum(team, spread);
     turn = team.sum(turn);
-    // what lies on a line does not turn about it
+    // a body on a line does not turn about it
     const Mat3 inertia = (real(1) + real(1e-5)) * spread.trace() * Mat3::Identity() - spread;
     const Vec3 w = spread.trace() > real(0) ? Vec3(inertia.inverse() * turn) : Vec3(0, 0, 0);
     for (std::uint32_t i = b.force_first + team.lane(); i < end; i += team.size()) {
@@ -370,7 +277,7 @@ struct KeepMomenta {
   }
 };
 
-// Velocities, and the forces that have acted: on what is bonded, those of the bonds.
+// Sets velocities, and the forces that have acted; on bonded particles these are the forces of the bonds.
 struct EndImplicit {
   ElasticViews elastic;
   ImplicitViews solve;
@@ -385,7 +292,7 @@ struct EndImplicit {
   }
 };
 
-// In place of MoveElastic.
+// Moves the particles; takes the place of MoveElastic.
 struct MoveImplicit {
   ElasticViews elastic;
   BodyViews bodies;

@@ -1,6 +1,6 @@
 // Moves the particles at the end of a sub-step: fluids by symplectic Euler, rigid bodies' particles with
-// their body, elastic ones where elastic.h moved them. What changes state is a fluid with bonds, or part of a rigid
-// piece.
+// their body, elastic ones to where elastic.h moved them. Matter that changes state moves as a fluid with bonds, or as
+// part of a rigid piece.
 #pragma once
 
 #include "sim_server/physics/outside.h"
@@ -10,7 +10,7 @@ namespace palp {
 
 struct MoveParticles {
   ParticleView state;
-  const Packed* acceleration;  // of fluids
+  const Packed* acceleration;  // fluids only
   BodyViews bodies;
   ElasticViews elastic;
   ChangeViews change;
@@ -19,16 +19,16 @@ struct MoveParticles {
   Medium medium;
   const Forcing* forcing;
 
-  // Lets a liquid particle go that was at x with v. What moves faster than sound has not left, but diverged: it goes
-  // on, so that health sees it.
-  PALP_HD bool let_go(std::uint32_t i, std::uint32_t slot, const Vec3& x, const Vec3& v) const {
+  // Deactivates a liquid particle at x with velocity v when it has left the domain; returns true if it did. A particle
+  // faster than sound has not left, but diverged: it goes on, so that health sees it.
+  PALP_HD bool deactivate(std::uint32_t i, std::uint32_t slot, const Vec3& x, const Vec3& v) const {
     const Vec3 pull = forcing->gravity + forcing->body_force;
     const real c = medium.material[state.tag[i].material()].sound_speed;
     if (!has_left(grid, x, pull) || !(v.squaredNorm() < c * c)) return false;
-    const Packed kept = pack(kept_place(grid, x, pull), state.xV[i].w), still = pack(Vec3(0, 0, 0), 0);
+    const Packed kept = pack(inactive_position(grid, x, pull), state.xV[i].w), still = pack(Vec3(0, 0, 0), 0);
     state.xV[i] = kept;
     state.vp[i] = still;
-    state.tag[i] = state.tag[i].as_gone();
+    state.tag[i] = state.tag[i].as_inactive();
     if (slot == kNone) return true;
     change.x[slot] = pack(kept.xyz(), 0);
     change.v[slot] = still;
@@ -37,7 +37,7 @@ struct MoveParticles {
 
   PALP_HD void operator()(std::uint32_t i) const {
     const Tag tag = state.tag[i];
-    if (tag.kind() == BodyKind::fixed || tag.gone()) return;
+    if (tag.kind() == BodyKind::fixed || tag.inactive()) return;
     const Packed xV = state.xV[i], vp = state.vp[i];
     const std::uint32_t slot = change.count > 0 ? slot_of(change, tag, state.id[i]) : kNone;
     Vec3 x, v;
@@ -53,7 +53,7 @@ struct MoveParticles {
       if (slot != kNone && change.solid[slot] > real(0)) {
         const Surroundings around = surroundings(grid, *forcing, xV.xyz(), medium.dt);
         if (around.kept < real(1)) v = around.kept * (v - medium.dt * (forcing->gravity + forcing->body_force));
-      } else if (let_go(i, slot, xV.xyz(), v)) {
+      } else if (deactivate(i, slot, xV.xyz(), v)) {
         return;
       }
       x = xV.xyz() + medium.dt * v;

@@ -1,10 +1,9 @@
-// What leaves the domain, on a side from which gravity does not bring it back.
+// Matter that leaves the domain, on a side from which gravity does not bring it back.
 //
-// A liquid particle past the margin is let go: from then on it is in no cell and in nobody's list, so it exerts nothing
-// and receives nothing, and it stays where it is put. It keeps its index, its mass is counted as lost. What is solid,
-// frozen matter included, would fall on until its speed or its place is past what numbers hold: out there it has no
-// weight and comes to rest within kHaltTime, as in a thick air, whole and within reach of a hand. Where nothing pulls
-// it flies on.
+// A liquid particle past the margin becomes inactive: from then on it is in no cell and in no list, so it exerts
+// nothing and receives nothing, and it stays where it is put. It keeps its index, its mass is counted as lost. Solids,
+// frozen matter included, would fall on until their speed or place overflows: out there they have no weight and come to
+// rest within kHaltTime, as in a thick air, whole and within reach of a hand. Where nothing pulls they fly on.
 #pragma once
 
 #include "sim_server/physics/cell_grid.h"
@@ -12,9 +11,9 @@
 
 namespace palp {
 
-inline constexpr real kHaltTime = real(0.2);  // in which a solid's speed falls to 1/e [s]
+inline constexpr real kHaltTime = real(0.2);  // time in which a solid's speed falls to 1/e [s]
 
-// Whether x has left along this axis; pull: what drives it.
+// Returns true when x has left along this axis; pull: the acceleration that drives it [m/s^2].
 PALP_HD inline bool has_left(const CellGrid& grid, const Vec3& x, const Vec3& pull, int axis) {
   if (grid.periodic(axis)) return false;
   const real in = x[axis] - grid.origin[axis], length = static_cast<real>(grid.n[axis]) * grid.cell[axis];
@@ -25,19 +24,21 @@ PALP_HD inline bool has_left(const CellGrid& grid, const Vec3& x, const Vec3& pu
   return has_left(grid, x, pull, 0) || has_left(grid, x, pull, 1) || has_left(grid, x, pull, 2);
 }
 
-// Where a particle is kept that has left: farther out by a margin. So far a jump makes the neighbours be listed anew.
-PALP_HD inline Vec3 kept_place(const CellGrid& grid, Vec3 x, const Vec3& pull) {
+// Returns the place of a particle that has left: farther out by a margin. A jump this far makes the neighbours be
+// listed anew.
+PALP_HD inline Vec3 inactive_position(const CellGrid& grid, Vec3 x, const Vec3& pull) {
   for (int a = 0; a < 3; ++a)
     if (has_left(grid, x, pull, a)) x[a] += x[a] < grid.origin[a] ? -grid.margin : grid.margin;
   return x;
 }
 
-// The cell to sort a particle into: past the last one once it has left.
+// Returns the cell to sort a particle into; that of an inactive one is past the last cell.
 PALP_HD inline std::uint32_t sort_cell(const CellGrid& grid, Tag tag, const Packed& x) {
-  return tag.gone() ? grid.cells() : grid.index_of(x.xyz());
+  return tag.inactive() ? grid.cells() : grid.index_of(x.xyz());
 }
 
-// What acts on a solid at x besides its forces: v' = kept (v + dt (f/m + pull)).
+// The acceleration of a solid besides its forces, and the share of its velocity that a sub-step keeps:
+// v' = kept (v + dt (f/m + pull)).
 struct Surroundings {
   Vec3 pull;  // [m/s^2]
   real kept;

@@ -5,11 +5,13 @@
 
 namespace palp {
 
+// Returns a particle's density, of a fluid at pressure p [kg/m^3].
 PALP_HD inline real density_of(const Medium& medium, Tag tag, real p) {
   const Material& m = medium.material[tag.material()];
   return tag.is_fluid() ? m.density + p / (m.sound_speed * m.sound_speed) : m.density;
 }
 
+// Writes positions and one scalar into arrays in the scene's order.
 struct PackFrame {
   ParticleView state;
   Medium medium;

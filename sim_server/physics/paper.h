@@ -11,6 +11,7 @@
 
 namespace palp {
 
+// Sums up the density and moves every particle from the sorted copy to the state.
 struct PaperDensity {
   ParticleView from, to;
   CellGrid grid;
@@ -20,7 +21,7 @@ struct PaperDensity {
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag_i = from.tag[i];
-    if (tag_i.gone()) {
+    if (tag_i.inactive()) {
       if (team.leader()) copy_particle(from, i, to, i);
       return;
     }
@@ -39,6 +40,7 @@ struct PaperDensity {
   }
 };
 
+// Returns the force of particle j on particle i by Eq. 2 and 3 [N].
 PALP_HD inline Vec3 paper_pair_force(const Medium& medium, const Mueller& kernel, Tag tag_i, const Packed& xV_i,
                                      const Packed& vp_i, Tag tag_j, const Packed& xV_j, const Packed& vp_j,
                                      const Vec3& x_ij, real r2) {
@@ -49,7 +51,7 @@ PALP_HD inline Vec3 paper_pair_force(const Medium& medium, const Mueller& kernel
   return VV * (real(0.5) * P * kernel.spiky_F(r) * x_ij - mu * kernel.laplacian(r) * (vp_i.xyz() - vp_j.xyz()));
 }
 
-// Acceleration of fluids, and force on each particle of the bodies whose wrench is asked for.
+// Computes the acceleration of fluids, and the force on each particle of the bodies whose wrench is asked for.
 template <class Bonds>
 struct PaperForce {
   ParticleView state;

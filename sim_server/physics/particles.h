@@ -6,7 +6,7 @@
 // m           mass                                                        kg
 // T           temperature                                                 K
 // h           specific enthalpy                                           J/kg
-// K, piece    solid fraction; piece (pieces.h), of what changes state      -
+// K, piece    solid fraction and piece (pieces.h) of matter that changes state  -
 #pragma once
 
 #include "idl/vocabulary.h"
@@ -14,15 +14,15 @@
 
 namespace palp {
 
-// A particle's kind, material and body in one word, and whether it has left the domain (outside.h).
+// A particle's kind, material and body in one word, and a bit that says that it has left the domain (outside.h).
 struct Tag {
   std::uint32_t bits;
   PALP_HD BodyKind kind() const { return static_cast<BodyKind>(bits & 3u); }
   PALP_HD bool is_fluid() const { return (bits & 3u) == 0; }
   PALP_HD std::uint32_t material() const { return (bits >> 2) & 0x1fu; }
   PALP_HD std::uint32_t body() const { return bits >> 8; }
-  PALP_HD bool gone() const { return (bits & 0x80u) != 0; }
-  PALP_HD Tag as_gone() const { return {bits | 0x80u}; }
+  PALP_HD bool inactive() const { return (bits & 0x80u) != 0; }
+  PALP_HD Tag as_inactive() const { return {bits | 0x80u}; }
 };
 inline constexpr std::uint32_t kMaxMaterials = 16;
 
@@ -34,7 +34,7 @@ inline constexpr std::uint32_t kNone = 0xffffffffu;
 
 struct alignas(8) Solidity {
   real K;
-  std::uint32_t piece;  // kNone: it is liquid, or not known yet
+  std::uint32_t piece;  // kNone: it is liquid, or its piece is not known yet
 };
 
 // One set of per-particle arrays, sorted by cell. There are two: the state, and the copy that sorting writes.
@@ -49,7 +49,7 @@ struct ParticleView {
   Solidity* solid = nullptr;
 };
 
-// What a step changes of a particle.
+// Copies those members of a particle that a step changes.
 PALP_HD inline void copy_changing(const ParticleView& from, std::uint32_t i, const ParticleView& to, std::uint32_t j) {
   to.xV[j] = from.xV[i];
   to.vp[j] = from.vp[i];
@@ -67,16 +67,16 @@ PALP_HD inline void copy_particle(const ParticleView& from, std::uint32_t i, con
 
 struct Material {
   real density;      // rho0 [kg/m^3]
-  real sound_speed;  // c of a fluid; of light ones beside heavy ones more than the scene's [m/s]
+  real sound_speed;  // c of a fluid; a light one beside heavy ones has more than the scene's [m/s]
   real viscosity;    // mu [Pa s]
   real shear, lame;  // of elastic bodies: mu, lambda [Pa]
-  real damping;      // eta of elastic bodies [Pa s]
-  real yield;        // s_y of elastic bodies [Pa]; 0: does not yield
-  real hardening;    // H [Pa]
+  real damping;      // eta, of elastic bodies [Pa s]
+  real yield;        // s_y, of elastic bodies [Pa]; 0: it does not yield
+  real hardening;    // hardening modulus H [Pa]
   real tear;         // strain at which bonds of elastic bodies break; 0: never
 };
 
-// What stays the same during one sub-step, in every kernel's hands.
+// The constants of a sub-step, which every kernel gets.
 struct Medium {
   Material material[kMaxMaterials];
   real support;      // H [m]
@@ -85,16 +85,16 @@ struct Medium {
   real diffusion;    // delta of the density diffusion [-]
   real artificial;   // alpha of the artificial viscosity [-]
   bool uniform;      // one fluid and nothing else: every particle has the same tag but for its body
-  bool tension;      // whether fluid pressure may be negative
+  bool tension;      // true: fluid pressure may be negative
   real dt;           // sub-step [s]
 };
 
-// Pressure as the forces see it.
+// Returns the pressure that the forces use: clamped at zero unless the scene allows tension.
 PALP_HD inline real acting_pressure(const Medium& medium, real p) {
   return medium.tension || p > real(0) ? p : real(0);
 }
 
-// What changes from one haptic step to the next, read through a pointer so that a captured graph sees it.
+// The forcing of one haptic step. Kernels read it through a pointer, so that a captured graph sees new values.
 struct Forcing {
   Vec3 gravity;        // [m/s^2], balanced by pressure
   Vec3 level_gravity;  // gravity without its components along periodic axes, which no pressure can balance

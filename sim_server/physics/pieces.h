@@ -1,16 +1,17 @@
-// Which particles of what changes state hang together: pieces, the bodies that merge and split (paper 3.2). A particle
-// belongs to one while it is mostly solid; two belong to the same one when a chain of bonds between such joins them.
+// Pieces: the connected components of matter that changes state, which are the bodies that merge and split (paper 3.2).
+// A particle belongs to one while it is mostly solid; two belong to the same one when a chain of bonds between solid
+// particles joins them.
 //
 // symbol   meaning
-// id       of a piece: the least slot in it
-// b        by slot: a slot of the same piece that is no greater, as far as is known; only falls while a numbering lasts
+// id       number of a piece: the least slot in it
+// b        by slot: the least slot of the same piece that is known so far; it only falls while a numbering lasts
 // a        b[b], from the round before
 //
-// A round: each slot takes the least a of itself and of its partners, and hands it on to the slot a, at whose number
-// all that point there look next (FastSV: Zhang, Azad & Hu 2020). So the rounds that it takes grow as the logarithm of
-// the longest chain. As bonds end, a piece can only be found to have split from the start, so each numbering begins
-// with every slot on its own. What has not ended after kPieceRounds goes on at the next change; until then ids stay as
-// they were, but for what has melted.
+// In a round each slot takes the least a of itself and of its partners, and hands it on to the slot a, whose number all
+// slots that point there read next (FastSV: Zhang, Azad & Hu 2020). So the number of rounds grows as the logarithm of
+// the longest chain. Where bonds end, only a numbering from the start finds that a piece has split, so each begins with
+// every slot on its own. A numbering that has not ended after kPieceRounds goes on at the next change; until then ids
+// stay as they were, but for matter that has melted.
 #pragma once
 
 #include <atomic>
@@ -27,13 +28,13 @@ inline constexpr std::uint32_t kPieceRounds = 8;
 inline constexpr real kPieceSolid = real(0.5);
 
 struct PieceViews {
-  std::uint32_t* a = nullptr;      // by slot
-  std::uint32_t* b = nullptr;      // by slot
-  std::uint32_t* still = nullptr;  // by round: whether it changed nothing
+  std::uint32_t* a = nullptr;          // by slot
+  std::uint32_t* b = nullptr;          // by slot
+  std::uint32_t* converged = nullptr;  // by round: 1 where it changed nothing
 };
 
-// *at becomes the least of itself and of what any thread brings, the same whatever their order.
-PALP_HD inline void lower(std::uint32_t* at, std::uint32_t value) {
+// Sets *at to the least of itself and of the values that all threads bring; their order does not matter.
+PALP_HD inline void atomic_min(std::uint32_t* at, std::uint32_t value) {
 #ifdef __CUDA_ARCH__
   atomicMin(at, value);
 #else
@@ -44,58 +45,58 @@ PALP_HD inline void lower(std::uint32_t* at, std::uint32_t value) {
 #endif
 }
 
-// Begins a numbering, or goes on with one that has not ended. Over the slots.
+// Begins a numbering, or goes on with one that has not ended; one thread a slot.
 struct BeginPieces {
   ChangeViews change;
   PieceViews pieces;
 
   PALP_HD void operator()(std::uint32_t k) const {
-    if (pieces.still[kPieceRounds - 1] == 0) return;
+    if (pieces.converged[kPieceRounds - 1] == 0) return;
     pieces.a[k] = pieces.b[k] = change.solid[k] > kPieceSolid ? k : kNone;
   }
 };
 
-// Over the rounds, once the numbering has begun.
+// Marks all rounds as converged, after BeginPieces; one thread a round.
 struct BeginRounds {
   PieceViews pieces;
-  PALP_HD void operator()(std::uint32_t round) const { pieces.still[round] = 1; }
+  PALP_HD void operator()(std::uint32_t round) const { pieces.converged[round] = 1; }
 };
 
-// Over the slots.
+// Takes the least number of a slot and its partners; one thread a slot.
 struct JoinPieces {
   ChangeViews change;
   PieceViews pieces;
   std::uint32_t round;
 
   PALP_HD void operator()(std::uint32_t k) const {
-    if (round > 0 && pieces.still[round - 1] != 0) return;
+    if (round > 0 && pieces.converged[round - 1] != 0) return;
     const std::uint32_t mine = pieces.a[k];
     if (mine == kNone || !(change.solid[k] > kPieceSolid)) return;
     const std::size_t row = std::size_t(k) * kMaxBonds;
-    std::uint32_t least = mine;
+    std::uint32_t lowest = mine;
     for (std::uint32_t n = 0; n < change.bonds[k]; ++n) {
       const std::uint32_t j = change.bond[row + n];
-      if (change.solid[j] > kPieceSolid && pieces.a[j] < least) least = pieces.a[j];
+      if (change.solid[j] > kPieceSolid && pieces.a[j] < lowest) lowest = pieces.a[j];
     }
-    lower(pieces.b + k, least);
-    if (least == mine) return;
-    lower(pieces.b + mine, least);
-    lower(pieces.still + round, 0);
+    atomic_min(pieces.b + k, lowest);
+    if (lowest == mine) return;
+    atomic_min(pieces.b + mine, lowest);
+    atomic_min(pieces.converged + round, 0);
   }
 };
 
-// Over the slots.
+// Goes on to the number of one's number (pointer jumping); one thread a slot.
 struct JumpPieces {
   PieceViews pieces;
   std::uint32_t round;
 
   PALP_HD void operator()(std::uint32_t k) const {
-    if (pieces.still[round] != 0 || pieces.b[k] == kNone) return;
+    if (pieces.converged[round] != 0 || pieces.b[k] == kNone) return;
     pieces.a[k] = pieces.b[pieces.b[k]];
   }
 };
 
-// Over the slots, after the last round.
+// Writes the ids after the last round; one thread a slot.
 struct NamePieces {
   ChangeViews change;
   PieceViews pieces;
@@ -103,13 +104,14 @@ struct NamePieces {
   PALP_HD void operator()(std::uint32_t k) const {
     if (!(change.solid[k] > kPieceSolid))
       change.piece[k] = kNone;
-    else if (pieces.still[kPieceRounds - 1] != 0)
+    else if (pieces.converged[kPieceRounds - 1] != 0)
       change.piece[k] = pieces.a[k];
   }
 };
 
-// From now on forces go by what the last change found; what it joined has its bonds by then. Over the particles.
-struct ActPieces {
+// Makes forces use the pieces that the last change found, which has given those that it joined their bonds; one thread
+// a particle.
+struct ApplyPieces {
   ParticleView state;
   ChangeViews change;
 

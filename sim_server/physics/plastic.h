@@ -22,19 +22,21 @@
 
 namespace palp {
 
-// Below this elastic stretch the logarithm goes on as its tangent, so that the inverted have a finite way back. What is
-// pressed that far does not flow.
-inline constexpr real kLeastStretch = real(0.5);
-// A particle flows until some direction is about this much shorter: time steps are made for rest lengths (plan.cpp).
-inline constexpr real kMostFlow = real(3);
+// The elastic stretch below which the logarithm goes on as its tangent, so that inverted particles have a finite way
+// back. Matter that is compressed that far does not flow.
+inline constexpr real kMinStretch = real(0.5);
+// The factor by which some direction gets shorter until a particle no longer flows: time steps are chosen for lengths
+// at rest (elastic_plan.cpp).
+inline constexpr real kMaxFlow = real(3);
 
+// Returns log s of an elastic stretch s, given as s - 1.
 PALP_HD inline real log_stretch(real s_minus_one) {
   const real s = real(1) + s_minus_one;
-  if (s > kLeastStretch) return Eigen::numext::log1p(s_minus_one);
-  return Eigen::numext::log(real(kLeastStretch)) + (s - kLeastStretch) / kLeastStretch;
+  if (s > kMinStretch) return Eigen::numext::log1p(s_minus_one);
+  return Eigen::numext::log(real(kMinStretch)) + (s - kMinStretch) / kMinStretch;
 }
 
-// What is stored, per volume at rest [J/m^3].
+// Returns the elastic energy per volume at rest [J/m^3].
 PALP_HD inline real plastic_energy(const Material& m, const Mat3& Fe, const Mat3& R) {
   const Mat3 S = R.transpose() * Fe;
   const Vec3 strain = principal_axes(real(0.5) * (S + S.transpose()) - Mat3::Identity()).value;
@@ -43,7 +45,8 @@ PALP_HD inline real plastic_energy(const Material& m, const Mat3& Fe, const Mat3
   return m.shear * e.squaredNorm() + real(0.5) * m.lame * e.sum() * e.sum();
 }
 
-// The stress P at F. Advances the inverse of Fp and what has hardened; q is R's guess and becomes R.
+// Returns the stress P at F. Advances the inverse of Fp and the accumulated plastic strain; q is R's guess and becomes
+// R.
 PALP_HD inline Mat3 plastic_stress(const Material& m, const Mat3& F, Quat& q, Mat3& inverse, real& hardened) {
   const Mat3 Fe = F * inverse;
   q = closest_rotation(Fe, q);
@@ -57,14 +60,14 @@ PALP_HD inline Mat3 plastic_stress(const Material& m, const Mat3& F, Quat& q, Ma
   const real size = deviator.norm();
   const real over =
       real(2) * m.shear * size - Eigen::numext::sqrt(real(2) / real(3)) * (m.yield + m.hardening * hardened);
-  if (over > real(0) && s.minCoeff() > kLeastStretch) {
+  if (over > real(0) && s.minCoeff() > kMinStretch) {
     const real flow = over / (real(2) * m.shear + real(2) / real(3) * m.hardening);
     const Vec3 direction = deviator / size;
     Vec3 back;
     for (int a = 0; a < 3; ++a) back[a] = Eigen::numext::exp(-flow * direction[a]);
     Mat3 next = inverse * (n * back.asDiagonal() * n.transpose());
     next *= real(1) + (real(1) - next.determinant()) / real(3);  // rounding must not add up to a volume
-    if (next.squaredNorm() < kMostFlow * kMostFlow) {
+    if (next.squaredNorm() < kMaxFlow * kMaxFlow) {
       inverse = next;
       hardened += Eigen::numext::sqrt(real(2) / real(3)) * flow;
       e -= flow * direction;
@@ -73,7 +76,7 @@ PALP_HD inline Mat3 plastic_stress(const Material& m, const Mat3& F, Quat& q, Ma
   }
   Vec3 stress;
   for (int a = 0; a < 3; ++a)
-    stress[a] = (real(2) * m.shear * e[a] + m.lame * volume) / (s[a] > kLeastStretch ? s[a] : real(kLeastStretch));
+    stress[a] = (real(2) * m.shear * e[a] + m.lame * volume) / (s[a] > kMinStretch ? s[a] : real(kMinStretch));
   return R * (n * stress.asDiagonal() * n.transpose()) * inverse.transpose();
 }
 

@@ -2,8 +2,8 @@
 // step is linearly implicit in the coupling and in its contact with fixed bodies, so that neither adds a stability
 // limit of its own, however light the tool and however stiff both are:
 //   (M + dt B^ + dt^2 K^) u' + dt A (u' - u) = M u + dt (W_ext + K^ e + B^ u_d)
-// A: of contact, what a change of u takes from its force (Resistance), the sum of dt k + c over the points that touch.
-// Taken of the change, it leaves a bounce its restitution.
+// A is the resistance of contact (rigid.h), the sum of dt k + c over the points that touch. It multiplies the change of
+// u, not u itself, so that a bounce keeps its restitution.
 #pragma once
 
 #include "idl/coupling.h"
@@ -11,35 +11,37 @@
 
 namespace palp {
 
-// What the host gives a proxy for one haptic step.
+// The host's input to a proxy for one haptic step.
 struct ProxyInput {
   MotionState<real> device;  // at the start of the step; it moves on with its twist
   Gains<real> gains;
   bool engaged;
 };
 
+// Returns the state of a proxy's handle.
 PALP_HD inline MotionState<real> handle_of(const BodyState& b) {
   const Vec3 r = b.q * b.handle;
   return {b.x + r, b.q, b.v + b.w.cross(r), b.w};
 }
 
-// A body without its hand is held where it is.
+// Holds a body where it is: a proxy that no hand moves.
 PALP_HD inline void hold_body(BodyState& b) {
   b.v.setZero();
   b.w.setZero();
   b.L.setZero();
 }
 
-// A proxy's linearly implicit sub-step: the momenta that everything but viscous stages adds up to, and what they move.
+// A proxy's linearly implicit sub-step: the momenta of all forces but those of viscous stages, and the mass that they
+// move.
 struct ProxyStep {
   CoupledMass mass;
   Vec3 p, l;    // [N s, N m s], l about the centre of mass
-  Vec3 r;       // of the handle from the centre of mass, world axes [m]
-  Vec3 F0, T0;  // of the coupling on the handle, were the proxy at rest at the end [N, N m]
-  real k, kr;   // what its motion takes from them [N s/m, N m s]
+  Vec3 r;       // handle from the centre of mass, world axes [m]
+  Vec3 F0, T0;  // coupling force and torque on the handle, were the proxy at rest at the end [N, N m]
+  real k, kr;   // coefficients of the handle's velocity in them [N s/m, N m s]
 };
 
-// device: the state of the device at the end of this sub-step.
+// Returns the sub-step of a proxy. device: the state of the device at the end of this sub-step.
 PALP_HD inline ProxyStep begin_proxy(const BodyState& b, const MotionState<real>& device, const Gains<real>& gains,
                                      const Vec3& gravity, const Resistance& contact, real dt) {
   const Mat3 R = b.q.toRotationMatrix();
@@ -59,6 +61,7 @@ PALP_HD inline ProxyStep begin_proxy(const BodyState& b, const MotionState<real>
   return s;
 }
 
+// Adds a force and a torque about the centre of mass to those of this sub-step.
 PALP_HD inline void add_wrench(BodyState& b, const Vec3& force, const Vec3& torque) {
   b.force += force;
   b.torque += torque;
@@ -66,6 +69,7 @@ PALP_HD inline void add_wrench(BodyState& b, const Vec3& force, const Vec3& torq
   b.torque_sum += torque;
 }
 
+// Advances a proxy by one sub-step.
 PALP_HD inline void advance_proxy(BodyState& b, const MotionState<real>& device, const Gains<real>& gains,
                                   const Vec3& gravity, const Resistance& contact, real dt) {
   ProxyStep s = begin_proxy(b, device, gains, gravity, contact, dt);
@@ -74,7 +78,7 @@ PALP_HD inline void advance_proxy(BodyState& b, const MotionState<real>& device,
   const Vec3 force = contact.vv * (v - b.v) + contact.vw * (w - b.w);
   const Vec3 torque = contact.vw.transpose() * (v - b.v) + contact.ww * (w - b.w);
   if ((contact.push - force).dot(contact.push) < real(0)) {
-    // it would pull: the hand takes the tool away
+    // contact would pull: the hand takes the tool away
     add_wrench(b, -contact.push, -contact.turn);
     s = begin_proxy(b, device, gains, gravity, no_resistance(), dt);
     s.mass.solve(s.p, s.l, v, w);
@@ -95,6 +99,7 @@ PALP_HD inline void advance_proxy(BodyState& b, const MotionState<real>& device,
   b.q = rotated(b.q, dt * b.w);
 }
 
+// Returns the state of the device some time after the start of the haptic step [s].
 PALP_HD inline MotionState<real> device_after(const ProxyInput& p, real elapsed) {
   MotionState<real> device = p.device;
   device.position += elapsed * device.linear;
@@ -102,7 +107,7 @@ PALP_HD inline MotionState<real> device_after(const ProxyInput& p, real elapsed)
   return device;
 }
 
-// Of all its contact with fixed bodies.
+// Returns the resistance of all contact of a body with fixed bodies.
 PALP_HD inline Resistance resistance_of(const PairWrenches& contact, std::uint32_t body) {
   Resistance sum = no_resistance();
   if (contact.resistance == nullptr) return sum;
@@ -119,7 +124,8 @@ PALP_HD inline Resistance resistance_of(const PairWrenches& contact, std::uint32
   return sum;
 }
 
-// One thread a body. elapsed: sub-step end since the start of the haptic step [s].
+// Advances free bodies and proxies; one thread a body. elapsed: time from the start of the haptic step to the end of
+// this sub-step [s].
 struct AdvanceBodies {
   BodyState* body;
   PairWrenches contact;
@@ -139,7 +145,7 @@ struct AdvanceBodies {
   }
 };
 
-// Clears what is summed over the sub-steps of a haptic step.
+// Clears the sums over the sub-steps of a haptic step.
 struct BeginStep {
   BodyState* body;
   PALP_HD void operator()(std::uint32_t k) const {

@@ -20,11 +20,25 @@ using real = double;
 using real = float;
 #endif
 
-using Vec3 = Eigen::Matrix<real, 3, 1>;
-using Mat3 = Eigen::Matrix<real, 3, 3>;
+// Small types over a scalar S, for functions that the host calls in double, too.
+template <class S>
+using Vec3Of = Eigen::Matrix<S, 3, 1>;
+template <class S>
+using Mat3Of = Eigen::Matrix<S, 3, 3>;
+
+using Vec3 = Vec3Of<real>;
+using Mat3 = Mat3Of<real>;
 using Quat = Eigen::Quaternion<real>;
 
-inline constexpr real kPi = real(3.14159265358979323846);
+template <class S>
+inline constexpr S kPiOf = S(3.14159265358979323846);
+inline constexpr real kPi = kPiOf<real>;
+
+// Returns the smaller one, and b where a is not a number. std::min is no device function.
+template <class S>
+PALP_HD inline S min(S a, S b) {
+  return a < b ? a : b;
+}
 
 // Four scalars that are loaded and stored at once.
 struct alignas(4 * sizeof(real)) Packed {
@@ -32,7 +46,8 @@ struct alignas(4 * sizeof(real)) Packed {
   PALP_HD Vec3 xyz() const { return {x, y, z}; }
 };
 
-// All four in one load, which a GPU's compiler would otherwise split where it can. Nothing may write them meanwhile.
+// Returns all four, read by one load, which a GPU's compiler would otherwise split where it can. Nothing may write them
+// while the kernel runs.
 PALP_HD inline Packed fetch(const Packed* p) {
 #ifdef __CUDA_ARCH__
   const float4 v = __ldg(reinterpret_cast<const float4*>(p));
@@ -44,8 +59,8 @@ PALP_HD inline Packed fetch(const Packed* p) {
 
 PALP_HD inline Packed pack(const Vec3& v, real w) { return {v.x(), v.y(), v.z(), w}; }
 
-// m v, which Eigen leaves to a function call where it stands in a larger expression.
-PALP_HD inline Vec3 times(const Mat3& m, const Vec3& v) {
+// Returns m v. Eigen leaves this product to a function call where it stands in a larger expression.
+PALP_HD inline Vec3 mat_vec(const Mat3& m, const Vec3& v) {
   return {m(0, 0) * v.x() + m(0, 1) * v.y() + m(0, 2) * v.z(), m(1, 0) * v.x() + m(1, 1) * v.y() + m(1, 2) * v.z(),
           m(2, 0) * v.x() + m(2, 1) * v.y() + m(2, 2) * v.z()};
 }

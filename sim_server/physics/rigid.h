@@ -1,5 +1,5 @@
 // Rigid bodies: sets of particles that move as one (paper 3.1). Each receives, particle by particle, the opposite of
-// what it exerts on fluids, and a contact force from other solids.
+// the forces that it exerts on fluids, and a contact force from other solids.
 //
 // symbol     meaning                                               unit
 // x, q       centre of mass; orientation (body to world)           m, -
@@ -20,33 +20,35 @@ struct BodyState {
   real mass;
   BodyKind kind;
   std::uint32_t first, count;  // particles, in the scene's order
-  std::uint32_t force_first;   // of its particles in BodyViews::force and local, kNone: nobody asks for its wrench
+  std::uint32_t force_first;   // index of its first particle in BodyViews::force and local, kNone: its wrench is not
+                               // asked for
   std::int32_t proxy;          // index of the proxy whose handle it is, -1: none
   Vec3 handle;                 // coupling point relative to the centre of mass, body axes [m]
-  real contact_mass;           // a contact's share of the mass, from which its stiffness follows [kg]
+  real contact_mass;           // a contact's share of the mass, which sets the contact's stiffness [kg]
   std::uint32_t group;         // bodies of one group are bonded: no contact among them
   bool shaped;                 // it has a distance field
-  Vec3 force, torque;          // of this sub-step, about the centre of mass [N, N m]
-  Vec3 force_sum, torque_sum;  // over the sub-steps of this haptic step
-  Vec3 coupling_sum;           // of the coupling's force on the proxy, over the same [N]
-  real work[2];                // of the proxy on the coupling in this haptic step: linear, angular [J]
+  Vec3 force, torque;          // wrench of this sub-step, about the centre of mass [N, N m]
+  Vec3 force_sum, torque_sum;  // sums over the sub-steps of this haptic step [N, N m]
+  Vec3 coupling_sum;           // sum of the coupling's force on the proxy over the same sub-steps [N]
+  real work[2];                // work of the proxy on the coupling in this haptic step: linear, angular [J]
 };
 
 struct BodyViews {
   BodyState* body = nullptr;  // one per body of the scene, fluids included (unused)
   Packed* force = nullptr;    // per particle of bodies whose wrench is asked for; null where nothing acts on any [N]
-  Packed* local = nullptr;    // its position relative to the centre of mass, body axes [m]
+  Packed* local = nullptr;    // position of the same particles relative to the centre of mass, body axes [m]
 };
 
-// What contact by distance fields does to a pair of bodies (contact.h).
+// The wrenches of contact by distance fields on a pair of bodies (contact.h).
 struct PairWrench {
-  Vec3 force, torque_a, torque_b;  // on a by b; about a's centre; on b about b's centre
+  Vec3 force, torque_a, torque_b;  // force on a by b; torque on a about a's centre; torque on b about b's centre
   real depth, sharing;             // sum D^2 / sum D of this sub-step; N
-  bool near;                       // whether any state of the pair may be in use
+  bool near;                       // true: a state of the pair may be in use
 };
 
-// How contact resists a change of a body's motion within a sub-step, about its centre of mass, world axes: force falls
-// by vv dv + vw dw, torque by vw^T dv + ww dw. push, turn: its normal forces before that.
+// The resistance of contact to a change of a body's motion within a sub-step, about its centre of mass, world axes:
+// force falls by vv dv + vw dw, torque by vw^T dv + ww dw. push, turn: force and torque of the normal forces before
+// that.
 struct Resistance {
   Mat3 vv, vw, ww;  // [N s/m, N s, N m s]
   Vec3 push, turn;  // [N, N m]
@@ -56,24 +58,25 @@ PALP_HD inline Resistance no_resistance() {
   return {Mat3::Zero(), Mat3::Zero(), Mat3::Zero(), Vec3(0, 0, 0), Vec3(0, 0, 0)};
 }
 
-// Of all pairs, and which of them are a body's; null without such contact.
+// The wrenches of all pairs, and the list of each body's pairs; null without such contact.
 struct PairWrenches {
   PairWrench* wrench = nullptr;
-  Resistance* resistance = nullptr;        // of the pairs of a proxy and a fixed body
-  const std::uint32_t* held = nullptr;     // index of each pair in these, kNone
-  const std::uint32_t* of_body = nullptr;  // [bodies + 1] first of each body's in part
+  Resistance* resistance = nullptr;        // of each pair of a proxy and a fixed body
+  const std::uint32_t* held = nullptr;     // by pair: index in resistance, kNone
+  const std::uint32_t* of_body = nullptr;  // [bodies + 1] by body: index of its first entry in part
   const std::uint32_t* part = nullptr;     // pair * 2, and 1 more where the body is b
 };
 
-// Whether two bodies meet by the distance field of one of them: then no springs act between their particles.
+// Returns true when contact of two bodies is by the distance field of one of them: then no springs act between their
+// particles.
 PALP_HD inline bool meet_by_field(const BodyState& a, const BodyState& b) {
   return (a.shaped && (b.shaped || b.kind == BodyKind::elastic)) || (b.shaped && a.kind == BodyKind::elastic);
 }
 
-// Contact between solids that no distance field serves (elastic bodies among each other, bodies of loose particles): a
-// spring between particles closer than a spacing, damped, as stiff as the lighter body's mass allows with this sub-step
-// when all the contacts act that contact_mass reckons with: spring and damper then use k dt^2/m + 2 b dt/m = 0.7 of the
-// linear stability limit of 4, twice that between two bodies. Frictionless.
+// Returns the contact force between particles of solids that no distance field serves (elastic bodies among each other,
+// bodies of loose particles): a spring between particles closer than a spacing, damped, as stiff as the lighter body's
+// mass allows with this sub-step when all the contacts act that contact_mass reckons with: spring and damper then use k
+// dt^2/m + 2 b dt/m = 0.7 of the linear stability limit of 4, twice that between two bodies. Frictionless.
 PALP_HD inline Vec3 contact_pair_force(const Medium& medium, const BodyState& a, const BodyState& b, const Vec3& v_ij,
                                        const Vec3& x_ij, real r2) {
   const real r = Eigen::numext::sqrt(r2);
@@ -87,7 +90,7 @@ PALP_HD inline Vec3 contact_pair_force(const Medium& medium, const BodyState& a,
   return push > real(0) ? Vec3(push * n) : Vec3(0, 0, 0);
 }
 
-// Force on each particle of the bodies whose wrench is asked for.
+// Computes the force on each particle of the bodies whose wrench is asked for.
 template <class Bonds>
 struct SolidForce {
   ParticleView state;
@@ -124,8 +127,7 @@ struct SolidForce {
   }
 };
 
-// Adds up a body's forces and torques, of its particles and of contact; one team, in a fixed order, for each entry of
-// the list.
+// Adds up a body's forces and torques, of its particles and of contact, in a fixed order; one team a body of the list.
 struct ReduceWrench {
   BodyViews bodies;
   PairWrenches contact;
@@ -160,14 +162,15 @@ struct ReduceWrench {
   }
 };
 
+// Returns [a], with [a] b = a x b.
 PALP_HD inline Mat3 cross_matrix(const Vec3& a) {
   Mat3 m;
   m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
   return m;
 }
 
-// A body's mass and inertia with all that resists its motion: what moves as momenta p and l are added.
-// A v + C w = p, C^T v + D w = l.
+// A body's mass and inertia, with all that resists its motion, as the linear problem of the velocities v and w that
+// momenta p and l give it: A v + C w = p, C^T v + D w = l.
 struct CoupledMass {
   Mat3 light;    // A^-1 [1/kg]
   Mat3 ties;     // C [kg m]
@@ -179,7 +182,8 @@ struct CoupledMass {
   }
 };
 
-// Of a body with a damper k at r from its centre, another, k_r, on its turning, and contact. With v_r = v - [r] w:
+// Returns the coupled mass of a body with a damper k at r from its centre, another one, k_r, on its rotation, and
+// contact. With v_r = v - [r] w:
 // m v + k v_r + dt (vv v + vw w) = p, I w + k_r w + r x (k v_r) + dt (vw^T v + ww w) = l. inertia, r: world axes [m].
 PALP_HD inline CoupledMass coupled_mass(real mass, const Mat3& inertia, const Vec3& r, real damper, real turn_damper,
                                         const Resistance& contact, real dt) {
@@ -187,7 +191,7 @@ PALP_HD inline CoupledMass coupled_mass(real mass, const Mat3& inertia, const Ve
   CoupledMass m;
   m.light = ((mass + damper) * Mat3::Identity() + vv).inverse();
   m.ties = vw - damper * R;
-  // k [r] A^-1 k [r] and k [r] [r] nearly cancel where k is large: what is left of them is k [r] A^-1 (m + vv) [r]
+  // k [r] A^-1 k [r] and k [r] [r] nearly cancel where k is large; their difference is k [r] A^-1 (m + vv) [r]
   const Mat3 turned = damper * R * m.light * vw;
   const Mat3 left = inertia + turn_damper * Mat3::Identity() + dt * contact.ww - turned - turned.transpose() -
                     damper * R * m.light * (mass * Mat3::Identity() + vv) * R - vw.transpose() * m.light * vw;
@@ -195,15 +199,15 @@ PALP_HD inline CoupledMass coupled_mass(real mass, const Mat3& inertia, const Ve
   return m;
 }
 
-// Of BodyState, or of anything else with these members.
+// Returns the inverse inertia in world axes of a body with orientation q. Body is BodyState or RigidPiece.
 template <class Body>
 PALP_HD inline Mat3 world_inverse_inertia(const Body& b, const Quat& q) {
   const Mat3 R = q.toRotationMatrix();
   return R * b.inverse_inertia * R.transpose();
 }
 
-// Symplectic Euler for the centre; for the rotation the angular momentum is the state, so it is kept exactly, and the
-// angular velocity is taken at mid-step, which keeps the energy to second order.
+// Advances a body that nothing holds: by symplectic Euler for the centre; for the rotation the angular momentum is the
+// state, so it is kept exactly, and the angular velocity is taken at mid-step, which keeps the energy to second order.
 template <class Body>
 PALP_HD inline void advance_free_body(Body& b, const Surroundings& around, real dt) {
   b.v = around.kept * (b.v + dt * (b.force / b.mass + around.pull));

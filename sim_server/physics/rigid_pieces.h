@@ -6,15 +6,15 @@
 // I, L     sum m (r^2 - r r^T), sum m r x v, r from the centre     kg m^2, kg m^2/s
 // w        I^-1 L                                                  rad/s
 //
-// So both momenta are kept and energy can only drop: of the motion, what no rigid body can do is lost. Particles stay
-// what they are in all else; forces on them are added up to force and torque, in which those within the piece cancel.
-// A particle has no inertia of its own, so that momenta read from the particles are those of the body. Round an axis on
-// which all particles lie there is no inertia and no torque, and the piece does not turn round it.
+// So both momenta are kept and energy can only drop: motion that no rigid body can do is lost. Nothing else changes for
+// the particles; forces on them are added up to force and torque, in which those within the piece cancel. A particle
+// has no inertia of its own, so that momenta read from the particles are those of the body. Round an axis on which all
+// particles lie there is no inertia and no torque, and the piece does not turn round it.
 //
-// Bonds go on within the piece and keep their strain and pressure, with which it was in balance with what pushes it. So
-// once it is deformable again it is so still, and what was strained springs back. Had its bonds taken their rest shape
+// Bonds go on within the piece and keep their strain and pressure, which balanced the forces from outside. So the piece
+// is still in balance once it is deformable again, and strained parts spring back. Had its bonds taken their rest shape
 // anew, the force on a rod held in it would have jumped by 60 % of the lift
-// (tests/sim_server/physics/change_motion_test.cpp).
+// (tests/sim_server/physics/state_change_motion_test.cpp).
 //
 // A piece that holds a tool never becomes rigid: the tool's mass, which its coupling is made for, would change under
 // the hand. Nor does one that reaches further than half of a periodic axis from its first particle, where it has no one
@@ -32,30 +32,30 @@ inline constexpr std::uint32_t kRigidChunk = 256;  // slots that one thread coun
 struct RigidPiece {
   Vec3 x, v, L, w;
   Quat q;
-  Mat3 inverse_inertia;  // in the axes that the world had when it became rigid
+  Mat3 inverse_inertia;  // in the world axes of the moment at which it became rigid, which are its body axes
   real mass;
   Vec3 force, torque;
 };
 
 struct RigidViews {
-  std::uint32_t* root = nullptr;  // by slot: of its rigid piece, kNone; null where nothing becomes rigid
-  Packed* local = nullptr;        // by slot: from the centre in the piece's axes, mass [m, kg]
-  Packed* push = nullptr;         // by slot: all forces [N]
+  std::uint32_t* root = nullptr;  // by slot: first slot of its rigid piece, kNone; null where nothing becomes rigid
+  Packed* local = nullptr;        // by slot: position from the centre in the piece's axes, mass [m, kg]
+  Packed* push = nullptr;         // by slot: sum of all forces [N]
   RigidPiece* piece = nullptr;    // by root
   std::uint32_t* list = nullptr;  // [kMaxRigidPieces] roots, kNone
-  // of the last change
-  std::uint32_t* past = nullptr;   // by slot: whether it is past its threshold
-  std::uint32_t* whole = nullptr;  // by root: whether all are
-  std::uint32_t* same = nullptr;   // by root: whether it had the same particles before
+  // the results of the last change
+  std::uint32_t* past = nullptr;   // by slot: 1 where it is past its threshold
+  std::uint32_t* whole = nullptr;  // by root: 1 where all slots of the piece are
+  std::uint32_t* same = nullptr;   // by root: 1 where it had the same particles before
   std::uint32_t* last = nullptr;   // by root: complement of its last slot
-  std::uint32_t* place = nullptr;  // by root: in the list, kNone
-  std::uint32_t* roots = nullptr;  // by chunk: how many
+  std::uint32_t* place = nullptr;  // by root: index in the list, kNone
+  std::uint32_t* roots = nullptr;  // by chunk: number of roots in it
 };
 
 inline std::uint32_t rigid_chunks(std::uint32_t slots) { return (slots + kRigidChunk - 1) / kRigidChunk; }
 
-// What is past its threshold, over the particles.
-struct FindPast {
+// Marks the slots that are past their threshold; one thread a particle.
+struct MarkPastThreshold {
   ParticleView state;
   ChangeViews change;
   RigidViews rigid;
@@ -75,8 +75,8 @@ struct FindPast {
   }
 };
 
-// Whether whole pieces are, over the slots.
-struct FindWhole {
+// Marks the pieces all of whose slots are; one thread a slot.
+struct MarkWholePieces {
   ChangeViews change;
   RigidViews rigid;
   CellGrid grid;
@@ -84,10 +84,10 @@ struct FindWhole {
   PALP_HD void operator()(std::uint32_t k) const {
     const std::uint32_t id = change.piece[k];
     if (id == kNone) return;
-    if (rigid.past[k] == 0 || !has_one_place(k, id)) lower(rigid.whole + id, 0);
+    if (rigid.past[k] == 0 || !has_one_place(k, id)) atomic_min(rigid.whole + id, 0);
   }
 
-  // Whether partners lie where they do when they are seen from the first particle.
+  // Returns true when a slot's partners have the same images as seen from the slot and from the piece's first one.
   PALP_HD bool has_one_place(std::uint32_t k, std::uint32_t id) const {
     if (!grid.periodic(0) && !grid.periodic(1) && !grid.periodic(2)) return true;
     const std::size_t row = std::size_t(k) * kMaxBonds;
@@ -103,11 +103,12 @@ struct FindWhole {
   }
 };
 
+// Returns true when a slot is the first one of a piece that is to be rigid.
 PALP_HD inline bool is_rigid_root(const ChangeViews& change, const RigidViews& rigid, std::uint32_t k) {
   return change.piece[k] == k && rigid.whole[k] != 0;
 }
 
-// Over the chunks, and the list.
+// Counts the roots of each chunk, and clears the list; one thread a chunk.
 struct CountRoots {
   ChangeViews change;
   RigidViews rigid;
@@ -122,7 +123,7 @@ struct CountRoots {
   }
 };
 
-// In the order of the slots, which they are the threads of.
+// Lists the roots in the order of the slots; one thread a slot.
 struct ListRoots {
   ChangeViews change;
   RigidViews rigid;
@@ -141,7 +142,7 @@ struct ListRoots {
   }
 };
 
-// Who belongs to which, and what has changed in that, over the slots.
+// Assigns slots to rigid pieces, and marks the pieces that have changed; one thread a slot.
 struct AssignRigid {
   ChangeViews change;
   RigidViews rigid;
@@ -150,16 +151,16 @@ struct AssignRigid {
     const std::uint32_t id = change.piece[k], before = rigid.root[k];
     const std::uint32_t now = id != kNone && rigid.place[id] != kNone ? id : kNone;
     if (now != before) {
-      if (now != kNone) lower(rigid.same + now, 0);
-      if (before != kNone) lower(rigid.same + before, 0);
+      if (now != kNone) atomic_min(rigid.same + now, 0);
+      if (before != kNone) atomic_min(rigid.same + before, 0);
       rigid.root[k] = now;
     }
-    if (now != kNone) lower(rigid.last + now, ~k);
+    if (now != kNone) atomic_min(rigid.last + now, ~k);
   }
 };
 
-// The inverse on the axes round which there is inertia. Round others a piece does not turn: a row of particles,
-// slightly bent, would spin there by many turns a sub-step. A needle of 2 x 2 particles is one from 245 on.
+// Returns the inverse of an inertia on the axes round which there is some. Round others a piece does not turn: a row of
+// particles, slightly bent, would spin there by many turns a sub-step. A needle of 2 x 2 particles is one from 245 on.
 PALP_HD inline Mat3 turning_inverse(const Mat3& inertia) {
   const PrincipalAxes axes = principal_axes(inertia);
   const real most = axes.value.maxCoeff();
@@ -169,7 +170,7 @@ PALP_HD inline Mat3 turning_inverse(const Mat3& inertia) {
   return inverse;
 }
 
-// A piece becomes rigid, one team each of the list.
+// Computes the rigid motion of pieces that have become rigid or have changed; one team a piece of the list.
 struct FormRigid {
   ChangeViews change;
   RigidViews rigid;
@@ -220,8 +221,8 @@ struct FormRigid {
   }
 };
 
-// All forces on the particles of rigid pieces, over the particles.
-struct PushRigid {
+// Adds up all forces on each particle of rigid pieces; one thread a particle.
+struct GatherRigidForces {
   ParticleView state;
   const Packed* acceleration;
   ChangeViews change;
@@ -234,7 +235,7 @@ struct PushRigid {
   }
 };
 
-// One team each of the list.
+// Advances the rigid pieces; one team a piece of the list.
 struct AdvanceRigid {
   RigidViews rigid;
   CellGrid grid;
@@ -260,7 +261,7 @@ struct AdvanceRigid {
     if (!team.leader()) return;
     piece.force = force;
     piece.torque = torque;
-    // the pushes have its weight in them
+    // the forces include its weight
     const Surroundings around = surroundings(grid, *forcing, piece.x, dt);
     advance_free_body(piece, {around.pull - forcing->gravity - forcing->body_force, around.kept}, dt);
     // the particles' velocities are to have the angular momentum where they are now

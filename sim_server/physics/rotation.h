@@ -5,7 +5,7 @@
 
 namespace palp {
 
-// q turned by a rotation vector in world axes [rad].
+// Returns q turned by a rotation vector in world axes [rad].
 PALP_HD inline Quat rotated(const Quat& q, const Vec3& rotation) {
   const real angle = rotation.norm();
   const real half = real(0.5) * angle;
@@ -15,7 +15,7 @@ PALP_HD inline Quat rotated(const Quat& q, const Vec3& rotation) {
   return out;
 }
 
-// The smallest eigenvalue of a symmetric matrix, by its characteristic polynomial.
+// Returns the smallest eigenvalue of a symmetric matrix, by its characteristic polynomial.
 PALP_HD inline real smallest_eigenvalue(const Mat3& H) {
   const real middle = H.trace() / real(3);
   const Mat3 B = H - middle * Mat3::Identity();
@@ -26,7 +26,8 @@ PALP_HD inline real smallest_eigenvalue(const Mat3& H) {
   return middle + real(2) * spread * Eigen::numext::cos((angle + real(2) * kPi) / real(3));
 }
 
-// The proper rotation R nearest to A, that is with the largest tr(R^T A), from the guess q. Newton's method; where the
+// Returns the proper rotation R nearest to A, that is with the largest tr(R^T A), from the guess q. Newton's method;
+// where the
 // Hessian tr(S) I - sym(S), S = R^T A, is not positive definite (A may be inverted or singular) it is shifted until it
 // is. Where A leaves the rotation open, the guess decides. Of Newton steps on a warm start one or two suffice
 // (Kugelstadt, Koschier & Bender 2018); the loop ends at convergence, because angular momentum depends on it.
@@ -50,8 +51,8 @@ PALP_HD inline Quat closest_rotation(Mat3 A, Quat q) {
     if (!(a > real(0.01)) || !(minor > real(0.01) * a) || !(determinant() > real(0.01) * minor)) {
       Mat3 H;
       H << a, d, e, d, b, f, e, f, c;
-      const real least = smallest_eigenvalue(H), shift = least < real(0.05) ? real(0.05) - least : real(0);
-      saddle = least < real(-0.01);
+      const real smallest = smallest_eigenvalue(H), shift = smallest < real(0.05) ? real(0.05) - smallest : real(0);
+      saddle = smallest < real(-0.01);
       a += shift;
       b += shift;
       c += shift;
@@ -59,7 +60,7 @@ PALP_HD inline Quat closest_rotation(Mat3 A, Quat q) {
       break;
     }
     const real inverse = real(1) / determinant();
-    const real A01 = e * f - d * c, A02 = d * f - b * e, A12 = d * e - a * f;  // of the adjugate
+    const real A01 = e * f - d * c, A02 = d * f - b * e, A12 = d * e - a * f;  // entries of the adjugate
     Vec3 turn = inverse * Vec3((b * c - f * f) * slope.x() + A01 * slope.y() + A02 * slope.z(),
                                A01 * slope.x() + (a * c - e * e) * slope.y() + A12 * slope.z(),
                                A02 * slope.x() + A12 * slope.y() + (a * b - d * d) * slope.z());

@@ -7,29 +7,30 @@
 // F_i         sum_j K_j V_j F(X) x_ji (L_i X_ij)^T, L_i its correction       elastic.h
 // R_i, P_i    rotation nearest to F_i; stress                                elastic.h
 // f_i         sum_j K_i K_j V_i V_j (F(X_ij) P_i L_i X_ij - F(X_ji) P_j L_j X_ji) - V_i V_j F q_ij x_ji
-// q_ij        what the fluid's p_i + p_j lost of its share while the bond got stiffer
+// q_ij        pressure that the fluid's p_i + p_j lost with its share while the bond got stiffer
 // share       1 - K_i K_j, of a pair's fluid forces                          bonded.h
 //
 // f is the exact gradient of sum K_i V_i psi(F_i), so that pairs conserve momentum, and angular momentum with them. A
-// bond forms without strain. When it gets stiffer, what is added is unstrained too: its X moves towards x by the share
-// of the new in the whole. The pressure that the fluid forces lose with their share stays in the bond, as q, until
-// it melts. So nothing jumps. A pair of bonded solids keeps no
-// fluid force; their pressure then is that of what touches them.
+// bond forms without strain. When it gets stiffer, the added stiffness is unstrained too: its X moves towards x by the
+// share of the new stiffness in the whole. The pressure that the fluid forces lose with their share stays in the bond,
+// as q, until it melts. So nothing jumps. A pair of bonded solids keeps no fluid force; their pressure then is that of
+// the fluid that touches them.
 #pragma once
 
 #include "sim_server/physics/bonded.h"
 #include "sim_server/physics/elastic.h"
+#include "sim_server/physics/gradient_correction.h"
 #include "sim_server/physics/heat.h"
 
 namespace palp {
 
-// On a lattice with a support of two spacings a particle has 26 bonds, in a dense fluid somewhat more.
+// The most bonds of a particle. On a lattice with a support of two spacings it has 26, in a dense fluid somewhat more.
 inline constexpr std::uint32_t kMaxBonds = 64;
 
-// By slot: the particles of bodies that change state, and of bodies that these hold on to.
+// Arrays by slot. Slots are the particles of bodies that change state, and of bodies that these are bonded to.
 struct ChangeViews {
   std::uint32_t count = 0;
-  const std::uint32_t* slot_of = nullptr;  // by body: add a particle's id; kNone: has no slots
+  const std::uint32_t* slot_of = nullptr;  // by body: its slots less the particles' ids; kNone: it has none
   const std::uint32_t* group = nullptr;    // by body: bonds form within a group
   const std::uint32_t* shaped = nullptr;   // by body: Bonded::shaped
   const Tag* tag = nullptr;                // with the material of its bonds
@@ -37,41 +38,42 @@ struct ChangeViews {
   Packed* v = nullptr;                     // velocity, acting pressure of a fluid particle [m/s, Pa]
   real* solid = nullptr;                   // K
   real* before = nullptr;                  // K before its last change
-  real* set = nullptr;                     // share of it that has set for good
+  real* set = nullptr;                     // share of the matter that has set for good
   Quat* rotation = nullptr;                // R
   Mat3* gradient = nullptr;                // F
   Mat3* stress = nullptr;                  // P L
   Mat3* correction = nullptr;              // L
-  Mat3* projection = nullptr;              // what L makes of the moment: I but where neighbours span no space
-  real* soft = nullptr;                    // what its stress is multiplied with, 0..1
+  Mat3* projection = nullptr;              // onto the directions that neighbours span; I where they fill space
+  real* soft = nullptr;                    // factor of its stress, 0..1
   std::uint32_t* piece = nullptr;          // least slot of its piece (pieces.h); kNone: liquid
-  std::uint32_t* acting = nullptr;         // the piece that fluid forces go by: that of one change earlier
+  std::uint32_t* acting = nullptr;         // the piece that fluid forces use: that of one change earlier
   Packed* force = nullptr;                 // [N]
-  std::uint32_t* bonds = nullptr;          // how many
+  std::uint32_t* bonds = nullptr;          // number of its bonds
   std::uint32_t* bond = nullptr;           // [kMaxBonds] slots of its partners
   Packed* own = nullptr;                   // [kMaxBonds] X_ij, q [m, Pa]
   Packed* other = nullptr;                 // [kMaxBonds] X_ji
 };
 
+// Returns the slot of a particle, kNone where it has none.
 PALP_HD inline std::uint32_t slot_of(const ChangeViews& change, Tag tag, std::uint32_t id) {
   const std::uint32_t first = change.slot_of[tag.body()];
   return first == kNone ? kNone : first + id;
 }
 
-// How materials change, by temperature.
+// The constants of changes of state.
 struct ChangeMedium {
   HeatMaterial heat[kMaxMaterials];
   real cooking[kMaxMaterials];       // temperature from which it sets [K]; 0: never
-  real cooking_rate[kMaxMaterials];  // of the share that has set [1/s]
-  real rigid_below[kMaxMaterials];   // temperature below which what is solid is rigid [K]; 0: never
+  real cooking_rate[kMaxMaterials];  // growth of the share that has set [1/s]
+  real rigid_below[kMaxMaterials];   // temperature below which solid matter is rigid [K]; 0: never
   bool rigid_when_set[kMaxMaterials];
-  real dt;          // between two changes [s]
-  real support;     // H of bonds [m]
-  real slack;       // how far particles may be from where the grid has them [m]
-  real most_reach;  // of sum |dF/dx|, that a particle has with its stiffness in full [1/m]
+  real dt;         // time between two changes [s]
+  real support;    // H of bonds [m]
+  real slack;      // largest distance of a particle from the place that the grid has for it [m]
+  real max_reach;  // sum |dF/dx| up to which a particle has its full stiffness [1/m]
 };
 
-// Solid fractions from enthalpy and temperature, over the particles.
+// Computes solid fractions from enthalpy and temperature; one thread a particle.
 struct ChangeFractions {
   ParticleView state;
   ChangeViews change;
@@ -83,7 +85,7 @@ struct ChangeFractions {
     if (k == kNone) return;
     const real K = change.solid[k];
     change.before[k] = K;
-    if (!tag.is_fluid() || tag.gone()) return;
+    if (!tag.is_fluid() || tag.inactive()) return;
     const std::uint32_t m = tag.material();
     real now = change.set[k];
     if (medium.cooking[m] > real(0) && state.temperature[i] > medium.cooking[m]) {
@@ -101,52 +103,20 @@ struct ChangeFractions {
   }
 };
 
-// What multiplies X in F, and onto what the neighbours' directions project.
-struct BondCorrection {
-  Mat3 inverse, projection;
-};
+// The share of the largest principal value of the moment sum K_j V_j F X X^T below which a particle has no bonds along
+// an axis: faces, edges and corners of a lattice have 0.5 and more.
+inline constexpr real kFlatBonds = real(0.3);
 
-// Where a frozen fluid's neighbours lie unevenly a gradient weighs single ones so much that the particle would be
-// stiffer than any on a lattice, and the sub-step too long for it. reach: sum_j |dF/dx_j| over it and its neighbours.
-PALP_HD inline real bond_softness(real reach, real most_reach) {
-  const real ratio = most_reach / reach;
-  return reach > most_reach ? ratio * ratio : real(1);
+// Returns the factor of a particle's stress. Where a frozen fluid's neighbours lie unevenly a gradient weighs single
+// ones so much that the particle would be stiffer than any on a lattice, and the sub-step too long for it. reach: sum_j
+// |dF/dx_j| over it and its neighbours.
+PALP_HD inline real bond_softness(real reach, real max_reach) {
+  const real ratio = max_reach / reach;
+  return reach > max_reach ? ratio * ratio : real(1);
 }
 
-// From the moment sum K_j V_j F X X^T. Directions in which neighbours hardly spread are left out: a gradient across a
-// nearly flat sheet would be as stiff as the sheet is flat.
-PALP_HD inline BondCorrection bond_correction(Mat3 A) {
-  Mat3 axes = Mat3::Identity();
-  // Jacobi's method; four rounds leave 1e-7 of what is off the diagonal
-  for (int round = 0; round < 4; ++round)
-    for (int p = 0; p < 2; ++p)
-      for (int q = p + 1; q < 3; ++q) {
-        if (A(p, q) == real(0)) continue;
-        const real theta = (A(q, q) - A(p, p)) / (real(2) * A(p, q));
-        const real root = Eigen::numext::sqrt(theta * theta + real(1));
-        const real t = theta < real(0) ? real(1) / (theta - root) : real(1) / (theta + root);
-        const real c = real(1) / Eigen::numext::sqrt(t * t + real(1)), s = t * c;
-        Mat3 turn = Mat3::Identity();
-        turn(p, p) = turn(q, q) = c;
-        turn(p, q) = s;
-        turn(q, p) = -s;
-        A = turn.transpose() * A * turn;
-        axes = axes * turn;
-      }
-  const real most = A.diagonal().maxCoeff();
-  BondCorrection out{Mat3::Zero(), Mat3::Zero()};
-  if (!(most > real(0))) return out;
-  for (int a = 0; a < 3; ++a) {
-    // faces, edges and corners of a lattice have 0.5 and more; all or nothing, else angular momentum is not kept
-    if (!(A(a, a) > real(0.3) * most)) continue;
-    const Mat3 along = axes.col(a) * axes.col(a).transpose();
-    out.projection += along;
-    out.inverse += along / A(a, a);
-  }
-  return out;
-}
-
-// Ends, stiffens and forms bonds, over the particles; each writes its own side of its bonds, from what both sides know.
+// Ends, stiffens and forms bonds; one thread a particle. Each writes its own side of its bonds, from data that both
+// sides read.
 struct ChangeBonds {
   ParticleView state;
   ChangeViews change;
@@ -154,6 +124,7 @@ struct ChangeBonds {
   WendlandC2 kernel;
   ChangeMedium medium;
 
+  // One particle of a bond.
   struct Side {
     std::uint32_t slot;
     Tag tag;
@@ -174,20 +145,20 @@ struct ChangeBonds {
             change.piece[k],
             change.acting[k]};
   }
-  // By how much more of the fluid forces is taken away from a pair that is bonded.
+  // Returns the growth of the share of the fluid forces that a bonded pair has lost.
   PALP_HD real withdrawn(const Side& i, std::uint32_t j) const {
     const real now = may_be_bonded(i.piece, change.piece[j]) ? i.K * change.solid[j] : real(0);
     const real before = may_be_bonded(i.acting, change.acting[j]) ? i.before * change.before[j] : real(0);
     return now - before;
   }
-  // p_i + p_j; a tool shows the pressure of the matter that it is bonded to.
+  // Returns p_i + p_j; a tool shows the pressure of the matter that it is bonded to.
   PALP_HD real pressures(const Side& i, std::uint32_t j) const {
     const real p_j = change.v[j].w;
     return (i.tag.is_fluid() ? i.p : p_j) + (change.tag[j].is_fluid() ? p_j : i.p);
   }
 
-  // A bond as it goes on, into place n of i's; false when it ends.
-  PALP_HD bool go_on(const Side& i, std::uint32_t from, std::uint32_t n) const {
+  // Updates the bond at place `from` of i's and writes it to place n; returns false when it ends.
+  PALP_HD bool update_bond(const Side& i, std::uint32_t from, std::uint32_t n) const {
     const std::size_t row = std::size_t(i.slot) * kMaxBonds;
     const std::uint32_t j = change.bond[row + from];
     const real k1 = i.K * change.solid[j], k0 = i.before * change.before[j];
@@ -196,7 +167,7 @@ struct ChangeBonds {
     Vec3 own = kept.xyz(), other = change.other[row + from].xyz();
     real q = kept.w;
     const Vec3 x_ji = separation(grid, change.x[j].xyz(), i.x);
-    // mush that was stirred apart
+    // mush that was stirred apart: the bond ends
     if (k1 < real(1) && x_ji.norm() > own.norm() + other.norm()) return false;
     if (k1 > k0) {
       const real old = k0 / k1;
@@ -215,8 +186,9 @@ struct ChangeBonds {
     return true;
   }
 
-  // A bond to j where one stiffens that was not there, or two pieces have become one; returns how many there are.
-  PALP_HD std::uint32_t form(const Side& i, std::uint32_t j, const Vec3& x_ji, std::uint32_t n) const {
+  // Forms a bond to j where there is none and the pair gets stiffer, or where two pieces have become one; returns the
+  // number of bonds.
+  PALP_HD std::uint32_t form_bond(const Side& i, std::uint32_t j, const Vec3& x_ji, std::uint32_t n) const {
     const std::size_t row = std::size_t(i.slot) * kMaxBonds;
     const bool stiffer = i.K * change.solid[j] > i.before * change.before[j];
     const real more = withdrawn(i, j);
@@ -229,7 +201,7 @@ struct ChangeBonds {
     return n + 1;
   }
 
-  // The correction, from the bonds there are.
+  // Computes the correction of the gradient from the bonds.
   PALP_HD void correct(const Side& i, std::uint32_t bonds) const {
     const std::size_t row = std::size_t(i.slot) * kMaxBonds;
     Mat3 moment = Mat3::Zero();
@@ -238,19 +210,19 @@ struct ChangeBonds {
       const Vec3 X = change.own[row + b].xyz();
       moment += (change.solid[j] * change.x[j].w * kernel.F(X.norm()) * X) * X.transpose();
     }
-    const BondCorrection c = bond_correction(moment);
+    const GradientCorrection<real> c = gradient_correction(moment, kFlatBonds);
     Vec3 all(0, 0, 0);
     real reach = 0;
     for (std::uint32_t b = 0; b < bonds; ++b) {
       const Vec3 X = change.own[row + b].xyz();
       const real weight = change.solid[change.bond[row + b]] * change.x[change.bond[row + b]].w * kernel.F(X.norm());
-      const Vec3 slope = weight * times(c.inverse, X);
+      const Vec3 slope = weight * mat_vec(c.inverse, X);
       all += slope;
       reach += slope.norm();
     }
     change.correction[i.slot] = c.inverse;
     change.projection[i.slot] = c.projection;
-    change.soft[i.slot] = bond_softness(reach + all.norm(), medium.most_reach);
+    change.soft[i.slot] = bond_softness(reach + all.norm(), medium.max_reach);
   }
 
   PALP_HD void operator()(std::uint32_t p) const {
@@ -261,7 +233,7 @@ struct ChangeBonds {
     std::uint32_t n = 0;
     if (i.K > real(0)) {
       for (std::uint32_t b = 0; b < change.bonds[k]; ++b)
-        if (go_on(i, b, n)) ++n;
+        if (update_bond(i, b, n)) ++n;
       const std::uint32_t group = change.group[tag.body()];
       const Vec3 x_i = state.xV[p].xyz();
       const real reach = medium.support;
@@ -270,12 +242,12 @@ struct ChangeBonds {
                      for (std::uint32_t q = begin; q < end; ++q) {
                        const Tag tag_q = state.tag[q];
                        if (q == p || change.group[tag_q.body()] != group) continue;
-                       // two tools in one lump of matter hold on to it, not to each other
+                       // two tools in one lump of matter are bonded to it, not to each other
                        if (!tag.is_fluid() && !tag_q.is_fluid() && tag.body() != tag_q.body()) continue;
                        const std::uint32_t j = slot_of(change, tag_q, state.id[q]);
                        if (j == kNone) continue;
                        const Vec3 x_ji = separation(grid, change.x[j].xyz(), i.x);
-                       if (x_ji.squaredNorm() < reach * reach) n = form(i, j, x_ji, n);
+                       if (x_ji.squaredNorm() < reach * reach) n = form_bond(i, j, x_ji, n);
                      }
                    });
     }
@@ -284,7 +256,7 @@ struct ChangeBonds {
   }
 };
 
-// Rotation, deformation gradient and stress, over the slots.
+// Computes rotation, deformation gradient and stress; one team a slot.
 struct BondStrain {
   ChangeViews change;
   CellGrid grid;
@@ -317,11 +289,11 @@ struct BondStrain {
   }
 };
 
-// Force of the bonds, over the slots; on what is not fluid, onto the force of its body.
+// Computes the force of the bonds; one team a slot. That on particles of bodies is added to the forces on their body.
 struct BondForce {
   ChangeViews change;
   BodyViews bodies;
-  const std::uint32_t* force_of;  // by body: where bodies.force has its slots, less the slot; kNone: nowhere
+  const std::uint32_t* force_of;  // by body: index of its slots in bodies.force less the slot; kNone: they have none
   CellGrid grid;
   WendlandC2 kernel;
   Medium medium;
@@ -330,7 +302,7 @@ struct BondForce {
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag = change.tag[i];
     const Material m = medium.material[tag.material()];
-    const real young = m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
+    const real young = young_modulus(m);
     const std::size_t row = std::size_t(i) * kMaxBonds;
     const Packed x_i = change.x[i];
     const Vec3 v_i = change.v[i].xyz();
@@ -343,16 +315,16 @@ struct BondForce {
       const Vec3 x_ji = separation(grid, change.x[j].xyz(), x_i);
       const real r_own = own.norm(), r_other = other.norm(), r = real(0.5) * (r_own + r_other);
       const real VV = x_i.w * change.x[j].w, KVV = change.solid[i] * change.solid[j] * VV;
-      force += KVV * (kernel.F(r_own) * times(stress_i, own) - kernel.F(r_other) * times(change.stress[j], other));
+      force += KVV * (kernel.F(r_own) * mat_vec(stress_i, own) - kernel.F(r_other) * mat_vec(change.stress[j], other));
       force -= VV * kernel.F(r) * own_q.w * x_ji;
       const real now = x_ji.norm();
       if (!(now > real(0))) continue;
       const Vec3 along = x_ji / now;
-      const real error = (times(F_i, own) - times(change.gradient[j], other)).dot(along) - real(2) * now;
+      const real error = (mat_vec(F_i, own) - mat_vec(change.gradient[j], other)).dot(along) - real(2) * now;
       // in a frozen fluid some are closer than on a lattice: they must not be too stiff for the sub-step
       const real apart = r > real(0.8) * medium.spacing ? r : real(0.8) * medium.spacing;
       const real push =
-          change.soft[i] * change.soft[j] * kHourglass * young * kernel.W(apart) / (apart * apart) * error -
+          change.soft[i] * change.soft[j] * kZeroEnergyAlpha * young * kernel.W(apart) / (apart * apart) * error -
           real(10) * m.damping * kernel.F(r) * (change.v[j].xyz() - v_i).dot(along);
       force -= KVV * push * along;
     }

@@ -1,10 +1,12 @@
 // Tearing: bonds between neighbours at rest that break for good.
 //
 // symbol     meaning                                                          source
-// C = F^T F  of the bonds left; l^2 its greatest value, N its axis at rest
-// s_ij       (F_i N_i / |F_i N_i|).x_ji / (N_i.X_ji), stretch of a pair along the greatest stretch of i, and of j
-// breaks     when either is above 1 + tear_strain                             Chakraborty & Shaw 2013, Islam & Peng
-// 2019 L_i        (sum_j V_j F X_ji X_ji^T)^-1 of the bonds left: affine fields stay exact on both sides of a tear
+// C          F^T F of the bonds left; l^2: greatest value, N: its axis at rest
+// s_ij       (F_i N_i / |F_i N_i|).x_ji / (N_i.X_ji), stretch of a pair
+//            along the greatest stretch of i; s_ji along that of j
+// breaks     when either is above 1 + tear_strain                             Chakraborty & Shaw 2013; Islam & Peng
+// 2019 L_i        (sum_j V_j F X_ji X_ji^T)^-1 of the bonds left: affine fields    gradient_correction.h
+//            stay exact on both sides of a tear
 //
 // Those papers break a pair by its own stretch. With corrected gradients that would not do: of the bonds across a tear
 // the slanting ones stretch less, and while the last of them is left L makes it carry all the stress of the ones
@@ -17,56 +19,39 @@
 #pragma once
 
 #include "sim_server/physics/elastic.h"
+#include "sim_server/physics/gradient_correction.h"
 
 namespace palp {
 
-// Pairs that lie within 30 degrees of the plane of a tear are not across it.
-inline constexpr real kAcross = real(0.5);
+// The cosine of the angle between a pair and the greatest stretch below which the pair is not across a tear: pairs
+// within 30 degrees of its plane are not.
+inline constexpr real kMinTearCosine = real(0.5);
 
-// What has lost more than this share of its neighbourhood bears less the more it loses: few neighbours fit any noise as
-// strain, whose energy would come from nothing, and a few stiff bonds would need shorter steps. What yields has a state
-// that was found with all of its neighbours and bears nothing when half as many are left again.
-inline constexpr real kCrumbles = real(0.5);
+// The share of its neighbourhood below which a particle's integrity falls with what is left: few neighbours fit any
+// noise as strain, whose energy would come from nothing, and a few stiff bonds would need shorter steps. Matter that
+// yields has a state that was found with all of its neighbours, so its integrity is zero at half of this share.
+inline constexpr real kIntegrityOnset = real(0.5);
 
-// L from the moment sum V F X X^T, and what the neighbours span: axes of less than a thousandth of the largest do not
-// count (elastic_store.cpp).
-struct GradientCorrection {
-  Mat3 inverse, projection;
-};
-
-PALP_HD inline GradientCorrection gradient_correction(const Mat3& moment) {
-  constexpr real kFlat = real(1e-3);
-  const PrincipalAxes principal = principal_axes(moment);
-  const real least = kFlat * principal.value.maxCoeff();
-  GradientCorrection c{Mat3::Zero(), Mat3::Zero()};
-  for (int a = 0; a < 3; ++a) {
-    if (!(principal.value[a] > least)) continue;
-    const Vec3 n = principal.axis.col(a);
-    const Mat3 along = n * n.transpose();
-    c.inverse += along / principal.value[a];
-    c.projection += along;
-  }
-  return c;
-}
-
-// Breaks what is overstretched and corrects the gradients of the particles that it was torn from. It reads the strain
-// of the last sub-step and the places of this one.
+// Breaks overstretched bonds and corrects the gradients of the particles that have lost some. It reads the strain of
+// the last sub-step and the places of this one.
 struct TearBonds {
   ElasticViews elastic;
   CellGrid grid;
   WendlandC2 kernel;
   Medium medium;
 
-  // Whether the pair of displacement X_ji at rest, x_ji now, is torn by the stretch of one of its particles.
-  PALP_HD bool pulled_apart(std::uint32_t by, const Vec3& X_ji, const Vec3& x_ji, real most) const {
-    const Packed pull = elastic.pull[by];
-    if (!(pull.w > real(0))) return false;
-    const Vec3 N = pull.xyz(), n = times(elastic.gradient[by], N);
+  // Returns true when the pair of separation X_ji at rest, x_ji now, is stretched to more than `limit` along the
+  // greatest stretch of its particle `by`.
+  PALP_HD bool pulled_apart(std::uint32_t by, const Vec3& X_ji, const Vec3& x_ji, real limit) const {
+    const Packed stretch = elastic.stretch[by];
+    if (!(stretch.w > real(0))) return false;
+    const Vec3 N = stretch.xyz(), n = mat_vec(elastic.gradient[by], N);
     const real across = N.dot(X_ji), now = n.dot(x_ji) / n.norm();
-    if (across * across < kAcross * kAcross * X_ji.squaredNorm()) return false;
-    return now / across > most;
+    if (across * across < kMinTearCosine * kMinTearCosine * X_ji.squaredNorm()) return false;
+    return now / across > limit;
   }
 
+  // Returns true when the bond of a pair breaks now.
   PALP_HD bool breaks(std::uint32_t i, std::uint32_t j) const {
     const std::uint32_t a = i < j ? i : j, b = i < j ? j : i;
     const real tear_a = medium.material[elastic.tag[a].material()].tear,
@@ -100,12 +85,12 @@ struct TearBonds {
     moment = team_sum(team, moment);
     whole = team.sum(whole);
     if (!team.leader()) return;
-    const GradientCorrection c = gradient_correction(moment);
+    const GradientCorrection<real> c = gradient_correction(moment, static_cast<real>(kFlatNeighborhood));
     elastic.correction[i] = c.inverse;
     elastic.projection[i] = c.projection;
-    real left = moment.trace() / (kCrumbles * whole);
+    real left = moment.trace() / (kIntegrityOnset * whole);
     if (medium.material[elastic.tag[i].material()].yield > real(0)) left = real(2) * left - real(1);
-    elastic.bearing[i] = left < real(1) ? (left > real(0) ? left : real(0)) : real(1);
+    elastic.integrity[i] = left < real(1) ? (left > real(0) ? left : real(0)) : real(1);
   }
 };
 

@@ -4,7 +4,7 @@
 // symbol    meaning                                                   unit      source
 // L Y       sum_j k_ij (Y_i - Y_j), symmetric                         N
 // k_ij      V_i V_j 2 mu F min(l_i, l_j); mu harmonic between fluids  N s/m     fluid.h
-// k_iw      V_i V_w 4 mu F min(l_i, l_w)                              N s/m     below
+// k_iw      V_i V_w 4 mu F min(l_i, l_w), w a particle of a solid     N s/m     below
 // Y_0 = v,  Y_j = Y_j-1 + (j-1)/(j+2) (Y_j-1 - Y_j-2) + (2j+1)/(j+2) w dt (a - L Y_j-1 / m),  v' = Y_s
 // w         4 / (s^2 + 3 s)                                           -         Skaras et al. 2021: RKG1, lambda = 3/2
 // l_i       min(1, 0.95 / (w dt K_i / m_i)), K_i = sum_j k_ij         -         Gershgorin's bound on L
@@ -26,30 +26,32 @@
 
 namespace palp {
 
-// A rigid body in the stages.
+// The state of a rigid body in the stages.
 struct ViscousBody {
   Vec3 v[2], w[2];   // at the last two stages [m/s, rad/s]
-  Vec3 dv, dw;       // what all but viscosity does in the sub-step [m/s, rad/s]
-  CoupledMass mass;  // that viscosity moves
+  Vec3 dv, dw;       // change in the sub-step by all forces but viscosity [m/s, rad/s]
+  CoupledMass mass;  // the mass that viscosity moves
   real dt;           // sub-step [s]
   real limit;        // l
 };
 
 struct ViscosityViews {
   Packed* stage[2] = {nullptr, nullptr};  // per particle: Y of the last two stages; l
-  Packed* solid = nullptr;                // as BodyViews::force: of the last stage [N]; first K [N s/m]
+  Packed* solid = nullptr;                // in the order of BodyViews::force: force of the last stage [N]; before the
+                                          // first stage K [N s/m]
   ViscousBody* body = nullptr;            // by body
 };
 
 struct StageNumbers {
-  std::uint32_t from;  // which of the two holds Y_j-1; the other holds Y_j-2 and gets Y_j
+  std::uint32_t from;  // index of the array that holds Y_j-1; the other holds Y_j-2 and gets Y_j
   real carry;          // (j-1)/(j+2)
   real rate;           // (2j+1)/(j+2) w dt [s]
-  real share;          // of this stage's force in the mean over the sub-step
+  real share;          // share of this stage's force in the mean over the sub-step
   bool last;
 };
 
-// Stage j = 1..s. The shares are the weights of Y_s = Y_0 + dt sum_j share_j F(Y_j-1); they are positive and add to 1.
+// Returns the numbers of stage j = 1..s. The shares are the weights of Y_s = Y_0 + dt sum_j share_j F(Y_j-1); they are
+// positive and add to 1.
 inline StageNumbers stage_numbers(int j, int s, double dt) {
   const double w = 4.0 / (s * (s + 3.0));
   const double share = w * (j + 0.5) * (1 - j * (j + 1.0) / ((s + 1.0) * (s + 2.0)));
@@ -57,11 +59,11 @@ inline StageNumbers stage_numbers(int j, int s, double dt) {
           static_cast<real>((2 * j + 1.0) / (j + 2.0) * w * dt), static_cast<real>(share), j == s};
 }
 
-// The largest dt K / m that s stages keep stable, with a margin to the end of the polynomial's range, where it does not
-// damp.
+// Returns the largest dt K / m that s stages keep stable, with a margin to the end of the polynomial's range, where it
+// does not damp.
 inline double stage_reach(int s) { return 0.95 * 0.25 * s * (s + 3.0); }
 
-// k_ij / (V_i V_j F): of two fluids, or of a fluid and a solid.
+// Returns k_ij / (V_i V_j F) of two fluids, or of a fluid and a solid.
 PALP_HD inline real pair_viscosity(const Medium& medium, Tag a, Tag b) {
   if (!a.is_fluid() && !b.is_fluid()) return real(0);
   if (!a.is_fluid()) return real(4) * medium.material[b.material()].viscosity;
@@ -72,7 +74,7 @@ PALP_HD inline real pair_viscosity(const Medium& medium, Tag a, Tag b) {
   return sum > real(0) ? real(4) * mu * mu_b / sum : real(0);
 }
 
-// Sets Y_0, and l of the particles that move on their own; K of the others for their bodies.
+// Sets Y_0 of all particles, l of those that move on their own, and K of those of rigid bodies.
 struct BeginViscosity {
   ParticleView state;
   BodyViews bodies;
@@ -107,6 +109,7 @@ struct BeginViscosity {
   }
 };
 
+// Applies one stage to the particles.
 struct ViscousStage {
   ParticleView state;
   BodyViews bodies;
@@ -134,7 +137,7 @@ struct ViscousStage {
                   [&](std::uint32_t j, const Packed& xV_j, const Vec3&, real r2) {
                     const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
                     const Packed Y_j = fetch(from + j);
-                    const real coefficient = pair_viscosity(medium, tag_i, tag_j) * least(Y_i.w, Y_j.w);
+                    const real coefficient = pair_viscosity(medium, tag_i, tag_j) * min(Y_i.w, Y_j.w);
                     force -=
                         (xV_i.w * xV_j.w * kernel.F(Eigen::numext::sqrt(r2)) * coefficient) * (Y_i.xyz() - Y_j.xyz());
                   });
@@ -154,7 +157,7 @@ struct ViscousStage {
   }
 };
 
-// One team for each rigid body: its Y_j.
+// Computes Y_j of each rigid body; one team a body.
 struct ViscousBodyStage {
   BodyViews bodies;
   const std::uint32_t* rigid;
@@ -184,8 +187,8 @@ struct ViscousBodyStage {
   }
 };
 
-// Y of the particles of rigid bodies.
-struct SpreadBodies {
+// Writes Y of the particles of rigid bodies.
+struct SpreadBodyVelocities {
   ParticleView state;
   BodyViews bodies;
   ViscosityViews viscosity;

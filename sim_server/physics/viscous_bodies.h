@@ -1,5 +1,5 @@
-// Rigid bodies at the start of the viscous stages (physics/viscosity.h): what moves each of them besides viscosity, the
-// mass that viscosity moves, which includes the coupling of a body that a hand holds, and its bound on the stages.
+// Rigid bodies at the start of the viscous stages (physics/viscosity.h): the change of each one's motion by all other
+// forces, the mass that viscosity moves, which includes the coupling of a body that a hand holds, and its limit l.
 #pragma once
 
 #include "sim_server/physics/proxy.h"
@@ -7,8 +7,9 @@
 
 namespace palp {
 
-// Bound on K / m of a body that turns, too: of its velocities scaled by the roots of mass and inertia, the parts that
-// move and that turn it, and what ties these together. moment = sum K r, turning = sum K (r^2 - r r^T).
+// Returns a bound on K / m of a body that moves and turns: with velocities scaled by the roots of mass and inertia, the
+// larger one of the bounds of translation and rotation, plus that of what couples the two. moment = sum K r,
+// turning = sum K (r^2 - r r^T).
 template <class M, class V, class S>
 PALP_HD inline S body_viscous_rate(S mass, const M& inverse_inertia, S sum, const V& moment, const M& turning) {
   const S lightest = inverse_inertia.cwiseAbs().rowwise().sum().maxCoeff();
@@ -17,7 +18,7 @@ PALP_HD inline S body_viscous_rate(S mass, const M& inverse_inertia, S sum, cons
   return (moves > turns ? moves : turns) + moment.norm() * Eigen::numext::sqrt(lightest / mass);
 }
 
-// One team for each rigid body.
+// Sets the state of each rigid body for the first stage; one team a body.
 struct BeginViscousBodies {
   BodyViews bodies;
   const std::uint32_t* rigid;

@@ -5,17 +5,15 @@
 #include <limits>
 #include <map>
 
+#include "sim_server/physics/smoothing.h"
+
 namespace palp {
 
 namespace {
 
 constexpr double kReachOverSpacing = 2;
 
-// Wendland C2, without its constant, which the division by the sum of weights removes.
-double wendland(double q) {
-  const double a = 1 - q;
-  return q < 1 ? a * a * a * a * (1 + 4 * q) : 0;
-}
+constexpr auto kKernel = WendlandC2Of<double>::unit();  // the division by the sum of weights removes its scale
 
 Eigen::Vector3d vector_at(const std::vector<float>& values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
@@ -135,7 +133,7 @@ ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d&
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   points->near(point, [&](std::uint32_t i, double r) {
     const MaterialConfig& material = material_of(scene_, i);
-    double w = volume_of(scene_, *snapshot_, i) * wendland(r / reach);
+    double w = volume_of(scene_, *snapshot_, i) * kKernel.W(r / reach);
     if (probe.quantity == Quantity::temperature) w *= effusivity(material);
     if (!(w > 0)) return;
     weights += w;
@@ -172,7 +170,7 @@ ProbeRow ProbeSampler::front(const ProbeConfig& probe) const {
     const Body& body = scene_.bodies[b];
     if (!is_deformable(body) || !counts(probe, b)) continue;
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {
-      if (is_gone(*snapshot_, i)) continue;
+      if (is_inactive(*snapshot_, i)) continue;
       const double value = sign * place_of(*snapshot_, i)[probe.axis];
       if (value > best) best = value;
     }
@@ -188,7 +186,7 @@ ProbeRow ProbeSampler::energy(const ProbeConfig& probe) const {
     if (is_deformable(body)) {
       const double density = scene_.config.materials[body.material].density;
       for (std::size_t i = body.first; i < body.first + body.count; ++i) {
-        if (is_gone(*snapshot_, i)) continue;
+        if (is_inactive(*snapshot_, i)) continue;
         const double mass = density * scene_.volume[i];
         kinetic += mass / 2 * vector_at(snapshot_->velocity, i).squaredNorm();
         potential -= mass * scene_.config.gravity.dot(place_of(*snapshot_, i));
@@ -213,7 +211,7 @@ ProbeRow ProbeSampler::extremes(const ProbeConfig& probe) const {
     const Body& body = scene_.bodies[b];
     if (!is_deformable(body) || !counts(probe, b)) continue;
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {
-      if (is_gone(*snapshot_, i)) continue;
+      if (is_inactive(*snapshot_, i)) continue;
       speed = std::max(speed, vector_at(snapshot_->velocity, i).norm());
       if (body.type != BodyKind::fluid) continue;
       const double p = pressure_.of(static_cast<std::uint32_t>(i));

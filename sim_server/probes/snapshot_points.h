@@ -12,7 +12,9 @@ inline Eigen::Vector3d place_of(const Snapshot& s, std::size_t particle) {
 }
 
 // Whether it has left the domain.
-inline bool is_gone(const Snapshot& s, std::size_t particle) { return !s.gone.empty() && s.gone[particle] != 0; }
+inline bool is_inactive(const Snapshot& s, std::size_t particle) {
+  return !s.inactive.empty() && s.inactive[particle] != 0;
+}
 
 inline const MaterialConfig& material_of(const Scene& scene, std::size_t particle) {
   return scene.config.materials[scene.bodies[scene.body[particle]].material];
@@ -43,7 +45,7 @@ class SnapshotPoints {
   static std::vector<std::uint32_t> with_place(const Scene& scene, const Snapshot& s, double reach, bool solids) {
     std::vector<std::uint32_t> found;
     for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
-      if (is_gone(s, i) || (!solids && scene.bodies[scene.body[i]].type != BodyKind::fluid)) continue;
+      if (is_inactive(s, i) || (!solids && scene.bodies[scene.body[i]].type != BodyKind::fluid)) continue;
       // far strays have no place in the grid and no weight anywhere inside the domain
       const Eigen::Vector3d x = place_of(s, i);
       if (x.allFinite() && x.cwiseAbs().maxCoeff() <= 1e9 * reach) found.push_back(i);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sim_server/geometry/point_grid.h"
+#include "sim_server/physics/smoothing.h"
 
 namespace palp {
 
@@ -26,15 +27,7 @@ constexpr double kStep = 0.1;         // a displacement at most
 constexpr double kStill = 2e-3;       // a largest displacement at which packing ends
 constexpr double kMostVolume = 0.25;  // change of a particle's volume
 
-// Wendland C2 over its value at 0.
-double kernel(double q) {
-  const double u = std::max(0.0, 1 - q), u2 = u * u;
-  return u2 * u2 * (4 * q + 1);
-}
-double kernel_slope_over_q(double q) {
-  const double u = std::max(0.0, 1 - q);
-  return 20 * u * u * u;
-}
+constexpr auto kKernel = WendlandC2Of<double>::unit();  // of q = r / H
 
 struct Packing {
   Scene& scene;
@@ -149,7 +142,7 @@ double lattice_sum() {
   double sum = 0;
   for (int c = 0; c < 343; ++c) {
     const Vector3d steps = lattice_steps(c, 3);
-    sum += kernel(steps.norm() / kSupport);
+    sum += kKernel.W(steps.norm() / kSupport);
   }
   return sum;
 }
@@ -159,7 +152,7 @@ bool relax(const Packing& p, const std::vector<std::uint32_t>& active, const Nei
            const std::vector<double>& share, std::vector<Vector3d>& x) {
   const double dx = p.dx, H = kSupport * dx;
   const double scale = kGain * dx * 21 / (2 * EIGEN_PI * std::pow(kSupport, 4));
-  const double near = 0.2 / std::pow(kernel(1 / kSupport), 4);
+  const double near = 0.2 / std::pow(kKernel.W(1 / kSupport), 4);
   const std::vector<Vector3d> start = x;
   std::vector<Vector3d> push(active.size());
   for (int round = 0; round < kRounds; ++round) {
@@ -171,9 +164,9 @@ bool relax(const Packing& p, const std::vector<std::uint32_t>& active, const Nei
         const Vector3d d = p.box.between(x[active[k]], x[j]) / H;
         const double q2 = d.squaredNorm();
         if (q2 >= 1) continue;
-        const double q = std::sqrt(q2), W = kernel(q);
+        const double q = std::sqrt(q2), W = kKernel.W(q);
         // Monaghan 2000: particles nearer than a spacing are pushed harder
-        push[k] += scale * share[j] * (1 + near * W * W * W * W) * kernel_slope_over_q(q) * d;
+        push[k] += scale * share[j] * (1 + near * W * W * W * W) * kKernel.F(q) * d;
       }
       push[k] *= std::min(1.0, kStep * dx / std::max(push[k].norm(), 1e-300));
       farthest = std::max(farthest, push[k].norm());
@@ -206,7 +199,7 @@ void share_space(const Packing& p, const std::vector<std::uint32_t>& active, con
     for (std::size_t k = 0; k < active.size(); ++k) {
       double sum = share[active[k]];
       for (std::size_t e = lists.first[k]; e < lists.first[k + 1]; ++e)
-        sum += share[lists.index[e]] * kernel(p.box.between(x[active[k]], x[lists.index[e]]).norm() / H);
+        sum += share[lists.index[e]] * kKernel.W(p.box.between(x[active[k]], x[lists.index[e]]).norm() / H);
       next[k] = std::clamp(share[active[k]] * full / sum, 1 - kMostVolume, 1 + kMostVolume);
     }
     for (std::size_t k = 0; k < active.size(); ++k) share[active[k]] = next[k];

@@ -6,15 +6,15 @@
 namespace palp {
 namespace {
 
-constexpr double kSlowTime = 0.02;   // of the means that changes are measured from [s]
-constexpr double kBlendTime = 0.01;  // of the mean over changes [s]
+constexpr double kSlowTime = 0.02;   // time constant of the means that changes are measured from [s]
+constexpr double kBlendTime = 0.01;  // time constant of the mean over changes [s]
 
 }  // namespace
 
-double Blend::share_of_slow_mean(double step) { return 1 - std::exp(-step / kSlowTime); }
+double ContactBlend::share_of_slow_mean(double step) { return 1 - std::exp(-step / kSlowTime); }
 
-double Blend::update(const Eigen::Vector3d& force, const Eigen::Vector3d& demand, const Eigen::Vector3d& held,
-                     double least, double step) {
+double ContactBlend::update(const Eigen::Vector3d& force, const Eigen::Vector3d& demand, const Eigen::Vector3d& held,
+                            double min_demand, double step) {
   if (force.isZero(0)) {
     *this = {};
     before_ = demand - held;
@@ -28,7 +28,7 @@ double Blend::update(const Eigen::Vector3d& force, const Eigen::Vector3d& demand
   answered_ += share * (-(force - slow_force_).dot(asked) - answered_);
   asked_ += share * (asked.squaredNorm() - asked_);
   // a hand that rests tells nothing new
-  if (asked_ > least * least) value_ = std::clamp(answered_ / asked_, 0.0, 1.0);
+  if (asked_ > min_demand * min_demand) value_ = std::clamp(answered_ / asked_, 0.0, 1.0);
   return value_;
 }
 

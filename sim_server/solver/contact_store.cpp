@@ -4,56 +4,10 @@
 #include <cmath>
 
 #include "sim_server/geometry/contact_shape.h"
+#include "sim_server/solver/constants.h"
 
 namespace palp {
 namespace {
-
-constexpr double kStiffest = 0.4;  // kappa
-// Not limited by stability: more makes a bounce depend on the moment of arrival, by 4 % of the speed at this.
-constexpr double kStiffestImplicit = 1;
-// Of kappa + 2 gamma, whose limit is 4: between two movable bodies, and with one on either side, it counts twice.
-constexpr double kMostOfLimit = 1.6;
-
-// kappa and gamma for a share of critical damping.
-BounceNumbers damped(double zeta, bool implicit) {
-  if (implicit) return {kStiffestImplicit, 2 * zeta * std::sqrt(kStiffestImplicit)};
-  const double root = std::sqrt(4 * zeta * zeta + kMostOfLimit) - 2 * zeta;
-  const double kappa = std::min(kStiffest, root * root);
-  return {kappa, 2 * zeta * std::sqrt(kappa)};
-}
-
-// Speed after over speed before, of a ball that first is `start` of its step away, in units of mass, step and speed.
-double bounce(const BounceNumbers& n, bool implicit, double start) {
-  double depth = -start, v = 1;
-  for (int step = 0; step < 1000 && !(v < 0 && depth < -1); ++step) {
-    const double half = 0.5 * std::abs(v);
-    const double mean = depth >= half   ? std::max(0.0, depth)
-                        : depth > -half ? std::pow(depth + half, 2) / (4 * half)
-                                        : 0;
-    const double share = depth >= half ? 1 : depth > -half ? (depth + half) / (2 * half) : 0;
-    if (v <= 0 && depth < -half) break;
-    const double moved = implicit ? 1 + share * (n.stiffness + n.damping) : 1;
-    v -= std::max(0.0, n.stiffness * mean + n.damping * share * v) / moved;
-    depth += v;
-  }
-  return -v;
-}
-
-// Over the moments within a step at which it may arrive.
-struct Bounces {
-  double mean = 0, most = 0;
-};
-
-Bounces bounces(const BounceNumbers& n, bool implicit) {
-  constexpr int kStarts = 32;
-  Bounces all;
-  for (int s = 0; s < kStarts; ++s) {
-    const double one = bounce(n, implicit, 1 + (s + 0.5) / kStarts);
-    all.mean += one / kStarts;
-    all.most = std::max(all.most, one);
-  }
-  return all;
-}
 
 Piece to_piece(const ContactPiece& from, std::size_t first_grid) {
   Piece p{};
@@ -111,40 +65,13 @@ ContactBody add_shape(const Body& body, ContactStore& store) {
   return to;
 }
 
-// Whether a body is a tool in a hand and the other one stays where it is.
+// Returns true when a body is a tool in a hand and the other one is fixed.
 bool is_held(const Scene& scene, std::uint32_t tool, const Body& other) {
   return other.type == BodyKind::fixed &&
          std::any_of(scene.proxies.begin(), scene.proxies.end(), [&](const Proxy& p) { return p.body == tool; });
 }
 
 }  // namespace
-
-BounceNumbers bounce_numbers(double restitution, bool implicit) {
-  const auto is_more = [&](double zeta) {
-    const Bounces found = bounces(damped(zeta, implicit), implicit);
-    return found.mean > restitution || found.most > 0.999;  // between the starts it may be more
-  };
-  double low = 0, high = implicit ? 4 : 1.2;
-  if (is_more(high)) return damped(high, implicit);
-  for (int halving = 0; halving < 50; ++halving) {
-    const double middle = (low + high) / 2;
-    (is_more(middle) ? low : high) = middle;
-  }
-  return damped(high, implicit);
-}
-
-ContactLaw meet(const MaterialConfig& a, const MaterialConfig& b, bool implicit) {
-  const double restitution = std::min(a.restitution, b.restitution);
-  const BounceNumbers bounce = bounce_numbers(restitution, implicit);
-  ContactLaw law{};
-  law.friction = static_cast<real>(std::sqrt(a.friction * b.friction));
-  law.kinetic = static_cast<real>(std::sqrt(a.kinetic_friction * b.kinetic_friction));
-  law.stiffness = static_cast<real>(bounce.stiffness);
-  law.damping = static_cast<real>(bounce.damping);
-  law.tangential = static_cast<real>(std::min(kStiffest, bounce.stiffness));
-  law.implicit = implicit;
-  return law;
-}
 
 ContactStore::ContactStore(const Scene& scene, const Plan& plan) : shape_of_(scene.bodies.size(), kNone) {
   Parts parts(scene.bodies.size());
@@ -179,15 +106,16 @@ void ContactStore::add_rigid_pairs(const Scene& scene, const Plan& plan, Parts& 
         held.resize(index + 1, kNone);
         held[index] = held_pairs++;
       }
-      pair.push_back({a, b, shape_of_[a], shape_of_[b], static_cast<std::uint32_t>(states),
-                      meet(scene.config.materials[first.material], scene.config.materials[second.material], implicit)});
+      pair.push_back(
+          {a, b, shape_of_[a], shape_of_[b], static_cast<std::uint32_t>(states),
+           contact_law(scene.config.materials[first.material], scene.config.materials[second.material], implicit)});
       states += shape[shape_of_[a]].points + shape[shape_of_[b]].points;
       parts[a].push_back(2 * index);
       parts[b].push_back(2 * index + 1);
     }
   rigid_pairs = static_cast<std::uint32_t>(pair.size());
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
-    few = few && (scene.bodies[b].type != BodyKind::rigid || parts[b].size() <= 2);
+    single_pass = single_pass && (scene.bodies[b].type != BodyKind::rigid || parts[b].size() <= 2);
 }
 
 void ContactStore::add_soft_parts(const Scene& scene, const Plan& plan, std::uint32_t a, std::uint32_t first,
@@ -198,12 +126,8 @@ void ContactStore::add_soft_parts(const Scene& scene, const Plan& plan, std::uin
                  0};
     for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
       if (shape_of_[b] == kNone || plan.group[a] == plan.group[b]) continue;
-      ContactLaw law = meet(scene.config.materials[scene.bodies[a].material],
-                            scene.config.materials[scene.bodies[b].material], false);
-      // its own elasticity makes it bounce; the layer that touches is only damped as springs are (rigid.h)
-      law.stiffness = real(0.4);
-      law.damping = real(0.15);
-      law.tangential = law.stiffness;
+      const ContactLaw law = soft_contact_law(scene.config.materials[scene.bodies[a].material],
+                                              scene.config.materials[scene.bodies[b].material]);
       parts[b].push_back(2 * static_cast<std::uint32_t>(pair.size()) + 1);
       pair.push_back({a, b, kNone, shape_of_[b], static_cast<std::uint32_t>(states), law});
       states += one.count;

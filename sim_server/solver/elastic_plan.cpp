@@ -8,21 +8,22 @@
 #include <Eigen/Eigenvalues>
 
 #include "config/error.h"
+#include "sim_server/solver/constants.h"
 
 namespace palp {
 namespace {
 
-constexpr double kMostRounds = 1000;
-// Of the energy norm of what a solve begins with, all rounds leave at most this share of it, by the bound of conjugate
-// gradients. A clamped bar, where the bound is hard to beat, took 0.9 of these rounds to its last digit.
+constexpr double kMaxRounds = 1000;
+// The share of the energy norm of its start that a solve leaves at most, by the bound of conjugate gradients. A clamped
+// bar, where the bound is hard to beat, took 0.9 of these rounds to its last digit.
 constexpr double kLeft = 1e-2;
-// In passes over the elastic bodies' neighbours, as measured (tools/results/README.md): an explicit sub-step, an
-// implicit one without its rounds, a round.
+// The costs of an explicit sub-step, of an implicit one without its rounds, and of a round, in passes over the elastic
+// bodies' neighbours, as measured (tools/results/README.md).
 constexpr double kExplicit = 2, kImplicit = 4, kRound = 1;
-// Explicit sub-steps follow the waves that an implicit solve damps, so that one must save something.
+// The least saving for which an implicit solve is chosen: explicit sub-steps follow the waves that it damps.
 constexpr double kWorth = 1.5;
 
-// Why the scene cannot have an implicit solve; empty where it can.
+// Returns why the scene cannot have an implicit solve; empty where it can.
 std::string obstacle_of(const Scene& scene, const Plan& plan) {
   if (plan.method == Method::paper) return "method \"paper\" has no implicit solve";
   for (const std::uint32_t b : plan.elastic_bodies) {
@@ -37,7 +38,7 @@ std::string obstacle_of(const Scene& scene, const Plan& plan) {
   return "";
 }
 
-// The extents of a box of the same spread as a body's particles, longest first.
+// Returns the extents of a box of the same spread as a body's particles, longest first.
 Eigen::Vector3d extents(const Scene& scene, const Body& body) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
@@ -52,7 +53,7 @@ Eigen::Vector3d extents(const Scene& scene, const Body& body) {
   return out;
 }
 
-// The slowest vibration of a body, as of a beam: free, or clamped at one end [rad/s].
+// Returns the frequency of a body's slowest vibration, as of a beam: free, or clamped at one end [rad/s].
 double slowest(const Scene& scene, const Body& body) {
   const MaterialConfig& m = scene.config.materials[body.material];
   const Eigen::Vector3d L = extents(scene, body);
@@ -61,7 +62,7 @@ double slowest(const Scene& scene, const Body& body) {
   return std::min(bending, 1.3 * c / L.x());
 }
 
-// sqrt of the solve's condition number: of what is not a rigid motion, which takes no rounds.
+// Returns the square root of the solve's condition number, rigid motion left out, which takes no rounds.
 double root_condition(const Scene& scene, const Plan& plan, double dt) {
   const double ratio = plan.elastic_support / scene.spacing;
   double worst = 1;
@@ -76,23 +77,18 @@ double root_condition(const Scene& scene, const Plan& plan, double dt) {
 
 }  // namespace
 
-double elastic_damping(const Scene& scene, const Plan& plan, const MaterialConfig& m) {
-  if (plan.method != Method::paper) return m.damping;
-  return m.damping + 0.01 * std::sqrt(*m.young_modulus * m.density) * scene.spacing;
-}
-
 StepLimit limit_by_elasticity(const Scene& scene, const Plan& plan, bool changing) {
   const double dx = scene.spacing, ratio = plan.elastic_support / dx;
   StepLimit out;
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     if (plan.changes[b] != changing || (!changing && scene.bodies[b].type != BodyKind::elastic)) continue;
     const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
-    // what has flowed to less than half its thickness needs less than half the step, and neighbourhoods that are torn
-    // are stiffer than whole ones: a sheet that was pierced at 0.42 of this limit diverged, at 0.21 it did not
+    // matter that has flowed to less than half its thickness needs less than half the step, and neighbourhoods that are
+    // torn are stiffer than whole ones: a sheet that was pierced at 0.42 of this limit diverged, at 0.21 it did not
     double left = m.yield_stress ? 0.4 : m.tear_strain ? 0.5 : 1;
-    // In a mush the bonds' stiffness adds to the fluid's, and what froze in disorder is stiffer than a lattice: in a
-    // splash that freezes at once 0.27 of the limit diverged, 0.18 held
-    // (tests/sim_server/physics/change_motion_test.cpp).
+    // In a mush the bonds' stiffness adds to the fluid's, and matter that froze in disorder is stiffer than a lattice:
+    // in a splash that freezes at once 0.27 of the limit diverged, 0.18 held
+    // (tests/sim_server/physics/state_change_motion_test.cpp).
     if (plan.changes[b]) left = 0.3;
     const double sound = plan.changes[b] ? sound_speed_in(scene, plan, m) : 0;
     const double waves = elastic_limit(ratio) * left * dx / std::hypot(pressure_wave_speed(m), sound);
@@ -122,7 +118,7 @@ void plan_elastic_solver(const Scene& scene, double explicit_limit, Plan& plan) 
   const double sub_steps = n.sub_steps ? double(*n.sub_steps) : needed(limit);
   const double rounds = std::ceil(0.5 * std::log(2 / kLeft) * root_condition(scene, plan, step / sub_steps));
   const double others = static_cast<double>(scene.position.size()) / plan.elastic_count;
-  const double rest = plan.meets ? 4 * others : 0.0;  // of a sub-step, the same for both
+  const double rest = plan.neighbors ? 4 * others : 0.0;  // of a sub-step, the same for both
   plan.elastic_sub_steps = needed(std::min(explicit_limit, plan.dt_limit));
   const double saving =
       plan.elastic_sub_steps * (kExplicit + rest) / (sub_steps * (kImplicit + kRound * rounds + rest));
@@ -131,8 +127,8 @@ void plan_elastic_solver(const Scene& scene, double explicit_limit, Plan& plan) 
           ? obstacle
           : fmt::format("an implicit solve in {:.0f} rounds would cost {:.2g} times that", rounds, 1 / saving);
   if (!obstacle.empty() || n.elastic_solver == ElasticSolver::explicit_) return;
-  if (!asked && (saving <= kWorth || rounds > kMostRounds)) return;
-  plan.elastic_rounds = static_cast<int>(std::min(rounds, kMostRounds));
+  if (!asked && (saving <= kWorth || rounds > kMaxRounds)) return;
+  plan.elastic_rounds = static_cast<int>(std::min(rounds, kMaxRounds));
   plan.elastic_choice =
       fmt::format("explicit: {:.0f} sub-steps, {:.2g} times the work", plan.elastic_sub_steps, saving);
   if (limit >= plan.dt_limit) return;

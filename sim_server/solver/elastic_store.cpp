@@ -2,43 +2,18 @@
 
 #include <algorithm>
 
-#include <Eigen/Eigenvalues>
-
 #include "sim_server/geometry/point_grid.h"
+#include "sim_server/physics/gradient_correction.h"
 
 namespace palp {
 namespace {
 
-// Shares of the largest eigenvalue below which a neighbourhood's moment counts as having no extent that way.
-constexpr double kFlat = 1e-3;
-// Of the support radius: a neighbour at its very edge weighs nothing, but could be all that a particle has.
+// The share of the support radius in which neighbours are listed: one at its very edge weighs nothing, but could be the
+// only one that a particle has.
 constexpr double kReach = 0.999;
 
-// What multiplies X_ji so that affine fields have their exact gradient, and onto what the neighbourhood spans.
-struct Correction {
-  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero(), projection = Eigen::Matrix3d::Zero();
-};
-
-Correction correct(const Eigen::Matrix3d& moment) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moment);
-  Correction c;
-  for (int a = 0; a < 3; ++a) {
-    const double value = solver.eigenvalues()[a];
-    if (!(value > kFlat * solver.eigenvalues()[2])) continue;
-    const Eigen::Vector3d n = solver.eigenvectors().col(a);
-    c.inverse += n * n.transpose() / value;
-    c.projection += n * n.transpose();
-  }
-  return c;
-}
-
-// Wendland C2: -W'(r)/r.
-double slope(double r, double H) {
-  const double u = std::max(0.0, 1 - r / H);
-  return 210 / (EIGEN_PI * std::pow(H, 5)) * u * u * u;
-}
-
-// A body's elastic material: a rigid or static one has that of the first elastic body that holds on to it.
+// Returns the index of a body's elastic material: a rigid or static one has that of the first elastic body that is
+// bonded to it.
 std::uint32_t material_of(const Scene& scene, const Plan& plan, std::uint32_t body) {
   if (scene.bodies[body].type == BodyKind::elastic) return scene.bodies[body].material;
   for (const std::uint32_t b : plan.elastic_bodies)
@@ -46,22 +21,29 @@ std::uint32_t material_of(const Scene& scene, const Plan& plan, std::uint32_t bo
   return scene.bodies[body].material;
 }
 
-}  // namespace
-
-ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
-  std::vector<std::uint32_t> particle(plan.elastic_count);  // in the scene's order
+// Returns the particles of elastic bodies and of those that they are bonded to, by their indices in the scene's order.
+std::vector<std::uint32_t> elastic_particles(const Scene& scene, const Plan& plan) {
+  std::vector<std::uint32_t> particle(plan.elastic_count);
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
     if (plan.force_first[b] >= plan.elastic_count) continue;
     for (std::uint32_t k = 0; k < body.count; ++k) particle[plan.force_first[b] + k] = body.first + k;
   }
+  return particle;
+}
+
+}  // namespace
+
+ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
+  const std::vector<std::uint32_t> particle = elastic_particles(scene, plan);
   const PeriodicBox box{scene.bounds_min, scene.bounds_max, scene.config.periodic};
   std::vector<Eigen::Vector3d> place(particle.size());
   for (std::size_t i = 0; i < particle.size(); ++i) place[i] = scene.position[particle[i]];
   const double H = plan.elastic_support, reach = kReach * H;
   const PointGrid grid(place, box, H);
+  const auto kernel = WendlandC2Of<double>::with_support(H);
   const auto body_of = [&](std::size_t i) -> const Body& { return scene.bodies[scene.body[particle[i]]]; };
-  // of one elastic body and what it is bonded to
+  // true for two particles of one elastic body and of all that it is bonded to
   const auto joined = [&](std::size_t i, std::size_t j) {
     const std::uint32_t a = scene.body[particle[i]], b = scene.body[particle[j]];
     const bool both_elastic = scene.bodies[a].type == BodyKind::elastic && scene.bodies[b].type == BodyKind::elastic;
@@ -93,17 +75,17 @@ ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
     grid.near(place[i], [&](std::uint32_t j) {
       const Eigen::Vector3d X = box.between(place[j], place[i]);
       const double r = X.norm();
-      // on what does not move and is not asked for, forces need not be complete
+      // forces on a fixed body that no probe asks for need not be complete
       if (!strained[i] && body.type == BodyKind::fixed && !plan.probed[b]) return;
       if (j == i || !joined(i, j) || !(strained[i] || strained[j]) || !(r < reach) || !(r > 0)) return;
       near.push_back(j);
-      moment += scene.volume[particle[j]] * slope(r, H) * X * X.transpose();
+      moment += scene.volume[particle[j]] * kernel.F(r) * X * X.transpose();
     });
     std::sort(near.begin(), near.end());
     neighbor.insert(neighbor.end(), near.begin(), near.end());
     first.push_back(static_cast<std::uint32_t>(neighbor.size()));
     if (paper) continue;
-    const Correction c = correct(moment);
+    const GradientCorrection<double> c = gradient_correction(moment, kFlatNeighborhood);
     correction.push_back(c.inverse.cast<real>());
     projection.push_back(c.projection.cast<real>());
     flat = flat || !c.projection.isIdentity(1e-6);
@@ -123,8 +105,8 @@ void scatter_stored(const Scene& scene, const Plan& plan, const Medium& medium, 
       const Mat3 R = deformation.rotation[i].toRotationMatrix();
       const Mat3& F = deformation.gradient[i];
       const real density = m.yield > 0 ? plastic_energy(m, F * deformation.plastic[i], R) : elastic_energy(m, F, R);
-      const double bearing = deformation.bearing.empty() ? 1 : deformation.bearing[i];
-      out[body.first + k] = static_cast<float>(bearing * density * scene.volume[body.first + k]);
+      const double integrity = deformation.integrity.empty() ? 1 : deformation.integrity[i];
+      out[body.first + k] = static_cast<float>(integrity * density * scene.volume[body.first + k]);
     }
   }
 }

@@ -9,7 +9,7 @@
 
 namespace palp {
 
-// In the plan's order of forces (ElasticViews).
+// The arrays of elastic particles, in the plan's order of forces (ElasticViews).
 struct ElasticStore {
   std::vector<Packed> rest, u, v;
   std::vector<Tag> tag;
@@ -21,15 +21,16 @@ struct ElasticStore {
   ElasticStore(const Scene& scene, const Plan& plan);
 };
 
-// How elastic particles are deformed, in the plan's order of forces.
+// The deformation of elastic particles, in the plan's order of forces.
 struct Deformation {
   const std::vector<Mat3>& gradient;
   const std::vector<Quat>& rotation;
-  const std::vector<Mat3>& plastic;  // empty where nothing yields
-  const std::vector<real>& bearing;  // empty where nothing tears
+  const std::vector<Mat3>& plastic;    // empty where nothing yields
+  const std::vector<real>& integrity;  // empty where nothing tears
 };
 
-// Elastic energy [J] of each particle in the scene's order, 0 for those that are not elastic and with method "paper".
+// Writes the elastic energy of each particle [J] in the scene's order, 0 for those that are not elastic and with method
+// "paper".
 void scatter_stored(const Scene& scene, const Plan& plan, const Medium& medium, const Deformation& deformation,
                     std::vector<float>& out);
 

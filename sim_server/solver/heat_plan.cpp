@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "config/error.h"
+#include "sim_server/solver/lattice.h"
 
 namespace palp {
 namespace {
@@ -44,30 +45,7 @@ void check(const Scene& scene) {
   if (!faults.empty()) throw ConfigError(faults);
 }
 
-// sum V W over a cubic lattice that ends `rows_above` rows above the particle, and sum V F x^2 over a whole one; H is
-// in spacings.
-struct LatticeSums {
-  double cover = 0, moment = 0;
-};
-
-LatticeSums lattice_sums(double H, int rows_above) {
-  const double scale = 21 / (2 * EIGEN_PI * H * H * H);
-  const int reach = static_cast<int>(H) + 1;
-  LatticeSums sum;
-  for (int x = -reach; x <= reach; ++x)
-    for (int y = -reach; y <= reach; ++y)
-      for (int z = -reach; z <= std::min(reach, rows_above); ++z) {
-        const double q = std::sqrt(double(x * x + y * y + z * z)) / H;
-        if (q >= 1) continue;
-        sum.cover += scale * std::pow(1 - q, 4) * (4 * q + 1);
-        sum.moment += 20 * scale / (H * H) * std::pow(1 - q, 3) * x * x;
-      }
-  return sum;
-}
-
-constexpr int kNoSurface = 1000;
-
-// The fastest that one particle's temperature relaxes [1/s], over all materials.
+// Returns the largest rate at which one particle's temperature relaxes [1/s], over all materials.
 double relaxation_rate(const Scene& scene, const Plan& plan) {
   const double dx = scene.spacing;
   double conduction = 0, loss = 0, slowest = 1e300, fastest = 0;
@@ -80,13 +58,13 @@ double relaxation_rate(const Scene& scene, const Plan& plan) {
     conduction = std::max(conduction, m.conductivity / volumetric);
     slowest = std::min(slowest, m.conductivity);
     fastest = std::max(fastest, m.conductivity);
-    // a particle alone has a free surface of about 8 dx^2 (heat.h)
+    // an isolated particle has a free surface of about 8 dx^2 (heat.h)
     loss = std::max(loss, 8 * scene.config.heat.loss_to_air / (volumetric * dx));
   }
   // against a far better conductor a pair conducts up to twice as well as among its like
   const double contrast = held ? 2 : 2 * fastest / std::max(fastest + slowest, 1e-300);
   const double H = plan.support / dx;
-  return contrast * conduction / (dx * dx) / (viscous_limit(H) * lattice_sums(H, kNoSurface).moment) + loss;
+  return contrast * conduction / (dx * dx) / (viscous_limit(H) * lattice_sums(H).moment) + loss;
 }
 
 }  // namespace
@@ -101,7 +79,7 @@ bool has_heat(const Scene& scene) {
 void plan_heat(const Scene& scene, Plan& plan) {
   plan.heat = has_heat(scene);
   if (!plan.heat) return;
-  plan.meets = true;  // what conducts needs its neighbours
+  plan.neighbors = true;  // conduction is between neighbours
   check(scene);
   const SceneConfig& config = scene.config;
   const double step = 1 / config.rate_hz, rate = relaxation_rate(scene, plan);
@@ -128,33 +106,6 @@ std::string describe_heat(const Plan& plan, const Scene& scene) {
   if (plan.heat_interval == 1) text = fmt::format(", heat every haptic step ({:.4g} Hz", scene.config.rate_hz);
   if (plan.heat_steps > 1) text += fmt::format(", in {} parts", plan.heat_steps);
   return text + fmt::format(", {:.2g} % of the limit)", 100 * plan.heat_dt / plan.heat_limit);
-}
-
-HeatMedium make_heat_medium(const Scene& scene, const Plan& plan) {
-  HeatMedium m{};
-  // where a material does not melt its enthalpy counts from the middle of the scene, which loses the fewest digits
-  double mean = 0;
-  for (const double T : scene.temperature) mean += T / static_cast<double>(scene.temperature.size());
-  for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i) {
-    const MaterialConfig& from = scene.config.materials[i];
-    // the capacity of a material that no body is made of is not checked
-    m.material[i] = {static_cast<real>(from.conductivity),
-                     static_cast<real>(from.heat_capacity > 0 ? from.heat_capacity : 1),
-                     static_cast<real>(from.melting_temperature.value_or(mean)),
-                     static_cast<real>(from.melting_temperature ? from.latent_heat : 0)};
-  }
-  m.dt = static_cast<real>(plan.heat_dt);
-  m.loss = static_cast<real>(scene.config.heat.loss_to_air);
-  m.air_temperature = static_cast<real>(scene.config.heat.air_temperature);
-  const double H = plan.support / scene.spacing;
-  const LatticeSums within = lattice_sums(H, kNoSurface);
-  double depth = 0;
-  for (int row = 0; row < 5; ++row)
-    depth += std::max(0.0, 1 - lattice_sums(H, row).cover / within.cover - static_cast<double>(kCoverNoise));
-  m.moment = static_cast<real>(within.moment);
-  m.cover = static_cast<real>(within.cover);
-  m.depth = static_cast<real>(depth * scene.spacing);
-  return m;
 }
 
 std::vector<HeatZone> make_heat_zones(const Scene& scene) {

@@ -1,4 +1,4 @@
-// What heat needs of a scene: whether it runs and how often, and its constants in the kernels' layout.
+// The plan of heat: whether it runs and how often; its zones and held bodies in the kernels' layout.
 #pragma once
 
 #include <cstdint>
@@ -10,20 +10,19 @@
 
 namespace palp {
 
-// Whether particles have temperatures and something conducts, heats or cools them.
+// Returns true when particles have temperatures and something conducts, heats or cools them.
 bool has_heat(const Scene& scene);
 
 // Fills in the plan's heat part; the rest of the plan is ready. Throws ConfigError: a material without heat capacity,
 // too many zones, a zone that follows no solid, a step that would need too many parts.
 void plan_heat(const Scene& scene, Plan& plan);
-// ", heat every 50 haptic steps (20 Hz)", or nothing.
+// Returns ", heat every 50 haptic steps (20 Hz)", or nothing without heat.
 std::string describe_heat(const Plan& plan, const Scene& scene);
 
-// For a plan with heat.
-HeatMedium make_heat_medium(const Scene& scene, const Plan& plan);
 std::vector<HeatZone> make_heat_zones(const Scene& scene);
-std::vector<std::uint32_t> held_bodies(const Scene& scene);  // by body: 1 when its temperature is held
-// One bit for each zone that is on at this time.
+// Returns by body: 1 where its temperature is held.
+std::vector<std::uint32_t> held_bodies(const Scene& scene);
+// Returns one bit for each zone, 1 where it is on at this time [s].
 std::uint32_t heat_zones_on(const SceneConfig& config, double time);
 
 }  // namespace palp

@@ -1,4 +1,4 @@
-// What each back end offers to the factory (simulation.cpp).
+// The back ends' parts of the factory (simulation.cpp).
 #pragma once
 
 #include <memory>
@@ -10,9 +10,9 @@ namespace palp {
 
 std::unique_ptr<Simulation> make_cpu_simulation(const Scene& scene);
 
-// Throws std::runtime_error: built without CUDA, no device, too little memory.
+// Makes a simulation on the GPU. Throws std::runtime_error: built without CUDA, no device, too little memory.
 std::unique_ptr<Simulation> make_cuda_simulation(const Scene& scene);
-// Empty when a CUDA device can be used, else why not.
+// Returns why no CUDA device can be used; empty when one can.
 std::string cuda_unavailable();
 
 }  // namespace palp

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sim_server/solver/constants.h"
 #include "sim_server/solver/contact_store.h"
 #include "sim_server/solver/elastic_plan.h"
 #include "sim_server/solver/elastic_store.h"
@@ -15,7 +16,7 @@
 
 namespace palp {
 
-// For what never changes; nullptr when empty.
+// Allocates an array that never changes and fills it; returns nullptr when it is empty.
 template <class B, class T>
 T* allocate_copy(B& back_end, const std::string& name, const std::vector<T>& from) {
   if (from.empty()) return nullptr;
@@ -47,13 +48,13 @@ void allocate_elastic(B& back_end, const Scene& scene, const Plan& plan, StepVie
   }
   if (plan.tears) {
     e.torn = back_end.template allocate<std::uint8_t>("elastic torn bonds", store.neighbor.size());
-    e.pull = back_end.template allocate<Packed>("elastic pull", n);
-    e.bearing = back_end.template allocate<real>("elastic bearing", n);
+    e.stretch = back_end.template allocate<Packed>("elastic stretch", n);
+    e.integrity = back_end.template allocate<real>("elastic integrity", n);
   }
-  v.elastic_bodies = allocate_copy(back_end, "elastic bodies", plan.elastic_bodies);
+  v.list.elastic = allocate_copy(back_end, "elastic bodies", plan.elastic_bodies);
 }
 
-// For elastic bodies that are solved implicitly, beside the above.
+// Allocates the arrays of an implicit solve, beside the above.
 template <class B>
 void allocate_implicit(B& back_end, const Scene& scene, const Plan& plan, StepViews& v) {
   ImplicitViews& s = v.implicit;
@@ -62,7 +63,7 @@ void allocate_implicit(B& back_end, const Scene& scene, const Plan& plan, StepVi
   s.rounds = static_cast<std::uint32_t>(plan.elastic_rounds);
   s.parts = static_cast<std::uint32_t>(std::clamp<std::size_t>(n / 256, 1, 128));
   s.pair = back_end.template allocate<Packed>("implicit pairs", neighbors);
-  s.ahead = back_end.template allocate<Packed>("implicit place ahead", n);
+  s.predicted = back_end.template allocate<Packed>("implicit predicted place", n);
   s.rotation = back_end.template allocate<Quat>("implicit rotation", n);
   s.residual = back_end.template allocate<Packed>("implicit residual", n);
   s.image = back_end.template allocate<Packed>("implicit image", n);
@@ -71,14 +72,14 @@ void allocate_implicit(B& back_end, const Scene& scene, const Plan& plan, StepVi
   s.change = back_end.template allocate<Packed>("implicit change", n);
   s.sums = back_end.template allocate<Packed>("implicit sums", s.parts);
   s.round = back_end.template allocate<SolveRound>("implicit rounds", s.rounds);
-  s.left = back_end.template allocate<real>("implicit left", 1);
+  s.unsolved = back_end.template allocate<real>("implicit unsolved", 1);
   const std::vector<std::uint32_t> free = free_elastic_bodies(scene, plan);
   s.free_bodies = static_cast<std::uint32_t>(free.size());
   s.free_body = allocate_copy(back_end, "implicit free bodies", free);
   double mass = 0;
   for (const std::uint32_t b : plan.elastic_bodies)
     mass += static_cast<double>(v.medium.material[scene.bodies[b].material].density) * scene.bodies[b].volume;
-  s.least = static_cast<real>(mass * kLeastSpeed2);
+  s.min_work = static_cast<real>(mass * kMinSpeed2);
   const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.elastic_support));
   back_end.for_each("implicit pairs", v.elastic.count, ListPairs{v.elastic, s, v.grid, kernel});
 }
@@ -99,15 +100,15 @@ void reset_elastic(B& back_end, const Scene& scene, const Plan& plan, const Elas
     back_end.upload(e.correction, store.correction);
     back_end.upload(e.projection, store.projection);
     back_end.upload(e.torn, std::vector<std::uint8_t>(store.neighbor.size(), 0));
-    back_end.upload(e.pull, std::vector<Packed>(n, Packed{0, 0, 0, 0}));
-    back_end.upload(e.bearing, std::vector<real>(n, real(1)));
+    back_end.upload(e.stretch, std::vector<Packed>(n, Packed{0, 0, 0, 0}));
+    back_end.upload(e.integrity, std::vector<real>(n, real(1)));
   }
 }
 
 template <class B>
 void reset_implicit(B& back_end, const Plan& plan, const ImplicitViews& s) {
   back_end.upload(s.rotation, std::vector<Quat>(plan.elastic_count, Quat::Identity()));
-  back_end.upload(s.left, std::vector<real>(1, real(0)));
+  back_end.upload(s.unsolved, std::vector<real>(1, real(0)));
 }
 
 template <class B>
@@ -115,15 +116,15 @@ void snapshot_elastic(B& back_end, const Scene& scene, const Plan& plan, const S
   const std::size_t n = plan.elastic_count;
   std::vector<Quat> rotation(n);
   std::vector<Mat3> gradient(n), plastic(plan.plastic ? n : 0);
-  std::vector<real> bearing(plan.tears ? n : 0);
+  std::vector<real> integrity(plan.tears ? n : 0);
   back_end.download(rotation, v.elastic.rotation);
   back_end.download(gradient, v.elastic.gradient);
   if (plan.plastic) back_end.download(plastic, v.elastic.plastic);
-  if (plan.tears) back_end.download(bearing, v.elastic.bearing);
-  scatter_stored(scene, plan, v.medium, {gradient, rotation, plastic, bearing}, out.stored);
+  if (plan.tears) back_end.download(integrity, v.elastic.integrity);
+  scatter_stored(scene, plan, v.medium, {gradient, rotation, plastic, integrity}, out.stored);
 }
 
-// What contacts remember from step to step.
+// The sizes of the arrays in which contacts keep their memory from step to step.
 struct ContactCounts {
   std::size_t states = 0, frozen_states = 0, pairs = 0;
 };
@@ -133,7 +134,7 @@ ContactCounts allocate_contact(B& back_end, const Scene& scene, const Plan& plan
   const ContactStore store(scene, plan);
   c.pairs = store.rigid_pairs;
   c.elastic_parts = static_cast<std::uint32_t>(store.elastic_part.size());
-  c.few = store.few;
+  c.single_pass = store.single_pass;
   c.pair = allocate_copy(back_end, "contact pairs", store.pair);
   c.shape = allocate_copy(back_end, "contact shapes", store.shape);
   c.piece = allocate_copy(back_end, "contact pieces", store.piece);
@@ -145,7 +146,7 @@ ContactCounts allocate_contact(B& back_end, const Scene& scene, const Plan& plan
   c.frozen_part = allocate_copy(back_end, "contact frozen parts", store.frozen_part);
   c.first_frozen = store.first_frozen;
   if (c.frozen_parts > 0)
-    c.near = back_end.template allocate<NearestYet>("contact near", store.states - store.first_frozen);
+    c.near = back_end.template allocate<ClosestApproach>("contact near", store.states - store.first_frozen);
   c.by.of_body = allocate_copy(back_end, "contact of bodies", store.of_body);
   c.by.part = allocate_copy(back_end, "contact parts", store.part);
   c.state = back_end.template allocate<ContactState>("contact states", store.states);
@@ -160,20 +161,21 @@ template <class B>
 void reset_contact(B& back_end, ContactCounts counts, const ContactViews& c) {
   back_end.upload(c.state, std::vector<ContactState>(counts.states, no_contact()));
   back_end.upload(c.by.wrench, std::vector<PairWrench>(counts.pairs, no_wrench()));
-  if (c.frozen_parts > 0) back_end.upload(c.near, std::vector<NearestYet>(counts.frozen_states, NearestYet{0, 2}));
+  if (c.frozen_parts > 0)
+    back_end.upload(c.near, std::vector<ClosestApproach>(counts.frozen_states, ClosestApproach{0, 2}));
 }
 
 template <class B>
 void allocate_change(B& back_end, const Scene& scene, const Plan& plan, StepViews& v) {
   const ChangeStore store(scene, plan);
   const std::size_t n = plan.slots, all = n * kMaxBonds;
-  ChangeViews& c = v.change;
+  ChangeViews& c = v.change.views;
   c.count = plan.slots;
   c.slot_of = allocate_copy(back_end, "change slots", store.slot_of);
   c.group = allocate_copy(back_end, "change groups", store.group);
   c.shaped = allocate_copy(back_end, "change shaped", store.shaped);
   c.tag = allocate_copy(back_end, "change tags", store.tag);
-  v.change_force_of = allocate_copy(back_end, "change forces of", store.force_of);
+  v.change.force_of = allocate_copy(back_end, "change forces of", store.force_of);
   c.x = back_end.template allocate<Packed>("change position", n);
   c.v = back_end.template allocate<Packed>("change velocity", n);
   c.solid = back_end.template allocate<real>("change solid fraction", n);
@@ -192,12 +194,12 @@ void allocate_change(B& back_end, const Scene& scene, const Plan& plan, StepView
   c.other = back_end.template allocate<Packed>("bond vectors back", all);
   c.piece = back_end.template allocate<std::uint32_t>("pieces", n);
   c.acting = back_end.template allocate<std::uint32_t>("pieces that act", n);
-  v.pieces.a = back_end.template allocate<std::uint32_t>("piece numbers", n);
-  v.pieces.b = back_end.template allocate<std::uint32_t>("piece numbers in work", n);
-  v.pieces.still = back_end.template allocate<std::uint32_t>("piece rounds", kPieceRounds);
-  v.change_medium = make_change_medium(scene, plan);
+  v.change.pieces.a = back_end.template allocate<std::uint32_t>("piece numbers", n);
+  v.change.pieces.b = back_end.template allocate<std::uint32_t>("piece numbers in work", n);
+  v.change.pieces.converged = back_end.template allocate<std::uint32_t>("piece rounds", kPieceRounds);
+  v.change.medium = make_change_medium(scene, plan);
   if (!plan.rigidifies) return;
-  RigidViews& r = v.rigid_pieces;
+  RigidViews& r = v.change.rigid;
   r.root = back_end.template allocate<std::uint32_t>("rigid root", n);
   r.local = back_end.template allocate<Packed>("rigid local", n);
   r.push = back_end.template allocate<Packed>("rigid push", n);
@@ -214,7 +216,7 @@ void allocate_change(B& back_end, const Scene& scene, const Plan& plan, StepView
 template <class B>
 void reset_change(B& back_end, const Scene& scene, const Plan& plan, const StepViews& v) {
   const ChangeStore store(scene, plan);
-  const ChangeViews& c = v.change;
+  const ChangeViews& c = v.change.views;
   back_end.upload(c.x, store.x);
   back_end.upload(c.v, store.v);
   back_end.upload(c.solid, store.solid);
@@ -231,30 +233,30 @@ void reset_change(B& back_end, const Scene& scene, const Plan& plan, const StepV
   back_end.upload(v.state.solid, store.fraction);
   back_end.upload(c.piece, store.piece);
   back_end.upload(c.acting, store.piece);
-  back_end.upload(v.pieces.still, std::vector<std::uint32_t>(kPieceRounds, 1));
+  back_end.upload(v.change.pieces.converged, std::vector<std::uint32_t>(kPieceRounds, 1));
   if (!plan.rigidifies) return;
-  back_end.upload(v.rigid_pieces.root, std::vector<std::uint32_t>(plan.slots, kNone));
-  back_end.upload(v.rigid_pieces.list, std::vector<std::uint32_t>(kMaxRigidPieces, kNone));
+  back_end.upload(v.change.rigid.root, std::vector<std::uint32_t>(plan.slots, kNone));
+  back_end.upload(v.change.rigid.list, std::vector<std::uint32_t>(kMaxRigidPieces, kNone));
 }
 
-// id: of each particle in the state's order.
+// Reads solid fractions and pieces for a snapshot. id: that of each particle in the state's order.
 template <class B>
 void snapshot_change(B& back_end, const Scene& scene, const Plan& plan, const StepViews& v,
                      const std::vector<std::uint32_t>& id, Snapshot& out) {
   std::vector<Solidity> solid(id.size());
   std::vector<std::uint32_t> piece(plan.slots);
   back_end.download(solid, v.state.solid);
-  back_end.download(piece, v.change.piece);
+  back_end.download(piece, v.change.views.piece);
   out.body_id = body_ids(scene, plan, piece);
   if (plan.rigidifies) {
-    back_end.download(piece, v.rigid_pieces.root);
+    back_end.download(piece, v.change.rigid.root);
     out.rigid = rigid_particles(scene, plan, piece);
   }
   out.solid.resize(solid.size());
   for (std::size_t i = 0; i < solid.size(); ++i) out.solid[id[i]] = static_cast<float>(solid[i].K);
 }
 
-// A parameter that is set later may be the first to ask for it.
+// Allocates the arrays of viscous stages once: a parameter that is set later may be the first to ask for them.
 template <class B>
 void allocate_viscosity(B& back_end, const Scene& scene, const Plan& plan, ViscosityViews& v) {
   if (v.stage[0] != nullptr) return;
@@ -266,13 +268,13 @@ void allocate_viscosity(B& back_end, const Scene& scene, const Plan& plan, Visco
 
 template <class B>
 void allocate_heat(B& back_end, const Scene& scene, const Plan& plan, StepViews& v) {
-  v.heat_medium = make_heat_medium(scene, plan);
-  v.heat.held = allocate_copy(back_end, "heat held bodies", held_bodies(scene));
+  v.heat.medium = make_heat_medium(scene, plan);
+  v.heat.views.held = allocate_copy(back_end, "heat held bodies", held_bodies(scene));
   const std::vector<HeatZone> zones = make_heat_zones(scene);
   if (zones.empty()) return;
-  v.heat.zones = static_cast<std::uint32_t>(zones.size());
-  v.heat.zone = allocate_copy(back_end, "heat zones", zones);
-  v.heat.zone_volume = back_end.template allocate<real>("heat zone volumes", zones.size());
+  v.heat.views.zones = static_cast<std::uint32_t>(zones.size());
+  v.heat.views.zone = allocate_copy(back_end, "heat zones", zones);
+  v.heat.views.zone_volume = back_end.template allocate<real>("heat zone volumes", zones.size());
 }
 
 }  // namespace palp

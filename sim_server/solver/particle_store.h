@@ -19,19 +19,18 @@ struct ParticleStore {
   std::vector<std::uint32_t> id;
   std::vector<real> temperature, enthalpy;
   std::vector<BodyState> bodies;
-  std::vector<Packed> local;  // of the reactive bodies' particles
+  std::vector<Packed> local;  // BodyViews::local
 
   // The initial state: fluids at rest get the hydrostatic pressure of the fluid above them when gravity acts from the
   // start.
   ParticleStore(const Scene& scene, const Plan& plan);
-  // Downloaded arrays into the scene's order.
+  // Writes downloaded arrays in the scene's order.
   void scatter(const Medium& medium, Snapshot& out) const;
-  // What each particle took up since the start, when it had the enthalpies `start`, in the scene's order.
+  // Writes the heat that each particle took up since the start, when it had the enthalpies `start`, and its liquid
+  // fraction, in the scene's order.
   void scatter_heat(const std::vector<real>& start, const HeatMedium& medium, Snapshot& out) const;
 };
 
 CellGrid make_grid(const Scene& scene, const Plan& plan);
-Medium make_medium(const Scene& scene, const Plan& plan);
-CohesionMedium make_cohesion(const Scene& scene, const Plan& plan);
 
 }  // namespace palp

@@ -10,6 +10,7 @@
 #include "config/error.h"
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/rigid.h"
+#include "sim_server/solver/constants.h"
 #include "sim_server/solver/elastic_plan.h"
 #include "sim_server/solver/heat_plan.h"
 #include "sim_server/solver/state_change_plan.h"
@@ -36,7 +37,7 @@ Level level_of(Accuracy accuracy) {
   return {3.0, 10.0, 0.05};
 }
 
-// Between and past the tabulated H / dx the limit is taken linear.
+// Returns a tabulated limit at x = H / dx, linear between and past the entries.
 double interpolate(const std::array<std::array<double, 2>, 4>& table, double x) {
   std::size_t k = 1;
   while (k + 1 < table.size() && x > table[k][0]) ++k;
@@ -45,8 +46,8 @@ double interpolate(const std::array<std::array<double, 2>, 4>& table, double x) 
   return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
 }
 
-// How far what moves can fall along an axis: its extent, and the gap to the fixed particles below it. Zero without
-// anything that moves.
+// Returns the height that moving matter can fall along an axis [m]: its extent, and the gap to the fixed particles
+// below it. Zero where nothing moves. fluid: fluids, else rigid bodies.
 double fall_along(const Scene& scene, int axis, bool fluid) {
   const double down = scene.config.gravity[axis] < 0 ? 1 : -1;  // makes "up" positive
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
@@ -71,8 +72,8 @@ double fall_along(const Scene& scene, int axis, bool fluid) {
   return high[axis] - low[axis] + scene.spacing + gap;
 }
 
-// What a body force drives: a laminar channel across the domain's smallest extent, or, if that is less, free
-// acceleration over it.
+// Returns the speed that a body force drives [m/s]: that of a laminar channel across the domain's smallest extent, or,
+// if that is less, of free acceleration over it.
 double driven_speed(const Scene& scene) {
   const double force = scene.config.body_force.norm();
   if (force == 0) return 0;
@@ -90,8 +91,8 @@ double driven_speed(const Scene& scene) {
   return nu > 0 ? std::min(free, force * across * across / (8 * nu)) : free;
 }
 
-// The largest speed that the scene's own motion can reach: a free fall of the fluid (of the bodies where there is
-// none), the initial speeds, what a body force drives, and a hand.
+// Returns the largest speed that the scene's own motion can reach [m/s]: a free fall of the fluid (of the bodies where
+// there is none), the initial speeds, what a body force drives, and a hand.
 double expected_speed(const Scene& scene) {
   const SceneConfig& config = scene.config;
   double speed = std::max(1e-3, driven_speed(scene));
@@ -101,7 +102,7 @@ double expected_speed(const Scene& scene) {
   for (int a = 0; a < 3; ++a)
     if (!config.periodic[a] && config.gravity[a] != 0)
       speed = std::max(speed, std::sqrt(2 * std::abs(config.gravity[a]) * fall_along(scene, a, fluid)));
-  for (const Body& body : scene.bodies) {  // of a drop of a spacing, by its own pressure
+  for (const Body& body : scene.bodies) {  // a drop of one spacing, by its own pressure
     const MaterialConfig& m = config.materials[body.material];
     const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
     if (body.type == BodyKind::fluid) speed = std::max(speed, std::sqrt(2 * strength / (m.density * scene.spacing)));
@@ -110,8 +111,8 @@ double expected_speed(const Scene& scene) {
   return speed;
 }
 
-// Bodies bonded to one another share a group; elastic bodies and what they hold on to come first in the order of
-// forces.
+// Plans elastic bodies. Bodies bonded to one another share a group; elastic bodies and those that they are bonded to
+// come first in the order of forces.
 void plan_elastic(const Scene& scene, Plan& plan) {
   const std::size_t count = scene.bodies.size();
   plan.group.resize(count);
@@ -138,8 +139,8 @@ void plan_elastic(const Scene& scene, Plan& plan) {
     if ((m.yield_stress || m.tear_strain) && plan.method == Method::paper)
       throw ConfigError(fmt::format(
           "{}: material '{}' has a {}, which method \"paper\" knows nothing of; expected method \"accurate\": change "
-          "it, "
-          "or leave that key out",
+          "it, or "
+          "leave that key out",
           m.where.empty() ? scene.config.path : m.where, m.name, m.yield_stress ? "yield_stress" : "tear_strain"));
     plan.plastic = plan.plastic || m.yield_stress;
     plan.tears = plan.tears || m.tear_strain;
@@ -147,7 +148,7 @@ void plan_elastic(const Scene& scene, Plan& plan) {
   plan.elastic_count = plan.force_count;
 }
 
-// Which kinds of contact can come about.
+// Plans the kinds of contact that can come about.
 void plan_contact(const Scene& scene, Plan& plan) {
   const auto moves = [](const Body& body) { return body.type == BodyKind::rigid || body.type == BodyKind::elastic; };
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
@@ -196,7 +197,7 @@ void plan_bodies(const Scene& scene, Plan& plan) {
   plan.wrench = !plan.reactive.empty();
   plan.moving = !plan.rigid.empty();
   plan_contact(scene, plan);
-  plan.meets = plan.fluid || plan.contact;
+  plan.neighbors = plan.fluid || plan.contact;
 }
 
 void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
@@ -220,10 +221,10 @@ void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
     cells *= plan.cells[a];
   }
   // an airy domain needs no finer cells than about eight per particle
-  const double most = std::max(kCellsAtLeast, 8.0 * static_cast<double>(scene.position.size()));
-  for (int a = 0; cells > most && a < 3; ++a) {
-    const int least = config.periodic[a] ? 3 : 1;
-    const int n = std::max(least, static_cast<int>(plan.cells[a] * std::pow(most / cells, 1.0 / (3 - a))));
+  const double limit = std::max(kMinCellLimit, 8.0 * static_cast<double>(scene.position.size()));
+  for (int a = 0; cells > limit && a < 3; ++a) {
+    const int fewest = config.periodic[a] ? 3 : 1;
+    const int n = std::max(fewest, static_cast<int>(plan.cells[a] * std::pow(limit / cells, 1.0 / (3 - a))));
     cells *= static_cast<double>(n) / plan.cells[a];
     plan.cells[a] = n;
   }
@@ -235,8 +236,8 @@ void limit_by(const StepLimit& limit, Plan& plan) {
   plan.limited_by = limit.by;
 }
 
-// Not stability, which contact has at any step, but how far solids enter one another. Like the others it is halved by
-// the default safety.
+// Limits the sub-step by contact: not for stability, which contact has at any step, but for the depth to which solids
+// enter one another. Like the others this limit is halved by the default safety.
 void limit_by_contact(const Scene& scene, Plan& plan) {
   if (!plan.fields) return;
   // a bounce reaches a depth of 1.6 v dt (physics/contact.h): at the default share less than a spacing
@@ -276,7 +277,7 @@ bool has_cohesion(const Scene& scene) {
   });
 }
 
-// The shortest capillary wave, of length 2 dx, limits the step (Brackbill, Kothe & Zemach 1992).
+// Limits the sub-step by the shortest capillary wave, of length 2 dx (Brackbill, Kothe & Zemach 1992).
 void limit_by_tension(const Scene& scene, Plan& plan) {
   if (!plan.cohesion) return;
   if (plan.method == Method::paper)
@@ -303,7 +304,7 @@ void plan_time(const Scene& scene, Plan& plan) {
     physical = std::max(physical, m.viscosity / m.density);
     fastest = std::max(fastest, sound_speed_in(scene, plan, m));
   }
-  const double nu = plan.artificial * fastest * 0.5 * plan.support / 10;  // what the artificial viscosity amounts to
+  const double nu = plan.artificial * fastest * 0.5 * plan.support / 10;  // equivalent of the artificial viscosity
   const double sound = acoustic_limit(ratio) * dx / (fastest + plan.max_speed);
   const auto viscous = [&](double n) { return n > 0 ? viscous_limit(ratio) * dx * dx / n : 1e30; };
   plan.dt_limit = plan.fluid ? std::min(sound, viscous(nu)) : 1e30;
@@ -325,31 +326,12 @@ void plan_time(const Scene& scene, Plan& plan) {
 
 }  // namespace
 
-double sound_speed_in(const Scene& scene, const Plan& plan, const MaterialConfig& material) {
-  if (plan.method == Method::paper) return plan.sound_speed;
-  double heaviest = 0;
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
-    if (scene.bodies[b].type == BodyKind::fluid || plan.changes[b])
-      heaviest = std::max(heaviest, scene.config.materials[scene.bodies[b].material].density);
-  return plan.sound_speed * std::max(1.0, std::sqrt(0.1 * heaviest / material.density));
-}
-
 double acoustic_limit(double support_over_spacing) {
   return interpolate({{{2.0, 1.76}, {2.6, 2.23}, {3.0, 2.59}, {4.0, 3.67}}}, support_over_spacing);
 }
 
 double viscous_limit(double support_over_spacing) {
   return interpolate({{{2.0, 0.311}, {2.6, 0.504}, {3.0, 0.654}, {4.0, 1.15}}}, support_over_spacing);
-}
-
-double shear_modulus(const MaterialConfig& m) { return *m.young_modulus / (2 * (1 + m.poisson_ratio)); }
-
-double lame_lambda(const MaterialConfig& m) {
-  return *m.young_modulus * m.poisson_ratio / ((1 + m.poisson_ratio) * (1 - 2 * m.poisson_ratio));
-}
-
-double pressure_wave_speed(const MaterialConfig& m) {
-  return std::sqrt((lame_lambda(m) + 2 * shear_modulus(m)) / m.density);
 }
 
 double elastic_limit(double support_over_spacing) {
@@ -369,8 +351,8 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan.temperature = !scene.temperature.empty();
   plan.cohesion = has_cohesion(scene);
   // with two spacings attraction freezes the particles on their lattice: a cube does not become a ball
-  const double least = plan.cohesion ? 3 : 0;
-  plan.support = n.support_over_spacing.value_or(std::max(least, level.support_over_spacing)) * scene.spacing;
+  const double lowest = plan.cohesion ? 3 : 0;
+  plan.support = n.support_over_spacing.value_or(std::max(lowest, level.support_over_spacing)) * scene.spacing;
   // a short kernel sees more of a bent plate's strain than one that reaches across it
   plan.elastic_support =
       plan.method == Method::paper ? plan.support : n.support_over_spacing.value_or(2.0) * scene.spacing;

@@ -54,10 +54,10 @@ class SimulationOn final : public Simulation {
     }
     scene_.config.numerics = numerics;
     views_.medium = make_medium(scene_, plan_);
-    views_.cohesion = make_cohesion(scene_, plan_);
-    if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.viscosity);
-    if (plan_.heat) views_.heat_medium = make_heat_medium(scene_, plan_);
-    if (plan_.change) views_.change_medium = make_change_medium(scene_, plan_);
+    views_.fluid.cohesion = make_cohesion_medium(scene_, plan_);
+    if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.fluid.viscosity);
+    if (plan_.heat) views_.heat.medium = make_heat_medium(scene_, plan_);
+    if (plan_.change) views_.change.medium = make_change_medium(scene_, plan_);
     back_end_.forget();
   }
 
@@ -72,7 +72,7 @@ class SimulationOn final : public Simulation {
     });
     ++output_.step;
     output_.time = static_cast<double>(output_.step) / scene_.config.rate_hz;
-    results_.read(bodies_.host, *health_.host, back_end_.crowded(), output_);
+    results_.read(bodies_.host, *health_.host, back_end_.neighbor_overflow(), output_);
     return output_;
   }
 
@@ -110,7 +110,7 @@ class SimulationOn final : public Simulation {
       const std::vector<real> start = store.enthalpy;
       back_end_.download(store.enthalpy, s.enthalpy);
       back_end_.download(store.mass, s.mass);
-      store.scatter_heat(start, views_.heat_medium, out);
+      store.scatter_heat(start, views_.heat.medium, out);
     }
     if (plan_.elastic) snapshot_elastic(back_end_, scene_, plan_, views_, out);
     if (plan_.change) snapshot_change(back_end_, scene_, plan_, views_, store.id, out);
@@ -171,46 +171,46 @@ class SimulationOn final : public Simulation {
     views_.particles = static_cast<std::uint32_t>(n);
     views_.state = allocate_particles("state");
     views_.grid = make_grid(scene_, plan_);
-    if (plan_.meets) {
+    if (plan_.neighbors) {
       const double reach = (plan_.support + plan_.skin) / scene_.spacing;
       views_.sorted = allocate_particles("sorted");
       views_.grid.start =
           back_end_.allocate_sort(views_.particles, views_.grid.cells(), 4.0 / 3.0 * EIGEN_PI * reach * reach * reach);
     }
     views_.medium = make_medium(scene_, plan_);
-    views_.cohesion = make_cohesion(scene_, plan_);
+    views_.fluid.cohesion = make_cohesion_medium(scene_, plan_);
     if (plan_.heat) allocate_heat(back_end_, scene_, plan_, views_);
-    if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.viscosity);
-    if (plan_.fluid) views_.acceleration = back_end_.template allocate<Packed>("acceleration", n);
+    if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.fluid.viscosity);
+    if (plan_.fluid) views_.fluid.acceleration = back_end_.template allocate<Packed>("acceleration", n);
     if (plan_.fluid && plan_.solids && plan_.method == Method::accurate)
-      views_.wall = back_end_.template allocate<Packed>("wall", n);
+      views_.fluid.wall = back_end_.template allocate<Packed>("wall", n);
     if (plan_.solids) {
       bodies_ = back_end_.template mirror<BodyState>("bodies", scene_.bodies.size());
       views_.bodies = static_cast<std::uint32_t>(scene_.bodies.size());
       views_.body.body = bodies_.device;
     }
     if (plan_.wrench) {
-      if (plan_.meets || plan_.elastic)
+      if (plan_.neighbors || plan_.elastic)
         views_.body.force = back_end_.template allocate<Packed>("solid force", plan_.force_count);
       views_.body.local = back_end_.template allocate<Packed>("solid local", plan_.force_count);
-      views_.reactive = allocate_copy(back_end_, "reactive bodies", plan_.reactive);
-      views_.reactive_count = static_cast<std::uint32_t>(plan_.reactive.size());
+      views_.list.reactive = allocate_copy(back_end_, "reactive bodies", plan_.reactive);
+      views_.list.reactive_count = static_cast<std::uint32_t>(plan_.reactive.size());
     }
     if (plan_.moving) {
-      views_.rigid = allocate_copy(back_end_, "rigid bodies", plan_.rigid);
-      views_.rigid_count = static_cast<std::uint32_t>(plan_.rigid.size());
+      views_.list.rigid = allocate_copy(back_end_, "rigid bodies", plan_.rigid);
+      views_.list.rigid_count = static_cast<std::uint32_t>(plan_.rigid.size());
     }
     if (plan_.elastic) allocate_elastic(back_end_, scene_, plan_, views_);
     if (plan_.elastic_rounds > 0) allocate_implicit(back_end_, scene_, plan_, views_);
     if (plan_.fields) contact_counts_ = allocate_contact(back_end_, scene_, plan_, views_.contact);
     if (plan_.change) allocate_change(back_end_, scene_, plan_, views_);
-    views_.health_part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
+    views_.health.part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
     health_ = back_end_.template mirror<HealthSums>("health", 1);
-    views_.health = health_.device;
+    views_.health.total = health_.device;
     input_ = back_end_.template mirror<StepBlock>("input", 1);
-    views_.forcing = &input_.device->forcing;
-    views_.proxy = input_.device->proxy;
-    views_.heat.zones_on = &input_.device->heat_zones;
+    views_.input.forcing = &input_.device->forcing;
+    views_.input.proxy = input_.device->proxy;
+    views_.heat.views.zones_on = &input_.device->heat_zones;
   }
 
   Scene scene_;

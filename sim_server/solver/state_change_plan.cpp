@@ -16,7 +16,7 @@ const MaterialConfig& material_of(const Scene& scene, const Body& body) {
   return scene.config.materials[body.material];
 }
 
-// The solid fraction, and the share of it that has set, at a temperature at the start.
+// Returns the solid fraction and the share that has set, at the start, at a temperature [K].
 std::pair<double, double> start_fraction(const Scene& scene, const Body& body, double temperature) {
   const MaterialConfig& m = material_of(scene, body);
   const double set = m.cooking_temperature && body.type == BodyKind::elastic ? 1 : 0;
@@ -24,7 +24,7 @@ std::pair<double, double> start_fraction(const Scene& scene, const Body& body, d
   return {std::max(set, frozen ? 1.0 : 0.0), set};
 }
 
-// The least slot that bonds lead to, of each that is solid.
+// Returns by slot the least slot that bonds lead to; kNone for those that are not solid.
 std::vector<std::uint32_t> start_pieces(const ChangeStore& store) {
   std::vector<std::uint32_t> piece(store.solid.size(), kNone), open;
   for (std::uint32_t first = 0; first < piece.size(); ++first) {
@@ -45,7 +45,47 @@ std::vector<std::uint32_t> start_pieces(const ChangeStore& store) {
   return piece;
 }
 
-// A slot's material: a tool has that of the matter around it.
+// Bonds the particles that are solid at the start, as they lie. body, place: by slot.
+void bond_solids(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& body,
+                 const std::vector<Eigen::Vector3d>& place, ChangeStore& store) {
+  store.bonds.assign(plan.slots, 0);
+  store.bond.assign(std::size_t(plan.slots) * kMaxBonds, 0);
+  store.own.assign(store.bond.size(), Packed{});
+  store.other.assign(store.bond.size(), Packed{});
+  store.correction.assign(plan.slots, Mat3::Zero());
+  store.projection.assign(plan.slots, Mat3::Zero());
+  store.soft.assign(plan.slots, real(1));  // at the start particles lie on lattices
+  const PeriodicBox box{scene.bounds_min, scene.bounds_max, scene.config.periodic};
+  const PointGrid grid(place, box, plan.change_support);
+  const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.change_support));
+  for (std::uint32_t i = 0; i < plan.slots; ++i) {
+    Mat3 moment = Mat3::Zero();
+    if (!(store.solid[i] > real(0))) continue;
+    std::vector<std::uint32_t> near;
+    grid.near(place[i], [&](std::uint32_t j) {
+      const bool tools = !plan.changes[body[i]] && !plan.changes[body[j]] && body[i] != body[j];
+      const double r = box.between(place[j], place[i]).norm();
+      if (j != i && store.solid[j] > real(0) && plan.group[body[i]] == plan.group[body[j]] && !tools &&
+          r < 0.999 * plan.change_support)
+        near.push_back(j);
+    });
+    std::sort(near.begin(), near.end());
+    near.resize(std::min<std::size_t>(near.size(), kMaxBonds));
+    for (const std::uint32_t j : near) {
+      const std::size_t at = std::size_t(i) * kMaxBonds + store.bonds[i]++;
+      const Vec3 X = box.between(place[j], place[i]).cast<real>();
+      store.bond[at] = j;
+      store.own[at] = pack(X, 0);
+      store.other[at] = pack(-X, 0);
+      moment += (store.solid[j] * store.x[j].w * kernel.F(X.norm()) * X) * X.transpose();
+    }
+    const GradientCorrection<real> c = gradient_correction(moment, kFlatBonds);
+    store.correction[i] = c.inverse;
+    store.projection[i] = c.projection;
+  }
+}
+
+// Returns the index of the material of a body's bonds: a tool has that of the matter around it.
 std::uint32_t bonded_material(const Scene& scene, const Plan& plan, std::uint32_t body) {
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
     if (plan.changes[b] && (b == body || (!plan.changes[body] && plan.group[b] == plan.group[body])))
@@ -121,41 +161,7 @@ ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
       set[s] = static_cast<real>(lasting);
     }
   }
-  bonds.assign(plan.slots, 0);
-  bond.assign(std::size_t(plan.slots) * kMaxBonds, 0);
-  own.assign(bond.size(), Packed{});
-  other.assign(bond.size(), Packed{});
-  correction.assign(plan.slots, Mat3::Zero());
-  projection.assign(plan.slots, Mat3::Zero());
-  soft.assign(plan.slots, real(1));  // on lattices
-  const PeriodicBox box{scene.bounds_min, scene.bounds_max, scene.config.periodic};
-  const PointGrid grid(place, box, plan.change_support);
-  const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.change_support));
-  for (std::uint32_t i = 0; i < plan.slots; ++i) {
-    Mat3 moment = Mat3::Zero();
-    if (!(solid[i] > real(0))) continue;
-    std::vector<std::uint32_t> near;
-    grid.near(place[i], [&](std::uint32_t j) {
-      const bool tools = !plan.changes[body[i]] && !plan.changes[body[j]] && body[i] != body[j];
-      const double r = box.between(place[j], place[i]).norm();
-      if (j != i && solid[j] > real(0) && plan.group[body[i]] == plan.group[body[j]] && !tools &&
-          r < 0.999 * plan.change_support)
-        near.push_back(j);
-    });
-    std::sort(near.begin(), near.end());
-    near.resize(std::min<std::size_t>(near.size(), kMaxBonds));
-    for (const std::uint32_t j : near) {
-      const std::size_t at = std::size_t(i) * kMaxBonds + bonds[i]++;
-      const Vec3 X = box.between(place[j], place[i]).cast<real>();
-      bond[at] = j;
-      own[at] = pack(X, 0);
-      other[at] = pack(-X, 0);
-      moment += (solid[j] * x[j].w * kernel.F(X.norm()) * X) * X.transpose();
-    }
-    const BondCorrection c = bond_correction(moment);
-    correction[i] = c.inverse;
-    projection[i] = c.projection;
-  }
+  bond_solids(scene, plan, body, place, *this);
   piece = start_pieces(*this);
   for (std::uint32_t s = 0; s < plan.slots; ++s) fraction[particle[s]] = {solid[s], piece[s]};
 }
@@ -192,53 +198,6 @@ std::vector<std::uint8_t> rigid_particles(const Scene& scene, const Plan& plan,
   std::vector<std::uint8_t> out(scene.position.size(), 0);
   each_numbered(scene, plan, root, [&](std::uint32_t, std::uint32_t p, std::uint32_t) { out[p] = 1; });
   return out;
-}
-
-namespace {
-
-// sum |dF/dx| of a particle in the corner of a lattice, the most that a lattice has [1/m].
-double corner_reach(double dx, double H) {
-  const auto each = [&](auto&& f) {
-    const int reach = static_cast<int>(H / dx) + 1;
-    for (int x = 0; x <= reach; ++x)
-      for (int y = 0; y <= reach; ++y)
-        for (int z = 0; z <= reach; ++z) {
-          const Eigen::Vector3d X = dx * Eigen::Vector3d(x, y, z);
-          const double r = X.norm();
-          if (r > 0 && r < 0.999 * H) f(X, std::pow(1 - r / H, 3));
-        }
-  };
-  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
-  each([&](const Eigen::Vector3d& X, double w) { moment += w * X * X.transpose(); });
-  const Eigen::Matrix3d L = moment.inverse();
-  Eigen::Vector3d all = Eigen::Vector3d::Zero();
-  double sum = 0;
-  each([&](const Eigen::Vector3d& X, double w) {
-    const Eigen::Vector3d slope = w * L * X;
-    all += slope;
-    sum += slope.norm();
-  });
-  return sum + all.norm();
-}
-
-}  // namespace
-
-ChangeMedium make_change_medium(const Scene& scene, const Plan& plan) {
-  ChangeMedium m{};
-  const HeatMedium heat = make_heat_medium(scene, plan);
-  for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i) {
-    const MaterialConfig& from = scene.config.materials[i];
-    m.heat[i] = heat.material[i];
-    m.cooking[i] = static_cast<real>(from.cooking_temperature.value_or(0));
-    m.rigid_below[i] = static_cast<real>(from.rigid_below.value_or(0));
-    m.rigid_when_set[i] = from.rigid_when_set;
-    m.cooking_rate[i] = static_cast<real>(from.cooking_temperature ? 1 / from.cooking_time : 0);
-  }
-  m.dt = static_cast<real>(plan.heat_interval / scene.config.rate_hz);
-  m.support = static_cast<real>(plan.change_support);
-  m.slack = static_cast<real>(plan.skin);
-  m.most_reach = static_cast<real>(corner_reach(scene.spacing, plan.change_support) * 1.001);
-  return m;
 }
 
 }  // namespace palp

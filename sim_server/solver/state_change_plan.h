@@ -1,4 +1,4 @@
-// What changes of state need of a scene: which bodies change, and their arrays at the start. Host only.
+// The plan of changes of state: which bodies change, and their arrays at the start. Host only.
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@
 
 namespace palp {
 
-// Whether a body changes state: fluid or elastic, of a material with a stiffness that melts or sets, in a scene with
-// heat.
+// Returns true for a body that changes state: fluid or elastic, of a material with a stiffness that melts or sets, in a
+// scene with heat.
 bool changes_state(const Scene& scene, const Body& body);
 
-// Fills in the plan's slots; first of all, because what changes state counts as a fluid everywhere else. Throws
+// Fills in the plan's slots; first of all, because matter that changes state counts as a fluid everywhere else. Throws
 // ConfigError: a wrench asked for, method "paper" without bonds.
 void plan_slots(const Scene& scene, Plan& plan);
 
@@ -28,16 +28,14 @@ struct ChangeStore {
   std::vector<std::uint32_t> piece;
   std::vector<Solidity> fraction;  // by particle
 
-  // What is solid at the start is bonded as it lies.
+  // Bonds the particles that are solid at the start, without strain.
   ChangeStore(const Scene& scene, const Plan& plan);
 };
 
-// Snapshot::body_id. piece: ChangeViews::piece.
+// Returns Snapshot::body_id. piece: ChangeViews::piece.
 std::vector<std::uint32_t> body_ids(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& piece);
 
-// Snapshot::rigid. root: RigidViews::root.
+// Returns Snapshot::rigid. root: RigidViews::root.
 std::vector<std::uint8_t> rigid_particles(const Scene& scene, const Plan& plan, const std::vector<std::uint32_t>& root);
-
-ChangeMedium make_change_medium(const Scene& scene, const Plan& plan);
 
 }  // namespace palp

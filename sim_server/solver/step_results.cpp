@@ -18,12 +18,12 @@ CouplingGains clipped(const CouplingGains& asked, const CouplingGains& limit) {
           std::clamp(asked.angular_damping, 0.0, limit.angular_damping)};
 }
 
-// Finite and small enough to stay so in single precision, and a rotation.
+// Returns true for an input that is finite and small enough to stay so in single precision, and has a rotation.
 bool is_sane(const DeviceInput& in) {
-  constexpr double kMost = 1e6;
+  constexpr double kLimit = 1e6;
   const RigidState& s = in.state;
   for (const Eigen::Vector3d& v : {s.position, s.linear, s.angular})
-    if (!(v.cwiseAbs().maxCoeff() < kMost) || !v.allFinite()) return false;
+    if (!(v.cwiseAbs().maxCoeff() < kLimit) || !v.allFinite()) return false;
   const double turn = s.orientation.norm();
   return turn > 0.5 && turn < 2 && is_finite(in.gains);
 }
@@ -33,11 +33,11 @@ bool is_finite(const BodyState& b) {
          b.force_sum.allFinite() && b.torque_sum.allFinite() && b.coupling_sum.allFinite();
 }
 
-// What encoders make of a hand at rest, which tells the blend nothing.
-constexpr double kLeastWay = 1e-5;    // [m]
-constexpr double kLeastSpeed = 1e-3;  // [m/s]
-constexpr double kLeastTurn = 1e-4;   // [rad]
-constexpr double kLeastSpin = 0.02;   // [rad/s]
+// The noise of encoders with a hand at rest, which tells the blend nothing.
+constexpr double kNoiseDistance = 1e-5;  // [m]
+constexpr double kNoiseSpeed = 1e-3;     // [m/s]
+constexpr double kNoiseAngle = 1e-4;     // [rad]
+constexpr double kNoiseSpin = 0.02;      // [rad/s]
 
 }  // namespace
 
@@ -80,11 +80,12 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
   }
 }
 
-void StepResults::read(const BodyState* bodies, const HealthSums& sums, std::uint32_t crowded, StepOutput& out) {
-  judge(sums, crowded, out.health);
+void StepResults::read(const BodyState* bodies, const HealthSums& sums, std::uint32_t neighbor_overflow,
+                       StepOutput& out) {
+  judge(sums, neighbor_overflow, out.health);
   if (bodies == nullptr || !plan_.wrench) return;
   for (std::uint32_t b : plan_.reactive) {
-    // of what elastic bodies hold on to nothing is complete unless asked for
+    // forces on fixed bodies that elastic ones are bonded to are complete only where a probe asks for them
     if (scene_.bodies[b].type == BodyKind::fixed && !plan_.probed[b]) continue;
     if (is_finite(bodies[b])) read_body(b, bodies[b], out.bodies[b]);
   }
@@ -131,7 +132,7 @@ void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const 
     m = {};
     return;
   }
-  out.device = moved_on(input.state, step_);
+  out.device = extrapolate(input.state, step_);
   const CouplingGains& gains = out.gains;
   const Wrench<double> wrench = coupling_wrench(gains, out.device, proxy);
   out.force = wrench.force;
@@ -140,7 +141,7 @@ void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const 
   out.energy[1] += b.work[1];
   if (!m.known) m.slow = out.device;
   m.known = true;
-  const double share = Blend::share_of_slow_mean(step_);
+  const double share = ContactBlend::share_of_slow_mean(step_);
   m.slow.position += share * (out.device.position - m.slow.position);
   m.slow.linear += share * (out.device.linear - m.slow.linear);
   m.slow.orientation = m.slow.orientation.slerp(share, out.device.orientation);
@@ -149,26 +150,26 @@ void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const 
   const Eigen::Vector3d weight = b.mass * gravity_;
   const Wrench<double> demand = coupling_wrench(gains, m.slow, out.device);
   const Wrench<double> held = coupling_wrench(gains, stopped, out.device);
-  // of a contact's force, what stops the proxy's own mass is no answer to the device
-  const Eigen::Vector3d force = at_most(out.contact_force, (out.force - weight).norm());
-  const Eigen::Vector3d torque = at_most(out.contact_torque, (out.torque + r.cross(weight)).norm());
+  // the part of a contact's force that stops the proxy's own mass is no answer to the device
+  const Eigen::Vector3d force = clamp_norm(out.contact_force, (out.force - weight).norm());
+  const Eigen::Vector3d torque = clamp_norm(out.contact_torque, (out.torque + r.cross(weight)).norm());
   out.blend[0] = m.linear.update(force, demand.force, held.force + weight,
-                                 gains.stiffness * kLeastWay + gains.damping * kLeastSpeed, step_);
+                                 gains.stiffness * kNoiseDistance + gains.damping * kNoiseSpeed, step_);
   out.blend[1] = m.angular.update(torque, demand.torque, held.torque - r.cross(weight),
-                                  gains.angular_stiffness * kLeastTurn + gains.angular_damping * kLeastSpin, step_);
-  // what a bridge holds until the next step is what moved the proxy in this one, on the mean; at its end the coupling
-  // has mostly caught up with the device and pulls less
+                                  gains.angular_stiffness * kNoiseAngle + gains.angular_damping * kNoiseSpin, step_);
+  // a bridge holds this force until the next step, so it is the mean that moved the proxy in this one; at the step's
+  // end the coupling has mostly caught up with the device and pulls less
   const Eigen::Vector3d mean = -b.coupling_sum.cast<double>() / plan_.sub_steps;
   out.force += (1 - out.blend[0]) * (mean - wrench.force);
 }
 
-void StepResults::judge(const HealthSums& sums, std::uint32_t crowded, Health& health) const {
+void StepResults::judge(const HealthSums& sums, std::uint32_t neighbor_overflow, Health& health) const {
   health.ok = true;
   health.cause.clear();
   health.non_finite = sums.non_finite;
   health.outside = sums.outside;
-  health.gone = sums.gone;
-  health.gone_mass = sums.gone_mass;
+  health.inactive = sums.inactive;
+  health.inactive_mass = sums.inactive_mass;
   health.max_speed = sums.max_speed;
   health.max_compression = sums.max_compression;
   health.kinetic_energy = sums.kinetic_energy;
@@ -176,7 +177,7 @@ void StepResults::judge(const HealthSums& sums, std::uint32_t crowded, Health& h
   if (sums.non_finite > 0) {
     health.ok = false;
     health.cause = fmt::format("{} particles have a non-finite state: the simulation has diverged", sums.non_finite);
-  } else if (crowded > 0) {
+  } else if (neighbor_overflow > 0) {
     health.ok = false;
     health.cause = "particles have crowded to more than twice their density: the simulation has diverged";
   } else if (plan_.fluid && plan_.method == Method::accurate && sums.max_mach > 1) {

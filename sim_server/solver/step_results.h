@@ -1,4 +1,5 @@
-// The host's side of a step: what a caller's input becomes for the kernels, and what the kernels' body states mean.
+// The host's side of a step: makes the kernels' input from a caller's, and a caller's results from the kernels' body
+// states.
 #pragma once
 
 #include <vector>
@@ -11,39 +12,39 @@
 
 namespace palp {
 
-// What goes to the device at the start of each haptic step.
+// The input block of a haptic step, which goes to the device at its start.
 struct StepBlock {
   Forcing forcing;
   ProxyInput proxy[kMaxProxies];
-  std::uint32_t heat_zones;  // that are on, one bit each
+  std::uint32_t heat_zones;  // one bit a zone: 1 where it is on
 };
 
 class StepResults {
  public:
   StepResults(const Scene& scene, const Plan& plan);
   void reset(const std::vector<BodyState>& bodies, StepOutput& out);
-  // A device whose input is not finite, or no rotation, counts as not engaged for this step.
+  // Writes the input block. A device whose input is not finite, or no rotation, counts as not engaged for this step.
   void fill(const StepInput& input, double time, StepBlock& block);
-  // Of the step that was filled last. bodies: null when the plan asks for no wrench. Of a body that is no longer finite
-  // what was read before stays, so that nothing non-finite gets out; its health says so.
-  void read(const BodyState* bodies, const HealthSums& sums, std::uint32_t crowded, StepOutput& out);
+  // Reads the results of the step whose block was filled last. bodies: null when the plan asks for no wrench. The
+  // results of a body that is no longer finite stay as they were, so that nothing non-finite gets out; health says so.
+  void read(const BodyState* bodies, const HealthSums& sums, std::uint32_t neighbor_overflow, StepOutput& out);
 
  private:
   void read_body(std::uint32_t index, const BodyState& b, BodyOutput& out) const;
   void read_proxy(std::size_t index, const DeviceInput& input, const BodyState& b, ProxyOutput& out);
-  void judge(const HealthSums& sums, std::uint32_t crowded, Health& health) const;
+  void judge(const HealthSums& sums, std::uint32_t neighbor_overflow, Health& health) const;
 
   struct ProxyMemory {
-    RigidState slow;  // mean of the device's state
+    RigidState slow;  // slow mean of the device's state
     bool known = false;
-    Blend linear, angular;
+    ContactBlend linear, angular;
   };
 
   const Scene& scene_;
   const Plan& plan_;
   double step_ = 0;                                    // [s]
-  StepInput input_;                                    // as accepted
-  Eigen::Vector3d gravity_ = Eigen::Vector3d::Zero();  // and the body force, of the step [m/s^2]
+  StepInput input_;                                    // the accepted input
+  Eigen::Vector3d gravity_ = Eigen::Vector3d::Zero();  // gravity and body force of the step [m/s^2]
   std::vector<ProxyMemory> memory_;
 };
 

@@ -8,33 +8,19 @@
 #include "config/error.h"
 #include "sim_server/geometry/point_grid.h"
 #include "sim_server/physics/viscous_bodies.h"
+#include "sim_server/solver/lattice.h"
 
 namespace palp {
 namespace {
 
-constexpr int kMostStages = 1000;
-// A particle in a corner of walls has less than twice the K of one within the fluid.
+constexpr int kMaxStages = 1000;
+// The bound on K of a particle in a corner of walls over that of one within the fluid.
 constexpr double kNearWalls = 2;
 
-// Wendland's F of separation r, both in spacings, times the spacing^5.
-double kernel_F(double r, double H) {
-  return r < H ? 20 * 21 / (2 * EIGEN_PI * std::pow(H, 5)) * std::pow(1 - r / H, 3) : 0;
-}
-
-// sum_j V F dx^2 over a cubic lattice, the particle itself left out; H in spacings.
-double lattice_sum(double H) {
-  const int reach = static_cast<int>(H) + 1;
-  double sum = 0;
-  for (int x = -reach; x <= reach; ++x)
-    for (int y = -reach; y <= reach; ++y)
-      for (int z = -reach; z <= reach; ++z)
-        if (x != 0 || y != 0 || z != 0) sum += kernel_F(std::sqrt(double(x * x + y * y + z * z)), H);
-  return sum;
-}
-
-// Bound on K / m of a rigid body [1/s], were all the room around it filled with the most viscous fluid.
+// Returns a bound on K / m of a rigid body [1/s], were all the room around it filled with the most viscous fluid.
 double body_rate(const Scene& scene, const Plan& plan, const Body& body, double viscosity) {
-  const double dx = scene.spacing, H = plan.support / dx, whole = lattice_sum(H);
+  const double dx = scene.spacing, H = plan.support / dx, whole = lattice_sums(H).F;
+  const auto kernel = WendlandC2Of<double>::with_support(H);  // in spacings
   const auto begin = scene.position.begin() + body.first;
   const std::vector<Eigen::Vector3d> points(begin, begin + body.count);
   const PointGrid grid(points, {}, plan.support);
@@ -45,7 +31,7 @@ double body_rate(const Scene& scene, const Plan& plan, const Body& body, double 
   for (std::uint32_t i = 0; i < body.count; ++i) {
     double own = 0;
     grid.near(points[i], [&](std::uint32_t j) {
-      if (j != i) own += kernel_F((points[i] - points[j]).norm() / dx, H);
+      if (j != i) own += kernel.F((points[i] - points[j]).norm() / dx);
     });
     const double K = 4 * viscosity * scene.volume[body.first + i] / (dx * dx) * std::max(0.0, whole - own);
     const Eigen::Vector3d r = points[i] - center;
@@ -58,9 +44,9 @@ double body_rate(const Scene& scene, const Plan& plan, const Body& body, double 
   return body_viscous_rate(body.mass, inverse, sum, moment, turning);
 }
 
-// The largest K / m of the scene [1/s], with a margin for the particles' disorder.
+// Returns the largest K / m of the scene [1/s], with a margin for the particles' disorder.
 double largest_rate(const Scene& scene, const Plan& plan) {
-  const double dx = scene.spacing, within = 2 * lattice_sum(plan.support / dx) / (dx * dx);
+  const double dx = scene.spacing, within = 2 * lattice_sums(plan.support / dx).F / (dx * dx);
   double viscosity = 0, rate = 0;
   for (const Body& body : scene.bodies) {
     if (body.type != BodyKind::fluid) continue;
@@ -76,9 +62,10 @@ double largest_rate(const Scene& scene, const Plan& plan) {
   return rate;
 }
 
+// Returns the number of stages that a rate K / m times the sub-step needs.
 int stages_for(double rate_dt) {
-  int s = std::max(1, static_cast<int>(std::min(2 * std::sqrt(rate_dt), kMostStages + 4.0)) - 3);
-  while (s <= kMostStages && stage_reach(s) < rate_dt) ++s;
+  int s = std::max(1, static_cast<int>(std::min(2 * std::sqrt(rate_dt), kMaxStages + 4.0)) - 3);
+  while (s <= kMaxStages && stage_reach(s) < rate_dt) ++s;
   return s;
 }
 
@@ -92,7 +79,7 @@ void plan_viscosity(const Scene& scene, double without, double with, Plan& plan)
   };
   plan.explicit_sub_steps = std::max(1.0, std::ceil(step / (n.safety * with) - 1e-9));
   plan.viscous_stages = 0;
-  // bonds leave a pair a share of its viscosity, which stages know nothing of
+  // stages have no such share as bonds leave a pair of its viscosity
   if (!plan.fluid || plan.change || plan.method == Method::paper || n.viscosity == ViscosityScheme::explicit_) return;
   const bool asked = n.viscosity == ViscosityScheme::staged;
   if (!asked && with >= (n.sub_steps ? step / *n.sub_steps : without)) return;
@@ -100,11 +87,11 @@ void plan_viscosity(const Scene& scene, double without, double with, Plan& plan)
   const int stages = stages_for(largest_rate(scene, plan) * step / staged);
   // in passes over the neighbours: density, walls and forces, and for the stages their beginning
   if (!asked && !n.sub_steps && 3 * plan.explicit_sub_steps <= staged * (4 + stages)) return;
-  if (stages > kMostStages)
+  if (stages > kMaxStages)
     throw ConfigError(fmt::format(
         "{}: a sub-step of {:.3g} ms would need more than {} stages of viscosity: raise the spacing, rate_hz or "
         "numerics.sub_steps, or lower the viscosity",
-        scene.config.path, 1e3 * step / staged, kMostStages));
+        scene.config.path, 1e3 * step / staged, kMaxStages));
   plan.viscous_stages = stages;
 }
 

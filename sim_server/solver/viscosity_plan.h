@@ -1,4 +1,4 @@
-// When viscosity is applied in stages (physics/viscosity.h), and in how many.
+// The plan of viscosity: whether it is applied in stages (physics/viscosity.h), and in how many.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace palp {
 // without the fluids' viscosity, and with it [s]. Throws ConfigError when no number of stages will do.
 void plan_viscosity(const Scene& scene, double without, double with, Plan& plan);
 
-// ", viscosity explicit" or ", viscosity in 17 stages ..."; empty where none flows.
+// Returns ", viscosity explicit" or ", viscosity in 17 stages ..."; nothing without a fluid.
 std::string describe_viscosity(const Plan& plan);
 
 }  // namespace palp

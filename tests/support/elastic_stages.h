@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim_server/physics/tear.h"
+#include "sim_server/solver/constants.h"
 #include "sim_server/solver/elastic_store.h"
 #include "sim_server/solver/particle_store.h"
 #include "tests/support/scenes.h"
@@ -26,7 +27,7 @@ class Elastic {
     hardened.assign(n, real(0));
     torn.assign(store_.neighbor.size(), 0);
     pull_.assign(n, Packed{0, 0, 0, 0});
-    bearing_.assign(n, real(1));
+    integrity_.assign(n, real(1));
   }
 
   // x(X), and velocities v(X).
@@ -56,8 +57,8 @@ class Elastic {
     e.plastic = plastic.data();
     e.hardened = hardened.data();
     if (plan_.tears) e.torn = torn.data();
-    if (plan_.tears) e.pull = pull_.data();
-    if (plan_.tears) e.bearing = bearing_.data();
+    if (plan_.tears) e.stretch = pull_.data();
+    if (plan_.tears) e.integrity = integrity_.data();
     return e;
   }
 
@@ -68,12 +69,12 @@ class Elastic {
     const auto kernel = WendlandC2::with_support(static_cast<real>(plan_.elastic_support));
     const TearBonds tears{e, grid_, kernel, medium_};
     const ElasticStrain<false> strain{e, bodies, grid_, kernel, medium_};
-    const ElasticStrain<true> yielding{e, bodies, grid_, kernel, medium_};
+    const ElasticStrain<true> strain_with_yield{e, bodies, grid_, kernel, medium_};
     const PaperStrain paper{e, bodies, grid_, kernel, medium_};
     for (std::uint32_t i = 0; i < e.count && plan_.tears; ++i) tears(i, SerialTeam{});
     for (std::uint32_t i = 0; i < e.count; ++i)
       if (plan_.plastic)
-        yielding(i, SerialTeam{});
+        strain_with_yield(i, SerialTeam{});
       else if (plan_.method == Method::accurate)
         strain(i, SerialTeam{});
       else
@@ -104,7 +105,7 @@ class Elastic {
   bool hourglass_ = false;
   std::vector<Mat3> stress_;
   std::vector<Packed> force_, pull_;
-  std::vector<real> bearing_;
+  std::vector<real> integrity_;
 };
 
 }  // namespace palp::test

@@ -38,7 +38,7 @@ struct Restated {
 Restated restate(const Scene& scene);
 // One sub-step, `elapsed` seconds of the haptic step being over at its end.
 void sub_step(Restated& world, const StepInput& input, double elapsed);
-// Of the handle of a proxy.
+// Returns the state of the handle of a proxy.
 RigidState handle_of(const Restated& world, std::size_t proxy);
 
 // The kernels by their textbook formulas.

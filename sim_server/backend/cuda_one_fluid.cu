@@ -1,0 +1,7 @@
+#include "sim_server/backend/cuda_stages.cuh"
+
+namespace palp {
+
+PALP_ONE_FLUID_STAGES()
+
+}  // namespace palp

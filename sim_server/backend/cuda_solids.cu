@@ -1,0 +1,7 @@
+#include "sim_server/backend/cuda_stages.cuh"
+
+namespace palp {
+
+PALP_SOLID_STAGES()
+
+}  // namespace palp

@@ -1,0 +1,17 @@
+// The box around the particles of a body at the start. Host only.
+#pragma once
+
+#include "sim_server/scene/scene.h"
+
+namespace palp {
+
+// Returns the box around a body's particle centres, in the given axes [m].
+inline Eigen::AlignedBox3d body_bounds(const Scene& scene, const Body& body,
+                                       const Eigen::Quaterniond& axes = Eigen::Quaterniond::Identity()) {
+  Eigen::AlignedBox3d box;
+  for (std::uint32_t i = body.first; i < body.first + body.count; ++i)
+    box.extend(Eigen::Vector3d(axes.conjugate() * scene.position[i]));
+  return box;
+}
+
+}  // namespace palp
