@@ -34,7 +34,7 @@ struct Tip {
   std::vector<double> time, along, down;
   std::string diverged;  // where it did, and nothing else counts
 
-  // What the table says of it.
+  // Returns the text for the table: the result, or that it diverged.
   std::string told(const std::string& found) const { return diverged.empty() ? found : diverged; }
 };
 
@@ -48,7 +48,7 @@ Range range_of(const std::vector<double>& y) {
   return {0.5 * (*high + *low), 0.5 * (*high - *low)};
 }
 
-// Of body 1, which ends at x = length. The end is half a spacing beyond its outermost particles.
+// Watches the tip of body 1, which ends at x = length. The end is half a spacing beyond its outermost particles.
 Tip watch_tip(const Scene& scene, double length, double until) {
   const Body& body = scene.bodies[1];
   const auto simulation = simulate(scene);
@@ -78,7 +78,7 @@ Tip watch_tip(const Scene& scene, double length, double until) {
   return tip;
 }
 
-// Of the cosine that fits best about its mean; no numbers where it diverged.
+// The cosine that fits best, about its mean; no numbers where it diverged.
 struct Swing {
   double mean = NAN, period = NAN;
 };

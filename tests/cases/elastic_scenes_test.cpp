@@ -39,7 +39,8 @@ class HandScene {
     }
     return most;
   }
-  // Of a body's particles that were within a distance of the axis and above a height at the start.
+  // Returns the mean height of a body's particles that were within a distance of the axis and above a height at the
+  // start.
   double mean_height(const Body& body, double within, double above) {
     simulation->snapshot(snapshot);
     double sum = 0;

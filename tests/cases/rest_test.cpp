@@ -1,4 +1,4 @@
-// What rests stays at rest: one scene of each kind of matter. A minute where PALP_VALIDATE is set, else two seconds.
+// Matter at rest stays at rest: one scene of each kind. A minute where PALP_VALIDATE is set, else two seconds.
 #include <gtest/gtest.h>
 
 #include "tests/sim_server/physics/contact_scenes.h"

@@ -1,4 +1,4 @@
-// What a hand that holds its tool still feels of a resting fluid.
+// The noise of the force on a hand that holds its tool still in a resting fluid.
 #include <cmath>
 #include <vector>
 

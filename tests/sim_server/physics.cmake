@@ -1,40 +1,43 @@
-# The solver's tests. The CPU's binaries are physics_unit_test (seconds) and physics_test (minutes); the same cases, but
-# those that call kernels on the host, make the GPU's, whose tests skip themselves where there is no GPU.
+# The solver's tests. A part's test calls its kernels or judges its rules in a step or a few; its motion test runs the
+# simulation for longer. The CPU's binaries are physics_unit_test (seconds), physics_test and stability_test (minutes);
+# the same cases, but those that call kernels on the host, make the GPU's, whose tests skip themselves where there is no
+# GPU.
 set(physics_support_sources ../support/equations.cpp ../support/validation.cpp)
 set(physics_host_sources
-  physics/distance_test.cpp physics/elastic_test.cpp physics/implicit_elastic_test.cpp physics/neighbors_test.cpp
+  physics/cell_grid_test.cpp physics/distance_test.cpp physics/elastic_test.cpp physics/implicit_elastic_test.cpp
   physics/pieces_test.cpp physics/plastic_test.cpp physics/smoothing_test.cpp physics/tear_test.cpp)
 set(physics_unit_sources
-  physics/contact_test.cpp physics/equations_test.cpp physics/heat_test.cpp physics/implicit_physics_test.cpp
-  physics/proxy_contact_test.cpp physics/proxy_test.cpp physics/rigid_test.cpp physics/rigidify_test.cpp
-  physics/state_change_test.cpp physics/viscosity_test.cpp solver/conservation_test.cpp solver/health_test.cpp
-  solver/kept_lists_test.cpp solver/odd_bodies_test.cpp solver/outside_test.cpp solver/plan_test.cpp)
+  backend/neighbor_lists_test.cpp physics/contact_test.cpp physics/equations_test.cpp physics/heat_test.cpp
+  physics/implicit_elastic_motion_test.cpp physics/outside_test.cpp physics/proxy_contact_test.cpp
+  physics/proxy_test.cpp physics/rigid_pieces_test.cpp physics/rigid_test.cpp physics/state_change_test.cpp
+  physics/viscosity_test.cpp solver/conservation_test.cpp solver/degenerate_bodies_test.cpp solver/health_test.cpp
+  solver/plan_test.cpp)
 set(physics_sources
   ../cases/buoyancy_test.cpp ../cases/crepe_scene_test.cpp ../cases/cuboid_scenes_test.cpp
   ../cases/dam_break_test.cpp ../cases/density_ratio_test.cpp ../cases/elastic_scenes_test.cpp
   ../cases/film_test.cpp ../cases/hydrostatics_test.cpp ../cases/kitchen_scene_test.cpp
   ../cases/melting_scenes_test.cpp ../cases/rest_test.cpp ../cases/resting_noise_test.cpp
-  ../cases/shear_flow_test.cpp ../cases/stability_test.cpp ../cases/staged_viscosity_flow_test.cpp
-  physics/change_motion_test.cpp physics/cohesion_test.cpp physics/contact_motion_test.cpp
-  physics/elastic_contact_test.cpp physics/elastic_physics_test.cpp physics/frozen_contact_test.cpp
-  physics/heat_flow_test.cpp physics/plastic_physics_test.cpp physics/rigidify_motion_test.cpp
-  physics/tear_physics_test.cpp)
+  ../cases/shear_flow_test.cpp ../cases/staged_viscosity_flow_test.cpp physics/cohesion_test.cpp
+  physics/contact_motion_test.cpp physics/elastic_contact_test.cpp physics/elastic_motion_test.cpp
+  physics/frozen_contact_test.cpp physics/heat_flow_test.cpp physics/plastic_motion_test.cpp
+  physics/rigid_pieces_motion_test.cpp physics/state_change_motion_test.cpp physics/tear_motion_test.cpp)
+set(stability_sources ../cases/stability_test.cpp)
 
 # what only tools/validate runs: cases that take longer than a test of every day may
 set(validation_sources
   ../cases/cantilever_test.cpp ../cases/closed_system_test.cpp ../cases/cradle_test.cpp
-  ../cases/dam_break_box_test.cpp ../cases/heave_test.cpp ../cases/lattice_line_test.cpp
-  ../cases/lid_cavity_test.cpp)
+  ../cases/dam_break_box_test.cpp ../cases/lattice_ripple_test.cpp ../cases/lid_cavity_test.cpp
+  ../cases/waves_test.cpp)
 
 # what .ci/run steps under the sanitizers, where a step takes ten times as long: each module of the solver once
 set(physics_sanitized_sources ${physics_unit_sources} ${physics_host_sources})
 list(FILTER physics_sanitized_sources INCLUDE REGEX
-  "/(conservation|health|outside|pieces|contact|state_change|rigidify|implicit_physics|[a-z]*_lists)_test.cpp$")
+  "/(conservation|health|outside|pieces|contact|state_change|rigid_pieces|implicit_elastic_motion|[a-z]*_lists)_test.cpp$")
 
 # compiled once for both back ends; ../support/backend.cpp says which one a binary tests
 set(physics_libs palp_bridge palp_probes palp_config)
 set(cpu_vs_cuda_sources backend/cpu_vs_cuda_test.cpp)
-foreach(cases physics_support physics_host physics_unit physics physics_sanitized validation cpu_vs_cuda)
+foreach(cases physics_support physics_host physics_unit physics stability physics_sanitized validation cpu_vs_cuda)
   add_library(${cases}_cases OBJECT EXCLUDE_FROM_ALL ${${cases}_sources})
   target_link_libraries(${cases}_cases PRIVATE palp_options ${physics_libs} GTest::gtest)
   target_compile_definitions(${cases}_cases PRIVATE PALP_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
@@ -58,12 +61,13 @@ endfunction()
 
 physics_binary(NAME physics_unit_test CASES physics_unit physics_host LABELS unit TIMEOUT 300)
 physics_binary(NAME physics_test CASES physics LABELS physics TIMEOUT 300)
+physics_binary(NAME stability_test CASES stability LABELS stability TIMEOUT 300)
 physics_binary(NAME validation_test CASES validation LABELS validation TIMEOUT 1200)
 if(PALP_SANITIZE)
   physics_binary(NAME physics_sanitized_test CASES physics_sanitized LABELS sanitized TIMEOUT 600)
 endif()
 if(PALP_HAVE_CUDA)
-  physics_binary(NAME physics_gpu_test CASES physics_unit physics LABELS gpu TIMEOUT 300 CUDA)
+  physics_binary(NAME physics_gpu_test CASES physics_unit physics stability LABELS gpu TIMEOUT 300 CUDA)
   physics_binary(NAME validation_gpu_test CASES validation LABELS validation TIMEOUT 1200 CUDA)
   physics_binary(NAME cpu_vs_cuda_test CASES cpu_vs_cuda LABELS gpu TIMEOUT 300 CUDA)
 endif()

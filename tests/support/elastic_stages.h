@@ -26,7 +26,7 @@ class Elastic {
     plastic.assign(n, Mat3::Identity());
     hardened.assign(n, real(0));
     torn.assign(store_.neighbor.size(), 0);
-    pull_.assign(n, Packed{0, 0, 0, 0});
+    stretch_.assign(n, Packed{0, 0, 0, 0});
     integrity_.assign(n, real(1));
   }
 
@@ -57,7 +57,7 @@ class Elastic {
     e.plastic = plastic.data();
     e.hardened = hardened.data();
     if (plan_.tears) e.torn = torn.data();
-    if (plan_.tears) e.stretch = pull_.data();
+    if (plan_.tears) e.stretch = stretch_.data();
     if (plan_.tears) e.integrity = integrity_.data();
     return e;
   }
@@ -104,7 +104,7 @@ class Elastic {
   CellGrid grid_;
   bool hourglass_ = false;
   std::vector<Mat3> stress_;
-  std::vector<Packed> force_, pull_;
+  std::vector<Packed> force_, stretch_;
   std::vector<real> integrity_;
 };
 

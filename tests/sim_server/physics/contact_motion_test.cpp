@@ -81,8 +81,8 @@ TEST(ContactMotion, CupsHoldABall) {
     }
 }
 
-// Whether a body reaches into the walls at +-half, or is near another one: springs may hold something there even while
-// dampers cancel their forces.
+// Returns true when a body reaches into the walls at +-half, or is near another one: springs may hold something there
+// even while dampers cancel their forces.
 bool may_touch(const Scene& scene, const StepOutput& out, double half) {
   std::vector<std::pair<Vector3d, double>> balls;  // centre, radius: around each body
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {

@@ -22,7 +22,7 @@ inline SceneConfig contact_scene(double spacing, double friction, double restitu
   return config;
 }
 
-// What can freeze at 300 K, and all else, insulated.
+// A scene with a material that freezes at 300 K, and nothing that conducts.
 inline SceneConfig frozen_scene(double friction) {
   SceneConfig config = contact_scene(0.01, friction, 0.2);
   MaterialConfig& m = config.materials[0];
@@ -102,7 +102,7 @@ inline void add_flat_tool(SceneConfig& config, const Eigen::Quaterniond& orienta
   config.proxies.push_back(proxy);
 }
 
-// Of a force while the tool is drawn [N].
+// The extremes of a force while the tool is drawn [N].
 struct Extent {
   double low = 1e30, high = -1e30;
   void take(double f) {
@@ -162,7 +162,7 @@ struct Momenta {
   double linear_size = 0, angular_size = 0;
 };
 
-// Of rigid bodies.
+// Returns the momenta of the rigid bodies.
 inline Momenta momenta(const Scene& scene, const StepOutput& out) {
   Momenta m;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -180,7 +180,7 @@ inline Momenta momenta(const Scene& scene, const StepOutput& out) {
   return m;
 }
 
-// Of rigid bodies, with that of their places in gravity [J].
+// Returns the energy of the rigid bodies, that of their places in gravity included [J].
 inline double energy(const Scene& scene, const StepOutput& out) {
   double sum = 0;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {

@@ -343,7 +343,7 @@ bool pays(const Scene& scene) {
   return false;
 }
 
-// What cannot touch another solid costs nothing; two that can are one more launch, and no neighbours.
+// A solid that can touch no other costs nothing; two that can are one more launch, and no neighbours.
 TEST(Contact, ScenesWithoutItPayNothing) {
   SceneConfig config = contact_scene(0.05, 0.3, 0.2);
   const BodyConfig water = at(body("water", BodyKind::fluid, box({0.4, 0.4, 0.4})), {0.5, 0.5, 0});

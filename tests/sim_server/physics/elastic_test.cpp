@@ -184,7 +184,7 @@ double energy(const Scene& scene, double H, const std::vector<Vector3d>& x, bool
       if (j == i) continue;
       const Vector3d X_ji = scene.position[j] - scene.position[i];
       const double weight = scene.volume[i] * scene.volume[j] * wendland_gradient(X_ji, H).norm() / X_ji.norm();
-      sum += 0.5 * double(kUnseen) * kYoung * weight * (F * X_ji - (x[j] - x[i])).squaredNorm();
+      sum += 0.5 * double(kZeroEnergyBeta) * kYoung * weight * (F * X_ji - (x[j] - x[i])).squaredNorm();
     }
   }
   return sum;

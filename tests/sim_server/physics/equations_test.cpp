@@ -138,7 +138,7 @@ TEST_P(Equations, HoldOnRandomScenes) {
 }
 
 // Particles outside the domain are all in its outermost cells, far from where those lie, and act on each other still,
-// up to a support radius past it, where what is liquid is let go (outside_test.cpp).
+// up to a support radius past it, where liquid becomes inactive (outside_test.cpp).
 TEST_P(Equations, HoldBeyondTheDomain) {
   const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));

@@ -1,4 +1,4 @@
-// What has frozen meets rigid and fixed bodies as an elastic body does.
+// Frozen matter meets rigid and fixed bodies as an elastic body does.
 #include <random>
 
 #include <gtest/gtest.h>

@@ -36,10 +36,10 @@ class Solve {
  public:
   explicit Solve(const std::array<int, 3>& n) : elastic(block(n)) {
     const std::size_t count = elastic.plan().elastic_count;
-    for (auto* field : {&ahead_, &residual_, &image_, &direction_, &advance_, &change_, &force_})
+    for (auto* field : {&predicted_, &residual_, &image_, &direction_, &advance_, &change_, &force_})
       field->assign(count, Packed{0, 0, 0, 0});
     rotation_.assign(count, Quat::Identity());
-    solve_.ahead = ahead_.data();
+    solve_.predicted = predicted_.data();
     solve_.rotation = rotation_.data();
     solve_.residual = residual_.data();
     solve_.image = image_.data();
@@ -62,8 +62,8 @@ class Solve {
     const ElasticViews e = elastic.views();
     const Forcing none{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
     const BeginImplicit begin{e, solve_, bodies_, elastic.medium(), elastic.grid(), &none};
-    const StrainAhead strain{e, solve_, elastic.medium()};
-    const ForceAhead force{e, solve_, elastic.medium()};
+    const PredictedStrain strain{e, solve_, elastic.medium()};
+    const PredictedForce force{e, solve_, elastic.medium()};
     for (std::uint32_t k = 0; k < e.count; ++k) begin(k);
     for (std::uint32_t k = 0; k < e.count; ++k) strain(k, SerialTeam{});
     for (std::uint32_t k = 0; k < e.count; ++k) force(k, SerialTeam{});
@@ -85,7 +85,7 @@ class Solve {
   }
 
   void place(const std::function<Vector3d(const Vector3d&)>& x) { places_ = x; }
-  std::size_t count() const { return ahead_.size(); }
+  std::size_t count() const { return predicted_.size(); }
 
   Elastic elastic;
 
@@ -98,7 +98,7 @@ class Solve {
 
   ImplicitViews solve_;
   BodyViews bodies_;
-  std::vector<Packed> ahead_, residual_, image_, direction_, advance_, change_, force_, pair_;
+  std::vector<Packed> predicted_, residual_, image_, direction_, advance_, change_, force_, pair_;
   std::vector<Quat> rotation_;
   std::function<Vector3d(const Vector3d&)> places_ = [](const Vector3d& X) { return X; };
 };

@@ -72,8 +72,8 @@ TEST(Proxy, DeviceFeelsTheOppositeOfTheProxysForce) {
   EXPECT_LT(worst, 0.02);
 }
 
-// Of a slow server, too: what a bridge holds for a step is what moved the tool in that step. At the step's end alone
-// the coupling pulls less, and a hand that throws the tool about is given energy.
+// A bridge holds for a step the force that moved the tool in that step, also that of a slow server. At the step's end
+// alone the coupling pulls less, and a hand that throws the tool about is given energy.
 TEST(Proxy, DeviceFeelsTheMeanOfASlowServersStep) {
   Scene scene = lone_tool();
   scene.config.rate_hz = 300;
@@ -189,7 +189,7 @@ TEST(Proxy, BlendIsSmallInTheAirAndLargeAtAWall) {
   EXPECT_GT(at_wall, 0.8);
 }
 
-// What is not finite, or no rotation, never reaches the world: the proxy is held and no force goes to the device.
+// Input that is not finite, or no rotation, never reaches the world: the proxy is held and no force goes to the device.
 TEST(Proxy, NonFiniteInputIsRefused) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   Random random(5);

@@ -114,7 +114,7 @@ LatticeSums lattice_sums(double ratio, const Eigen::Vector3d& at, bool mueller) 
   return s;
 }
 
-// What a lattice makes of the kernels at the support radii in use. The bounds are what was measured: at H = 2 dx the
+// Sums of the kernels over a lattice, at the support radii in use. The bounds are those measured: at H = 2 dx the
 // sums are a few per cent off, which a scheme that integrates the density does not feel and one that sums it does.
 TEST(Kernels, SumToOneOnALattice) {
   const struct {

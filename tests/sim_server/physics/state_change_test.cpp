@@ -12,7 +12,7 @@
 namespace palp::test {
 namespace {
 
-// What is solid and stays so moves as an elastic body of the same stuff, which is another code (elastic.h).
+// Matter that is solid and stays so moves as an elastic body of the same stuff, which is another code (elastic.h).
 TEST(StateChange, ASolidIsAnElasticBody) {
   Scene scene = melting_scene();
   scene.config.numerics.support_over_spacing = 2;

@@ -1,4 +1,4 @@
-// What must not change: momentum of closed systems, the result under translation, quarter turns and reordering, and the
+// Invariants: momentum of closed systems, the result under translation, quarter turns and reordering, and the
 // bits of a repeated run.
 #include <algorithm>
 #include <numeric>

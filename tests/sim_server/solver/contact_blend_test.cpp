@@ -1,4 +1,4 @@
-// How much of the coupling a contact answers with: against contacts of which that is known.
+// The blend against contacts whose stiffness is known.
 #include "sim_server/solver/contact_blend.h"
 
 #include <cmath>
@@ -21,14 +21,14 @@ struct Contact {
   double step(double x, double v, const std::function<double(double)>& answer) {
     if (!known) slow_x = x, slow_v = v;
     known = true;
-    slow_x += Blend::share_of_slow_mean(kStep) * (x - slow_x);
-    slow_v += Blend::share_of_slow_mean(kStep) * (v - slow_v);
+    slow_x += ContactBlend::share_of_slow_mean(kStep) * (x - slow_x);
+    slow_v += ContactBlend::share_of_slow_mean(kStep) * (v - slow_v);
     const double held = kStiffness * x + kDamping * v;
     const double demand = kStiffness * (x - slow_x) + kDamping * (v - slow_v);
     const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 0.5).normalized();
     return blend.update(answer(held) * axis, demand * axis, held * axis, 0.03, kStep);
   }
-  Blend blend;
+  ContactBlend blend;
   double slow_x = 0, slow_v = 0;
   bool known = false;
 };

@@ -48,7 +48,8 @@ TEST(Health, NanStopsWithACause) {
   }
 }
 
-// Of what is no longer a number the last state that was one is given out, and the sums that status carries stay finite.
+// For a body whose state is no longer a number its last finite state is given out, and the sums that status carries
+// stay finite.
 TEST(Health, ABodyThatIsNoLongerFiniteGivesNothingNonFiniteOut) {
   Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
   add_material(scene, 1000, 1e-3);

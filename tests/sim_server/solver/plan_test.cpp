@@ -160,7 +160,7 @@ TEST(Plan, BoundsTheCellsOfAHugeDomain) {
   scene.bounds_min = Eigen::Vector3d::Constant(-500);
   scene.bounds_max = Eigen::Vector3d::Constant(500);
   const Plan plan = make_plan(scene);
-  EXPECT_LE(double(plan.cells[0]) * plan.cells[1] * plan.cells[2], kCellsAtLeast);
+  EXPECT_LE(double(plan.cells[0]) * plan.cells[1] * plan.cells[2], kMinCellLimit);
 }
 
 // A body force drives a channel to a speed that the sound speed must allow for.

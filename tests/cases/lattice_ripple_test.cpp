@@ -1,4 +1,4 @@
-// What the hand must not feel of the particles: a tool drawn at an even speed over something soft, or through a fluid,
+// The hand must not feel the particles' lattice: a tool drawn at an even speed over something soft, or through a fluid,
 // shows no line at speed over spacing.
 #include <gtest/gtest.h>
 

@@ -35,7 +35,7 @@ std::size_t rigid_pieces(const Snapshot& s) {
   return ids.size();
 }
 
-// Of all: the part of the kinetic energy that a rigid body with the same momenta would have.
+// Returns the part of the kinetic energy of all particles that a rigid body with the same momenta would have.
 double rigid_energy(const Scene& scene, const Snapshot& s) {
   const Motion all = motion_of(scene, s);
   const double mass = mass_of(scene);

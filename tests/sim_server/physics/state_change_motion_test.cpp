@@ -26,7 +26,7 @@ TEST(StateChange, StandsUntilItMelts) {
   EXPECT_LT(top_of(snapshot_of(*simulation)), 0.025);
 }
 
-// What freezes keeps the shape that it has then, and rests in it: bonds form without strain.
+// Matter that freezes keeps the shape that it has then, and rests in it: bonds form without strain.
 TEST(StateChange, WhatFreezesRestsAsItIs) {
   Scene scene = on_a_floor(BodyKind::fluid, kMelting + 0.5);
   scene.config.materials[0].damping = 30;

@@ -68,7 +68,8 @@ double period_of(const Pool& pool, int refine) {
   return 2 * M_PI * std::sqrt(inertia / kGravity);
 }
 
-// Of a grid without end, from two: the error at the box's edges falls with the cell's length.
+// Returns the period for an infinitely fine grid, from two grids: the error at the box's edges falls with the cell's
+// length.
 double exact_period(const Pool& pool) { return 2 * period_of(pool, 4) - period_of(pool, 2); }
 
 // Periodic along x and y, with the pool's middle at x = 0. With three spacings of support: with two the particles keep

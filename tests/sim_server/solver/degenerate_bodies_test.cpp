@@ -1,4 +1,4 @@
-// What a user's scene file may hold that no textbook does: bodies of a particle or three, of loose particles nearly on
+// Scenes that a user may write and no textbook has: bodies of a particle or three, of loose particles nearly on
 // top of each other, bodies a little in one another, materials at the ends of their ranges, absolute zero. Each is read
 // from a file, as any scene is, and simulated to something finite (physics reference F).
 #include <unistd.h>

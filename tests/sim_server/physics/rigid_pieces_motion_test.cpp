@@ -25,7 +25,7 @@ Piece piece_of(const Scene& scene, Simulation& simulation, std::uint32_t body) {
   return piece;
 }
 
-// What stands under its weight is in balance still when it becomes rigid, and when it is soft again.
+// A block that stands under its weight is still in balance when it becomes rigid, and when it is soft again.
 TEST(RigidPiece, RestsOnAFloor) {
   Scene scene = on_a_floor(BodyKind::elastic, kMelting - 1);
   scene.config.materials[0].rigid_below = kMelting - 5;
@@ -79,7 +79,7 @@ Scene pool(double density, double low, std::uint32_t liquid) {
   return scene;
 }
 
-// Of half the liquid's density it floats half submerged; of twice that it sinks and lies on the ground.
+// A piece of half the liquid's density floats half submerged; one of twice that sinks and lies on the ground.
 TEST(RigidPiece, FloatsOrSinksByItsDensity) {
   for (const double density : {500.0, 2000.0}) {
     SCOPED_TRACE(density);

@@ -1,4 +1,4 @@
-// What leaves the domain: liquid is let go, solids come to rest, and what stays inside does not notice.
+// Matter that leaves the domain: liquid becomes inactive, solids come to rest, and matter inside does not notice.
 #include <gtest/gtest.h>
 
 #include "tests/support/change_scenes.h"
@@ -41,12 +41,12 @@ TEST(Outside, SpilledFluidIsLetGo) {
     const Health& health = simulation->output().health;
     std::uint32_t gone = 0;
     double mass = 0;
-    for (std::size_t i = 0; i < s.gone.size(); ++i) {
-      if (early.gone[i] != 0) {
+    for (std::size_t i = 0; i < s.inactive.size(); ++i) {
+      if (early.inactive[i] != 0) {
         EXPECT_EQ(place(early, i), place(s, i)) << i;
-        EXPECT_EQ(s.gone[i], 1) << i;
+        EXPECT_EQ(s.inactive[i], 1) << i;
       }
-      if (s.gone[i] == 0) {
+      if (s.inactive[i] == 0) {
         EXPECT_GT(place(s, i).z(), -0.2) << "particle " << i << " still falls";
         continue;
       }
@@ -58,9 +58,9 @@ TEST(Outside, SpilledFluidIsLetGo) {
     }
     EXPECT_GT(gone, scene.bodies[1].count / 4);
     EXPECT_TRUE(method == Method::paper || gone < scene.bodies[1].count);  // with "paper" all of it runs off
-    EXPECT_EQ(health.gone, gone);
+    EXPECT_EQ(health.inactive, gone);
     EXPECT_GE(health.outside, gone);
-    EXPECT_NEAR(health.gone_mass, mass, 0.01 * mass);  // compressed at the start
+    EXPECT_NEAR(health.inactive_mass, mass, 0.01 * mass);  // compressed at the start
     run_to(*again, 2);
     EXPECT_EQ(snapshot_of(*again).position, s.position);
     simulation->reset();
@@ -84,18 +84,18 @@ TEST(Outside, WhatStaysKeepsItsMomentum) {
   const Snapshot s = snapshot_of(*simulation);
   std::size_t gone = 0;
   Vector3d sum = Vector3d::Zero();
-  for (std::size_t i = 0; i < s.gone.size(); ++i) {
-    if (s.gone[i] != 0)
+  for (std::size_t i = 0; i < s.inactive.size(); ++i) {
+    if (s.inactive[i] != 0)
       ++gone;
     else
       sum += Eigen::Map<const Eigen::Vector3f>(&s.velocity[3 * i]).cast<double>() - Vector3d(0.5, 0, 0);
   }
-  EXPECT_GT(gone, s.gone.size() / 3);
-  EXPECT_LT(gone, s.gone.size());
-  EXPECT_LT(sum.norm(), 1e-3 * 0.5 * static_cast<double>(s.gone.size() - gone));
+  EXPECT_GT(gone, s.inactive.size() / 3);
+  EXPECT_LT(gone, s.inactive.size());
+  EXPECT_LT(sum.norm(), 1e-3 * 0.5 * static_cast<double>(s.inactive.size() - gone));
 }
 
-// What flies out over an open top comes back.
+// A splash that flies out over an open top comes back.
 TEST(Outside, ASplashAboveTheDomainComesBack) {
   Scene scene = empty_scene(kSpacing, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
   add_material(scene, 1000, 0.1);
@@ -106,7 +106,7 @@ TEST(Outside, ASplashAboveTheDomainComesBack) {
   EXPECT_GT(simulation->output().health.outside, 0u);
   EXPECT_GT(place(snapshot_of(*simulation), 0).z(), 0.15);
   run_to(*simulation, 0.4);
-  EXPECT_EQ(simulation->output().health.gone, 0u);
+  EXPECT_EQ(simulation->output().health.inactive, 0u);
   EXPECT_LT(place(snapshot_of(*simulation), 0).z(), 0.1);
 }
 
@@ -148,14 +148,14 @@ TEST(Outside, FrozenMatterRestsUntilItMelts) {
     scene.config.heat_zones.back().size.setConstant(10);
     const auto simulation = simulate(scene);
     run_to(*simulation, 0.8);
-    EXPECT_EQ(simulation->output().health.gone, 0u);
+    EXPECT_EQ(simulation->output().health.inactive, 0u);
     const Snapshot frozen = snapshot_of(*simulation);
     const std::size_t first = 0, last = scene.position.size() - 1;
     EXPECT_LT(place(frozen, first).z(), -0.2);
     EXPECT_NEAR((place(frozen, last) - place(frozen, first)).norm(),
                 (scene.position[last] - scene.position[first]).norm(), 0.1 * kSpacing);
     run_to(*simulation, 1.2);
-    EXPECT_EQ(simulation->output().health.gone, scene.position.size()) << rigid;
+    EXPECT_EQ(simulation->output().health.inactive, scene.position.size()) << rigid;
   }
 }
 

@@ -27,7 +27,7 @@ Scene with_material(double young, double poisson, double damping, Method method 
   return scene;
 }
 
-// Of one component of a field over the particles that lay between two planes at the start.
+// Returns the mean of one component of a field over the particles that lay between two planes at the start.
 double mean(const Scene& scene, double from, double to, int axis, const std::vector<float>& field) {
   double sum = 0;
   int count = 0;

@@ -272,7 +272,7 @@ TEST(ImplicitElastic, ThePlanChoosesWhatCostsLess) {
   EXPECT_GT(chosen(1e12, slender).elastic_rounds, 0);
 }
 
-// What the solve cannot do stays explicit, and says so.
+// Bodies that the implicit solve cannot treat stay explicit, and the plan says so.
 TEST(ImplicitElastic, ThePlanSaysWhatCannotBeSolved) {
   const auto refusal = [](const std::function<void(Scene&)>& change) {
     Scene scene = block(1e8, 0.3, {6, 5, 4});

@@ -248,8 +248,8 @@ TEST(Lightness, TearsArePaidForWhereSomethingTears) {
   const Names without = contents(false), with = contents(true);
   Names added;
   std::set_difference(with.begin(), with.end(), without.begin(), without.end(), std::inserter(added, added.end()));
-  EXPECT_EQ(added,
-            (Names{"elastic bearing", "elastic projection", "elastic pull", "elastic tears", "elastic torn bonds"}));
+  EXPECT_EQ(added, (Names{"elastic integrity", "elastic projection", "elastic stretch", "elastic tears",
+                          "elastic torn bonds"}));
 }
 
 }  // namespace
