@@ -49,6 +49,7 @@ void CsvFile::close() {
 }
 
 void make_folder(const std::string& path) {
+  if (path.empty()) throw std::runtime_error("the name of the folder for results is empty, expected a path");
   std::error_code error;
   std::filesystem::create_directories(path, error);
   if (error || !std::filesystem::is_directory(path, error)) {

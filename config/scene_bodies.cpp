@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/parameters.h"
 #include "config/scene_reader.h"
 #include "config/text_file.h"
 
@@ -36,8 +37,10 @@ const std::vector<ShapeKey> kShapeKeys{
     {"scale", {ShapeType::mesh}, false},
 };
 
-void read_shape_keys(TomlTable& table, const SceneConfig& scene, ShapeConfig& shape) {
+// The values of a shape whose type is not known are judged, too, but not whether it has the right ones.
+void read_shape_keys(TomlTable& table, const SceneConfig& scene, bool known_type, ShapeConfig& shape) {
   const auto need = [&](const char* key) {
+    if (!known_type) return Need::optional;
     const auto& row = *std::find_if(kShapeKeys.begin(), kShapeKeys.end(),
                                     [&](const ShapeKey& item) { return std::string_view(item.key) == key; });
     const bool applies = std::find(row.shapes.begin(), row.shapes.end(), shape.type) != row.shapes.end();
@@ -60,12 +63,9 @@ void read_shape_keys(TomlTable& table, const SceneConfig& scene, ShapeConfig& sh
 ShapeConfig read_shape(TomlTable& table, const SceneConfig& scene) {
   ShapeConfig shape;
   shape.where = table.where();
-  if (const auto index = table.choice("type", kShapeTypes, Need::required)) {
-    shape.type = static_cast<ShapeType>(*index);
-    read_shape_keys(table, scene, shape);
-  } else {
-    for (const ShapeKey& row : kShapeKeys) table.has(row.key);  // known keys of a shape of unknown type
-  }
+  const auto type = table.choice("type", kShapeTypes, Need::required);
+  if (type) shape.type = static_cast<ShapeType>(*type);
+  read_shape_keys(table, scene, type.has_value(), shape);
   shape.position = read_vector(table, "position", "m", shape.position);
   shape.orientation = read_orientation(table);
   shape.subtract = table.boolean("subtract").value_or(false);
@@ -92,15 +92,14 @@ void read_shapes(TomlTable& table, const SceneConfig& scene, BodyConfig& body) {
 void read_elastic(TomlTable& table, const SceneConfig& scene, const std::optional<std::size_t>& type,
                   BodyConfig& body) {
   body.bonded_to = table.texts("bonded_to");
-  if (!type) return;
   const auto material = std::find_if(scene.materials.begin(), scene.materials.end(),
                                      [&](const MaterialConfig& item) { return item.name == body.material; });
   const bool stiff = material != scene.materials.end() && material->young_modulus;
-  if (body.type == BodyKind::elastic && material != scene.materials.end() && !stiff) {
+  if (type && body.type == BodyKind::elastic && material != scene.materials.end() && !stiff) {
     table.fault("material",
                 fmt::format("material '{}' has no young_modulus, expected one for an elastic body", material->name));
   }
-  if (!body.bonded_to.empty() && body.type != BodyKind::elastic && !(body.type == BodyKind::fluid && stiff)) {
+  if (type && !body.bonded_to.empty() && body.type != BodyKind::elastic && !(body.type == BodyKind::fluid && stiff)) {
     table.fault("bonded_to", "bonded_to is given, but only an elastic body has it, or a fluid that can become one");
   }
   for (const std::string& name : body.bonded_to) {
@@ -134,6 +133,7 @@ BodyConfig read_body(TomlTable& table, const SceneConfig& scene) {
     table.fault("angular_velocity", "angular_velocity is given, but only a rigid body has one");
   }
   body.temperature = table.number("temperature", {"K", 0, 1e5});
+  if (table.has("temperature") && !body.temperature) body.temperature = 0;  // wrong, but the body has one
   read_elastic(table, scene, type, body);
   body.color = table.color("color");
   read_shapes(table, scene, body);
@@ -153,11 +153,11 @@ CouplingGains read_coupling_limit(TomlTable table) {
 
 // Beyond its yield stress an elastic body flows, beyond its tear strain it rips.
 void read_plastic_keys(TomlTable& table, MaterialConfig& material) {
-  material.yield_stress = table.number("yield_stress", {"Pa", 0, 1e12, true});
-  material.hardening = table.number("hardening", {"Pa", 0, 1e12}).value_or(material.hardening);
+  material.yield_stress = table.number("yield_stress", range_of("material.yield_stress"));
+  material.hardening = table.number("hardening", range_of("material.hardening")).value_or(material.hardening);
   if (table.has("hardening") && !table.has("yield_stress"))
     table.fault("hardening", "hardening is given without yield_stress, expected both or only yield_stress");
-  material.tear_strain = table.number("tear_strain", {"", 0, 1000, true});
+  material.tear_strain = table.number("tear_strain", range_of("material.tear_strain"));
   for (const char* key : {"yield_stress", "tear_strain"}) {
     if (table.has(key) && !table.has("young_modulus"))
       table.fault(key, fmt::format("{} is given without young_modulus, expected one in Pa", key));
@@ -180,7 +180,12 @@ const BodyConfig* read_body_name(TomlTable& table, const SceneConfig& scene, Nee
 
 Eigen::Vector3d read_vector(TomlTable& table, std::string_view key, const char* unit, const Eigen::Vector3d& fallback,
                             Need need) {
-  const auto values = table.numbers(key, 3, {unit, -1e9, 1e9}, need);
+  return read_vector(table, key, Range{unit, -1e9, 1e9}, fallback, need);
+}
+
+Eigen::Vector3d read_vector(TomlTable& table, std::string_view key, const Range& range, const Eigen::Vector3d& fallback,
+                            Need need) {
+  const auto values = table.numbers(key, 3, range, need);
   return values ? Eigen::Vector3d((*values)[0], (*values)[1], (*values)[2]) : fallback;
 }
 
@@ -230,10 +235,13 @@ std::string read_name(TomlTable& table, const std::string& kind, const std::vect
 namespace {
 
 void read_contact(TomlTable& table, MaterialConfig& material) {
-  material.friction = table.number("friction", {"", 0, 10}).value_or(material.friction);
-  material.kinetic_friction = table.number("kinetic_friction", {"", 0, 10}).value_or(material.friction);
-  material.restitution = table.number("restitution", {"", 0, 1}).value_or(material.restitution);
-  if (material.kinetic_friction > material.friction) {
+  const auto friction = table.number("friction", range_of("material.friction")),
+             kinetic = table.number("kinetic_friction", range_of("material.kinetic_friction"));
+  material.friction = friction.value_or(material.friction);
+  material.kinetic_friction = kinetic.value_or(material.friction);
+  material.restitution = table.number("restitution", range_of("material.restitution")).value_or(material.restitution);
+  const bool known = friction || !table.has("friction");
+  if (known && material.kinetic_friction > material.friction) {
     table.fault("kinetic_friction", fmt::format("kinetic_friction is {}, expected at most friction, which is {}",
                                                 material.kinetic_friction, material.friction));
   }
@@ -246,13 +254,14 @@ void read_materials(TomlTable& root, SceneConfig& scene) {
     MaterialConfig material;
     material.where = table.where();
     material.name = read_name(table, "material", names_of(scene.materials), false);
-    material.density = table.number("density", {"kg/m^3", 1e-6, 1e6}, Need::required).value_or(material.density);
-    material.viscosity = table.number("viscosity", {"Pa s", 0, 1e9}).value_or(material.viscosity);
-    material.surface_tension = table.number("surface_tension", {"N/m", 0, 1e6}).value_or(0);
-    material.adhesion = table.number("adhesion", {"N/m", 0, 1e6}).value_or(0);
-    material.young_modulus = table.number("young_modulus", {"Pa", 1e-6, 1e12});
-    material.poisson_ratio = table.number("poisson_ratio", {"", -0.9, 0.495}).value_or(material.poisson_ratio);
-    material.damping = table.number("damping", {"Pa s", 0, 1e9}).value_or(material.damping);
+    material.density = table.number("density", range_of("material.density"), Need::required).value_or(material.density);
+    material.viscosity = table.number("viscosity", range_of("material.viscosity")).value_or(material.viscosity);
+    material.surface_tension = table.number("surface_tension", range_of("material.surface_tension")).value_or(0);
+    material.adhesion = table.number("adhesion", range_of("material.adhesion")).value_or(0);
+    material.young_modulus = table.number("young_modulus", range_of("material.young_modulus"));
+    material.poisson_ratio =
+        table.number("poisson_ratio", range_of("material.poisson_ratio")).value_or(material.poisson_ratio);
+    material.damping = table.number("damping", range_of("material.damping")).value_or(material.damping);
     read_plastic_keys(table, material);
     read_contact(table, material);
     read_heat_keys(table, material);

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 
+#include "config/parameters.h"
 #include "config/scene_reader.h"
 #include "config/text_file.h"
 
@@ -23,10 +25,8 @@ const std::vector<std::string> kScalars = [] {
 const std::vector<std::string> kViscosity{"explicit", "staged"};
 const std::vector<std::string> kElasticSolvers{"explicit", "implicit", "auto"};
 constexpr Range kSpacing{"m", 1e-7, 1000};  // inertias of less are lost in single precision
-constexpr Range kSpeed{"m/s", 1e-6, 1e9};
 // The widest grid that a solver can lay over a periodic axis needs three cells of one support radius.
 constexpr double kCellsPerPeriod = 3;
-constexpr double kSmallestSupport = 1.8;  // support radius / spacing
 // Past this many spacings along an axis, places in single precision are no longer told apart well.
 constexpr double kMostSpacings = 1e6;
 
@@ -38,8 +38,8 @@ void read_general(TomlTable& root, SceneConfig& scene, const SceneOverrides& ove
   if (const auto index = table.choice("accuracy", kAccuracies)) scene.accuracy = static_cast<Accuracy>(*index);
   scene.method = overrides.method.value_or(scene.method);
   scene.accuracy = overrides.accuracy.value_or(scene.accuracy);
-  scene.gravity = read_vector(table, "gravity", "m/s^2", scene.gravity);
-  scene.body_force = read_vector(table, "body_force", "m/s^2", scene.body_force);
+  scene.gravity = read_vector(table, "gravity", range_of("gravity"), scene.gravity);
+  scene.body_force = read_vector(table, "body_force", range_of("body_force"), scene.body_force);
   scene.gravity_ramp = table.number("gravity_ramp", not_negative("s")).value_or(scene.gravity_ramp);
   scene.rate_hz = table.number("rate_hz", {"Hz", 1, 1e6}).value_or(scene.rate_hz);
   scene.duration = table.number("duration", {"s", 0, 1e6, true}).value_or(scene.duration);
@@ -80,17 +80,17 @@ void read_numerics(TomlTable& root, SceneConfig& scene, const SceneOverrides& ov
   table.set_title("numerics");
   NumericsConfig& n = scene.numerics;
   read_spacing(table, root, scene, overrides);
-  n.support_over_spacing = table.number("support_over_spacing", {"", kSmallestSupport, 4});
-  n.sound_speed = table.number("sound_speed", kSpeed);
-  n.max_speed = table.number("max_speed", kSpeed);
-  n.artificial_viscosity = table.number("artificial_viscosity", {"", 0, 1});
-  n.density_diffusion = table.number("density_diffusion", {"", 0, 0.5});
+  n.support_over_spacing = table.number("support_over_spacing", range_of("numerics.support_over_spacing"));
+  n.sound_speed = table.number("sound_speed", range_of("numerics.sound_speed"));
+  n.max_speed = table.number("max_speed", range_of("numerics.max_speed"));
+  n.artificial_viscosity = table.number("artificial_viscosity", range_of("numerics.artificial_viscosity"));
+  n.density_diffusion = table.number("density_diffusion", range_of("numerics.density_diffusion"));
   if (const auto scheme = table.choice("viscosity", kViscosity)) n.viscosity = static_cast<ViscosityScheme>(*scheme);
   if (const auto solver = table.choice("elastic_solver", kElasticSolvers); solver && *solver < 2)
     n.elastic_solver = static_cast<ElasticSolver>(*solver);
   n.tension = table.boolean("tension");
   if (const auto steps = table.integer("sub_steps", 1, 100000)) n.sub_steps = static_cast<int>(*steps);
-  n.safety = table.number("safety", {"", 0.05, 1}).value_or(n.safety);
+  n.safety = table.number("safety", range_of("numerics.safety")).value_or(n.safety);
   if (n.sound_speed && n.max_speed && *n.sound_speed <= *n.max_speed) {
     table.fault("sound_speed", fmt::format("sound_speed is {}, expected more than max_speed, which is {} (ten times "
                                            "it keeps the density within 1 %)",
@@ -101,21 +101,23 @@ void read_numerics(TomlTable& root, SceneConfig& scene, const SceneOverrides& ov
 void read_domain(TomlTable& root, SceneConfig& scene) {
   TomlTable table = root.table("domain", Need::required);
   table.set_title("domain");
-  scene.domain_min = read_vector(table, "min", "m", scene.domain_min, Need::required);
-  scene.domain_max = read_vector(table, "max", "m", scene.domain_max, Need::required);
+  // a corner that cannot be read is nowhere, so that nothing is said of where it stands to others
+  const Eigen::Vector3d nowhere = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  scene.domain_min = read_vector(table, "min", "m", nowhere, Need::required);
+  scene.domain_max = read_vector(table, "max", "m", nowhere, Need::required);
   if (const auto periodic = table.booleans3("periodic")) scene.periodic = *periodic;
 }
 
 void check_domain(TomlTable& root, const SceneConfig& scene) {
   TomlTable table = root.table("domain");
   table.set_title("domain");
-  if (!table.has("min") || !table.has("max") || !scene.numerics.spacing) return;
-  const double dx = *scene.numerics.spacing;
-  const double support = scene.numerics.support_over_spacing.value_or(kSmallestSupport) * dx;
+  const double dx = scene.numerics.spacing.value_or(std::numeric_limits<double>::quiet_NaN());
+  const double support =
+      scene.numerics.support_over_spacing.value_or(range_of("numerics.support_over_spacing").min) * dx;
   for (int axis = 0; axis < 3; ++axis) {
     const char name = "xyz"[axis];
     const double low = scene.domain_min[axis], high = scene.domain_max[axis];
-    if (!(low < high)) {
+    if (low >= high) {
       table.fault("max", fmt::format("max is {} on axis {}, expected more than min, which is {}", high, name, low));
     } else if (scene.periodic[static_cast<std::size_t>(axis)] && high - low < kCellsPerPeriod * support * (1 - 1e-9)) {
       table.fault("periodic", fmt::format("axis {} is periodic and {:g} m long, expected at least {:g} m ({} support "
@@ -139,7 +141,7 @@ void read_stream(TomlTable& root, SceneConfig& scene) {
   TomlTable table = root.table("stream");
   table.set_title("stream");
   scene.stream.particle_rate_hz =
-      table.number("particle_rate_hz", {"Hz", 0, 1000}).value_or(scene.stream.particle_rate_hz);
+      table.number("particle_rate_hz", range_of("stream.particle_rate_hz")).value_or(scene.stream.particle_rate_hz);
   if (const auto index = table.choice("scalar", kScalars)) scene.stream.scalar = static_cast<ScalarField>(*index);
 }
 
@@ -184,7 +186,7 @@ SceneConfig load_scene(const std::string& path, const SceneOverrides& overrides)
   TomlFile file = TomlFile::read(path);
   SceneConfig scene = read_scene(file, path, overrides);
   TomlTable root = file.root();
-  find_hands(root, scene);
+  find_files(root, scene);
   file.finish();
   return scene;
 }

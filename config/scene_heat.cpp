@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "config/parameters.h"
 #include "config/scene_reader.h"
 
 namespace palp {
@@ -56,10 +57,10 @@ bool has_temperature(const SceneConfig& scene) {
 }
 
 void read_heat_keys(TomlTable& table, MaterialConfig& material) {
-  material.conductivity = table.number("conductivity", {"W/(m K)", 0, 1e6}).value_or(0);
-  material.heat_capacity = table.number("heat_capacity", {"J/(kg K)", 0, 1e9, true}).value_or(0);
+  material.conductivity = table.number("conductivity", range_of("material.conductivity")).value_or(0);
+  material.heat_capacity = table.number("heat_capacity", range_of("material.heat_capacity")).value_or(0);
   material.melting_temperature = table.number("melting_temperature", kTemperature);
-  material.latent_heat = table.number("latent_heat", {"J/kg", 0, 1e12, true}).value_or(0);
+  material.latent_heat = table.number("latent_heat", range_of("material.latent_heat")).value_or(0);
   if (table.has("melting_temperature") != table.has("latent_heat")) {
     const bool melts = table.has("melting_temperature");
     table.fault(
@@ -68,10 +69,11 @@ void read_heat_keys(TomlTable& table, MaterialConfig& material) {
                     melts ? "latent_heat" : "melting_temperature"));
   }
   material.cooking_temperature = table.number("cooking_temperature", kTemperature);
-  material.cooking_time = table.number("cooking_time", {"s", 0, 1e9, true}).value_or(material.cooking_time);
+  material.cooking_time =
+      table.number("cooking_time", range_of("material.cooking_time")).value_or(material.cooking_time);
   if (table.has("cooking_time") && !table.has("cooking_temperature"))
     table.fault("cooking_time", "cooking_time is given without cooking_temperature, expected both or none");
-  if (table.has("cooking_temperature") && !material.young_modulus)
+  if (table.has("cooking_temperature") && !table.has("young_modulus"))
     table.fault("cooking_temperature",
                 "cooking_temperature is given without young_modulus, expected that of the cooked material in Pa");
   material.rigid_below = table.number("rigid_below", kTemperature);
@@ -94,7 +96,7 @@ void read_heat_keys(TomlTable& table, MaterialConfig& material) {
 
 bool read_hold_temperature(TomlTable& table, const BodyConfig& body) {
   const bool hold = table.boolean("hold_temperature").value_or(false);
-  if (hold && !is_warm(body)) {
+  if (hold && !table.has("temperature") && !is_warm(body)) {
     table.fault("hold_temperature", "hold_temperature is true, but the body has no temperature; give it one");
   }
   return hold;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "config/scene_reader.h"
 
@@ -11,17 +12,20 @@ namespace {
 const std::vector<std::string> kQuantities{"pressure", "density",  "velocity", "temperature", "front",
                                            "energy",   "extremes", "body",     "heat",        "pieces"};
 
+// What cannot be read is nowhere, so that nothing is said of where it lies.
+const Eigen::Vector3d kNowhere = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+
 bool is_field(Quantity quantity) { return quantity <= Quantity::temperature; }
 
 // Points of `point` or `line`, from first to last.
 std::vector<Eigen::Vector3d> read_points(TomlTable& table) {
   std::vector<Eigen::Vector3d> points;
-  if (table.has("point")) points.push_back(read_vector(table, "point", "m", Eigen::Vector3d::Zero()));
+  if (table.has("point")) points.push_back(read_vector(table, "point", "m", kNowhere));
   if (!table.has("line")) return points;
   if (!points.empty()) table.fault("line", "both point and line are given, expected one of them");
   TomlTable line = table.table("line");
-  const Eigen::Vector3d from = read_vector(line, "from", "m", Eigen::Vector3d::Zero(), Need::required);
-  const Eigen::Vector3d to = read_vector(line, "to", "m", Eigen::Vector3d::Zero(), Need::required);
+  const Eigen::Vector3d from = read_vector(line, "from", "m", kNowhere, Need::required);
+  const Eigen::Vector3d to = read_vector(line, "to", "m", kNowhere, Need::required);
   const long long count = line.integer("count", 2, 10000, Need::required).value_or(2);
   points.clear();
   for (long long i = 0; i < count; ++i) {
@@ -47,42 +51,39 @@ void check_keys(TomlTable& table, const ProbeConfig& probe) {
   refuse("side", front);
 }
 
-void check_body(TomlTable& table, const SceneConfig& scene, ProbeConfig& probe) {
-  const bool required = probe.quantity == Quantity::body;
-  const auto name = table.text("body", required ? Need::required : Need::optional);
-  if (!name) return;
-  probe.body = *name;
-  std::vector<std::string> names;
-  for (const BodyConfig& body : scene.bodies) names.push_back(body.name);
-  const auto found = std::find(names.begin(), names.end(), *name);
-  if (found == names.end()) {
-    const std::string near = nearest_name(*name, names);
-    table.fault("body", fmt::format("body '{}' is not declared, expected the name of a [[body]]{}", *name,
-                                    near.empty() ? "" : "; did you mean '" + near + "'?"));
-    return;
-  }
-  const BodyKind type = scene.bodies[static_cast<std::size_t>(found - names.begin())].type;
+void check_body(TomlTable& table, const SceneConfig& scene, bool known_quantity, ProbeConfig& probe) {
+  const bool required = known_quantity && probe.quantity == Quantity::body;
+  const BodyConfig* body = read_body_name(table, scene, required ? Need::required : Need::optional);
+  if (!body) return;
+  probe.body = body->name;
+  if (!known_quantity) return;
+  const BodyKind type = body->type;
   if (required && type == BodyKind::fluid) {
-    table.fault("body", fmt::format("body '{}' is a fluid, expected a rigid or static body, which has a pose", *name));
+    table.fault("body",
+                fmt::format("body '{}' is a fluid, expected a rigid or static body, which has a pose", body->name));
   }
   const bool of_fluid = probe.quantity == Quantity::front || probe.quantity == Quantity::extremes;
   if (of_fluid && type != BodyKind::fluid && type != BodyKind::elastic) {
-    table.fault("body", fmt::format("body '{}' does not deform, expected a fluid or elastic body", *name));
+    table.fault("body", fmt::format("body '{}' does not deform, expected a fluid or elastic body", body->name));
   }
 }
 
-// Inside the domain, and a quantity that the scene has.
+// The points of a probe lie inside the domain.
 void check_place(TomlTable& table, const SceneConfig& scene, const ProbeConfig& probe) {
-  const Eigen::Vector3d slack = 1e-9 * (scene.domain_max - scene.domain_min);
+  const Eigen::Array3d low = scene.domain_min, high = scene.domain_max, slack = 1e-9 * (high - low);
   for (const Eigen::Vector3d& p : probe.points) {
-    if (((p + slack).array() < scene.domain_min.array()).any() ||
-        ((p - slack).array() > scene.domain_max.array()).any()) {
+    // an axis whose ends are the wrong way round has no inside
+    if ((low < high && (p.array() + slack < low || p.array() - slack > high)).any()) {
       table.fault(
           table.has("line") ? "line" : "point",
           fmt::format("({:g}, {:g}, {:g}) is outside the domain, expected a point inside it", p.x(), p.y(), p.z()));
       break;
     }
   }
+}
+
+// The scene has the quantity that is to be measured.
+void check_quantity(TomlTable& table, const SceneConfig& scene, const ProbeConfig& probe) {
   const bool of_heat =
       probe.quantity == Quantity::temperature || probe.quantity == Quantity::heat || probe.quantity == Quantity::pieces;
   if (of_heat && !has_temperature(scene)) {
@@ -112,11 +113,10 @@ void read_probes(TomlTable& root, SceneConfig& scene) {
     if (quantity) {
       probe.quantity = static_cast<Quantity>(*quantity);
       check_keys(table, probe);
-      check_body(table, scene, probe);
-      check_place(table, scene, probe);
-    } else {
-      table.has("body");
+      check_quantity(table, scene, probe);
     }
+    check_body(table, scene, quantity.has_value(), probe);
+    check_place(table, scene, probe);
     scene.probes.push_back(probe);
   }
 }

@@ -15,8 +15,9 @@ void read_bodies(TomlTable& root, SceneConfig& scene);
 void read_proxies(TomlTable& root, SceneConfig& scene);
 void read_heat(TomlTable& root, SceneConfig& scene);
 void read_probes(TomlTable& root, SceneConfig& scene);
-// Turns the names of hands, which read_proxies took as they stand, into paths of files that exist; looks at the disk.
-void find_hands(TomlTable& root, SceneConfig& scene);
+// Looks at the disk: turns the names of hands, which read_proxies took as they stand, into paths, and says which files
+// that the scene names are missing.
+void find_files(TomlTable& root, SceneConfig& scene);
 
 // The keys of a [[material]] and of a [[body]], all but these read, that concern heat.
 void read_heat_keys(TomlTable& table, MaterialConfig& material);
@@ -29,6 +30,8 @@ const BodyConfig* read_body_name(TomlTable& table, const SceneConfig& scene, Nee
 // Orientation from `orientation` (quaternion x y z w) or `rotation_deg` (axis and angle), else none.
 Eigen::Quaterniond read_orientation(TomlTable& table);
 Eigen::Vector3d read_vector(TomlTable& table, std::string_view key, const char* unit, const Eigen::Vector3d& fallback,
+                            Need need = Need::optional);
+Eigen::Vector3d read_vector(TomlTable& table, std::string_view key, const Range& range, const Eigen::Vector3d& fallback,
                             Need need = Need::optional);
 // A name fit for messages, tables and (file_name) files, not taken yet; titles the table "<kind> '<name>'".
 std::string read_name(TomlTable& table, const std::string& kind, const std::vector<std::string>& taken, bool file_name);

@@ -48,6 +48,10 @@ std::string describe(const toml::node& node) {
 
 }  // namespace
 
+bool is_in(double value, const Range& range) {
+  return std::isfinite(value) && value <= range.max && (range.above ? value > range.min : value >= range.min);
+}
+
 std::string describe(const Range& range) {
   std::string text = "a number";
   if (range.unit[0] != '\0') text += fmt::format(" in {}", range.unit);
@@ -65,8 +69,7 @@ namespace {
 std::optional<double> number_in(const toml::node& node, const Range& range) {
   if (!node.is_integer() && !node.is_floating_point()) return {};
   const double value = *node.value<double>();
-  if (!std::isfinite(value) || value < range.min || value > range.max) return {};
-  if (range.above && value <= range.min) return {};
+  if (!is_in(value, range)) return {};
   return value;
 }
 
@@ -234,12 +237,13 @@ std::optional<std::vector<double>> TomlTable::numbers(std::string_view key, std:
       std::vector<double> values;
       for (std::size_t i = 0; i < count; ++i) {
         const auto value = number_in(*array->get(i), range);
-        if (!value) {
+        if (value) {
+          values.push_back(*value);
+        } else {
           fault(key, fmt::format("{}[{}] is {}, expected {}", key, i, describe(*array->get(i)), describe(range)));
-          return {};
         }
-        values.push_back(*value);
       }
+      if (values.size() < count) return {};
       return values;
     }
   }
@@ -306,16 +310,19 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) {
   std::vector<TomlTable> out;
   const std::string path = child_path(key);
   if (!has(key)) return out;
-  const auto* array = as_table(node_).get(key)->as_array();
-  const bool all = array && std::all_of(array->begin(), array->end(), [](const auto& item) { return item.is_table(); });
-  if (!all) {
-    wrong(key, fmt::format("tables, each under a line [[{}]]", path), Need::optional);
-    return out;
-  }
-  for (const toml::node& item : *array) {
-    state_->used[item.as_table()];
+  const auto add = [&](const toml::table& item) {
+    state_->used[&item];
     const std::string number = fmt::format("{} {}", key, out.size() + 1);
-    out.push_back({state_, item.as_table(), path, title_.empty() ? number : title_ + ": " + number});
+    out.push_back({state_, &item, path, title_.empty() ? number : title_ + ": " + number});
+  };
+  const toml::node& node = *as_table(node_).get(key);
+  const auto* array = node.as_array();
+  const bool all = array && std::all_of(array->begin(), array->end(), [](const auto& item) { return item.is_table(); });
+  if (!all) wrong(key, fmt::format("tables, each under a line [[{}]]", path), Need::optional);
+  // what tables there are is read all the same: their faults are to be heard of, too
+  if (const auto* table = node.as_table()) add(*table);
+  for (std::size_t i = 0; array && i < array->size(); ++i) {
+    if (const auto* table = array->get(i)->as_table()) add(*table);
   }
   return out;
 }
@@ -351,8 +358,11 @@ void TomlFile::finish() {
   if (state_->faults.empty()) return;
   std::stable_sort(state_->faults.begin(), state_->faults.end(),
                    [](const auto& a, const auto& b) { return a.line < b.line; });
+  // a table that is read twice is wrong once
+  std::set<std::pair<std::size_t, std::string>> told;
   std::vector<std::string> texts;
   for (const auto& [line, text] : state_->faults) {
+    if (!told.emplace(line, text).second) continue;
     texts.push_back(line > 0 ? fmt::format("{}:{}: {}", state_->path, line, text)
                              : fmt::format("{}: {}", state_->path, text));
   }

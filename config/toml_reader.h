@@ -32,6 +32,9 @@ struct Range {
 inline Range positive(const char* unit) { return {unit, 0, std::numeric_limits<double>::infinity(), true}; }
 inline Range not_negative(const char* unit) { return {unit, 0, std::numeric_limits<double>::infinity(), false}; }
 
+// Whether a number is finite and within the range.
+bool is_in(double value, const Range& range);
+
 // "a number in m from 1 to 2"
 std::string describe(const Range& range);
 

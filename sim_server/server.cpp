@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/error.h"
+#include "config/parameters.h"
 #include "idl/clock.h"
 #include "sim_server/bus_links.h"
 #include "sim_server/device_tracker.h"
@@ -25,7 +26,6 @@ using State = ServerState;
 
 constexpr int kCommandsAStep = 16;  // so that no flood of them keeps the simulation, or the end, waiting
 constexpr int kMostSingleSteps = 1000;
-constexpr double kMostFramesHz = 1000;
 
 // Real-time factor over the last second or so of running.
 class Pace {
@@ -220,12 +220,7 @@ class Server {
         throw ConfigError("stream.scalar is '" + value + "'; expected none, speed, density, pressure or temperature");
       frames_.set_scalar(*field);
     } else if (name == "stream.particle_rate_hz") {
-      char* end = nullptr;
-      const double rate = std::strtod(value.c_str(), &end);
-      if (value.empty() || *end != '\0' || !(rate >= 0 && rate <= kMostFramesHz))
-        throw ConfigError(
-            fmt::format("stream.particle_rate_hz is '{}'; expected 0 (no particles) to {:g} Hz", value, kMostFramesHz));
-      frames_.set_rate(rate);
+      frames_.set_rate(parse_parameter(parameter_row(name), name, value).at(0));
     } else {
       simulation_.set_parameter(name, value);
       return name + " is " + value + "; " + simulation_.numerics();
@@ -236,7 +231,8 @@ class Server {
   // Returns a line for each parameter, or for the one of that name.
   std::string list_parameters(const std::string& name) const {
     std::vector<Parameter> all = parameters_of(simulation_.scene().config);
-    Parameter rate{"stream.particle_rate_hz", fmt::format("{:g}", frames_.rate()), "Hz", 0, kMostFramesHz};
+    const Range& rates = parameter_row("stream.particle_rate_hz").range;
+    Parameter rate{"stream.particle_rate_hz", fmt::format("{:g}", frames_.rate()), rates.unit, rates.min, rates.max};
     all.push_back(rate);
     std::string text;
     for (const Parameter& p : all)

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 
+#include "config/csv_file.h"
 #include "config/error.h"
 #include "config/number_between.h"
 #include "config/version.h"
@@ -40,7 +41,9 @@ void declare(CLI::App& app, Arguments& a) {
 }
 
 int run(Arguments& a) {
-  if (!a.path.empty()) a.run.path = palp::read_path(a.path);
+  if (!a.path.empty()) a.run.path = palp::read_pose_path(a.path);
+  a.scene.scene = palp::find_scene_file(a.scene.scene);
+  palp::make_folder(a.run.out);  // before the scene is sampled, which may take long
   const auto simulation = palp::open_simulation(a.scene);
   // until here, which may take long, a signal simply ends the process
   std::signal(SIGINT, on_signal);
@@ -49,7 +52,7 @@ int run(Arguments& a) {
   if (a.scene.particles) fmt::print(stderr, "{}\n", palp::particle_choice(scene, *a.scene.particles));
   fmt::print(stderr, "{}: {} particles, {}; {}\n", scene.config.name, scene.position.size(), simulation->backend_name(),
              simulation->numerics());
-  a.run.progress = isatty(STDERR_FILENO) != 0;
+  a.run.progress = isatty(STDERR_FILENO) != 0 ? palp::ProgressOn::terminal : palp::ProgressOn::log;
   a.run.stop = &g_stop;
   const palp::RunResult result = palp::run_scene(*simulation, a.run);
   fmt::print(stderr, "{} steps, {:g} s simulated in {:.2f} s; results in {}\n", result.steps, result.time,

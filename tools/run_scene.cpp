@@ -106,27 +106,38 @@ class ProxyFile {
   CsvFile file_;
 };
 
+// How far the run has come and how long it will still take, on stderr.
 class Progress {
  public:
-  Progress(bool wanted, double duration, std::size_t particles)
-      : wanted_(wanted), duration_(duration), particles_(static_cast<double>(particles)), start_(Clock::now()) {}
+  Progress(const RunOptions& options, double duration, std::size_t particles)
+      : on_(options.progress),
+        period_(options.progress_period),
+        duration_(duration),
+        particles_(static_cast<double>(particles)),
+        start_(Clock::now()),
+        due_(on_ == ProgressOn::log ? std::min(1.0, period_) : 0) {}
   void show(const StepOutput& output) {
-    if (!wanted_ || seconds_since(shown_) < 0.2) return;
-    shown_ = Clock::now();
-    const double wall = seconds_since(start_), done = output.time / duration_;
-    std::fprintf(stderr, "\r%8.3f of %g s (%3.0f %%), %.2e particle-steps/s, %.0f s left   ", output.time, duration_,
-                 100 * done, static_cast<double>(output.step) * particles_ / wall, wall / done * (1 - done));
+    const double wall = seconds_since(start_);
+    if (on_ == ProgressOn::nothing || wall < due_) return;
+    const bool terminal = on_ == ProgressOn::terminal;
+    due_ = wall + (terminal ? 0.2 : period_);
+    const double done = output.time / duration_;
+    std::fprintf(stderr, "%s%8.3f of %g s (%3.0f %%), %.2e particle-steps/s, %.0f s left%s", terminal ? "\r" : "",
+                 output.time, duration_, 100 * done, static_cast<double>(output.step) * particles_ / wall,
+                 wall / done * (1 - done), terminal ? "   " : "\n");
     std::fflush(stderr);
-    any_ = true;
+    any_ = terminal;
   }
   ~Progress() {
     if (any_) std::fprintf(stderr, "\n");
   }
 
  private:
-  bool wanted_, any_ = false;
-  double duration_, particles_;
-  Clock::time_point start_, shown_{};
+  ProgressOn on_;
+  bool any_ = false;
+  double period_, duration_, particles_;
+  Clock::time_point start_;
+  double due_;  // [s] since the start
 };
 
 Json json_of(const Simulation& simulation, const RunResult& result, const Health& health) {
@@ -182,7 +193,7 @@ RunResult run_scene(Simulation& simulation, const RunOptions& options) {
   if (options.snapshots_hz > 0) snapshots.emplace(scene, options.out);
   std::optional<ProxyFile> proxy;
   if (driven) proxy.emplace(options.out);
-  Progress progress(options.progress, duration, scene.position.size());
+  Progress progress(options, duration, scene.position.size());
   Snapshot snapshot;
   const auto record = [&](const StepOutput& output) {
     const bool particles_due = snapshots && rate_due(output.step, options.snapshots_hz, rate);

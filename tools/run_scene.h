@@ -8,30 +8,25 @@
 #include <string>
 #include <vector>
 
+#include "config/pose_path.h"
 #include "sim_server/solver/simulation.h"
 
 namespace palp {
 
-// A pose of the device's handle at a time.
-struct PathPoint {
-  double time = 0;  // [s]
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-};
-
-// CSV with the header time,x,y,z,qx,qy,qz,qw and times that increase. Throws ConfigError with file:line.
-std::vector<PathPoint> read_path(const std::string& file);
-
 // The device at `time`: straight between two points and turning evenly, with the twist of that motion. Not engaged
 // before the first point; at rest after the last.
-DeviceInput device_on_path(const std::vector<PathPoint>& path, double time, const CouplingGains& gains);
+DeviceInput device_on_path(const std::vector<PathPose>& path, double time, const CouplingGains& gains);
+
+// Where progress is shown: a terminal has one line that is rewritten, a log gets a line from time to time.
+enum class ProgressOn { nothing, terminal, log };
 
 struct RunOptions {
-  std::string out;                         // folder for all files
-  std::optional<double> duration;          // [s] of simulated time; else the scene's
-  double snapshots_hz = 0;                 // particle files per simulated second; 0: none
-  std::vector<PathPoint> path;             // drives device 0
-  bool progress = false;                   // a line on stderr, rewritten as it runs
+  std::string out;                 // folder for all files
+  std::optional<double> duration;  // [s] of simulated time; else the scene's
+  double snapshots_hz = 0;         // particle files per simulated second; 0: none
+  std::vector<PathPose> path;      // drives device 0
+  ProgressOn progress = ProgressOn::nothing;
+  double progress_period = 10;             // [s] between lines of progress in a log, but the first, which comes sooner
   const std::atomic<int>* stop = nullptr;  // not zero: the signal that asks to stop
 };
 

@@ -1,43 +1,23 @@
 #include "haptic_bridge/device/replay.h"
 
-#include <charconv>
-#include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 #include "config/error.h"
-#include "config/text_file.h"
+#include "config/pose_path.h"
 #include "haptic_bridge/loop/filters.h"
 
 namespace palp {
 
 namespace {
 
-constexpr const char* kHeader = "time,x,y,z,qx,qy,qz,qw";
-constexpr std::size_t kMaxLines = 10'000'000;
-constexpr std::size_t kMaxBytes = std::size_t{1} << 31;
-
-// The eight numbers of a line; a fault is thrown as ConfigError.
-std::array<double, 8> parse_line(const std::string& line, const std::string& where) {
-  std::array<double, 8> values{};
-  const char* at = line.data();
-  const char* const end = at + line.size();
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const auto [stop, error] = std::from_chars(at, end, values[i]);
-    const bool last = i + 1 == values.size();
-    if (error != std::errc() || (last ? stop != end : (stop == end || *stop != ',')))
-      throw ConfigError(where + ": column " + std::to_string(i + 1) +
-                        " is not a number, or the line has not exactly 8 "
-                        "columns (" +
-                        kHeader + ")");
-    if (!std::isfinite(values[i])) throw ConfigError(where + ": column " + std::to_string(i + 1) + " is not finite");
-    at = stop + 1;
-  }
-  return values;
-}
-
 Trajectory make_path(const std::string& file, bool loop) {
-  std::vector<Keyframe> path = read_pose_path(file);
+  std::vector<Keyframe> path;
+  for (const PathPose& pose : read_pose_path(file)) {
+    if (!path.empty() && rotation_between(path.back().q, pose.orientation).norm() >= kMaxCouplingAngle)
+      throw ConfigError(file + ":" + std::to_string(pose.line) +
+                        ": it turns by more than 143 degrees from the row before");
+    path.push_back({pose.time, pose.position, pose.orientation});
+  }
   try {
     return Trajectory(std::move(path), Interpolation::catmull_rom, loop);
   } catch (const std::invalid_argument& e) {
@@ -46,34 +26,6 @@ Trajectory make_path(const std::string& file, bool loop) {
 }
 
 }  // namespace
-
-std::vector<Keyframe> read_pose_path(const std::string& file) {
-  std::istringstream in(read_text_file(file, kMaxBytes));
-  std::vector<Keyframe> path;
-  std::string line;
-  for (std::size_t number = 1; std::getline(in, line); ++number) {
-    const std::string where = file + ":" + std::to_string(number);
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (number == 1) {
-      if (line != kHeader)
-        throw ConfigError(where + ": the first line must be \"" + kHeader + "\" (s, m, unit quaternion)");
-      continue;
-    }
-    if (number > kMaxLines) throw ConfigError(where + ": more than ten million lines");
-    const auto c = parse_line(line, where);
-    const Keyframe k{c[0], {c[1], c[2], c[3]}, {c[7], c[4], c[5], c[6]}};
-    if (!is_unit(k.q)) throw ConfigError(where + ": the quaternion's length must be 1 within 0.001");
-    if (!path.empty() && k.time <= path.back().time)
-      throw ConfigError(where + ": the time must be later than that of the line before");
-    if (!path.empty() && rotation_between(path.back().q, k.q.normalized()).norm() >= kMaxCouplingAngle)
-      throw ConfigError(where + ": it turns by more than 143 degrees from the line before");
-    path.push_back(k);
-    path.back().q.normalize();
-  }
-  if (path.empty())
-    throw ConfigError(file + ": no poses; expected the line \"" + std::string(kHeader) + "\" and then poses");
-  return path;
-}
 
 ReplayDevice::ReplayDevice(const std::string& file, bool loop)
     : path_(make_path(file, loop)), info_{"replay of " + file, 1e9, 1e9, false} {}

@@ -10,14 +10,11 @@
 
 namespace palp {
 
-// Reads a CSV file of poses: first line "time,x,y,z,qx,qy,qz,qw", then one pose a line; seconds, metres, world frame,
-// unit quaternion within 1e-3; times strictly increasing; at most ten million lines. Throws ConfigError with file:line.
-std::vector<Keyframe> read_pose_path(const std::string& file);
-
 class ReplayDevice final : public HapticDevice {
  public:
-  // The path begins at the first read and is joined by a smooth curve; then it holds its last pose, or (loop) begins
-  // again, for which it must end where it began. Throws ConfigError naming the file.
+  // A pose path (config/pose_path.h) that turns by less than 143 degrees from pose to pose. It begins at the first read
+  // and is joined by a smooth curve; then it holds its last pose, or (loop) begins again, for which it must end where
+  // it began. Throws ConfigError naming the file.
   ReplayDevice(const std::string& file, bool loop);
 
   const DeviceInfo& info() const noexcept override { return info_; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cstring>
 #include <filesystem>
 #include <optional>
@@ -150,9 +151,18 @@ SurfaceMesh read_text_stl(std::string_view text, const std::string& path) {
   return mesh;
 }
 
+// Some programs begin binary files with "solid", too. Text has no control characters but blanks and ends of lines, and
+// the numbers of a binary file have some soon: the count of its triangles does unless there are millions of them.
+bool is_text_stl(std::string_view bytes) {
+  if (bytes.size() >= 84 && bytes.size() == 84 + std::uint64_t{take<std::uint32_t>(bytes, 80)} * 50) return false;
+  const std::string_view beginning = bytes.substr(0, 1000);
+  return bytes.substr(0, 5) == "solid" && std::none_of(beginning.begin(), beginning.end(), [](char c) {
+           return static_cast<unsigned char>(c) < 0x20 && !std::isspace(static_cast<unsigned char>(c));
+         });
+}
+
 SurfaceMesh read_stl(std::string_view bytes, const std::string& path) {
-  const bool fits = bytes.size() >= 84 && bytes.size() == 84 + std::uint64_t{take<std::uint32_t>(bytes, 80)} * 50;
-  if (!fits && bytes.substr(0, 5) == "solid") return read_text_stl(bytes, path);
+  if (is_text_stl(bytes)) return read_text_stl(bytes, path);
   if (bytes.size() < 84) throw ConfigError(fmt::format("{}: {} bytes are too few for an STL file", path, bytes.size()));
   return read_binary_stl(bytes, path);
 }

@@ -204,6 +204,7 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles) {
   scene.bounds_max = config.domain_max;
   std::vector<std::string> faults;
   std::vector<std::optional<Solid>> solids;
+  std::size_t sampled = 0;
   double left_out = 0;  // particles of bodies that do not fit
   for (const BodyConfig& from : config.bodies) {
     Body body = start_body(config, from);
@@ -213,6 +214,7 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles) {
       check_temperature(from, particles, scene, faults);
       append(scene, from, std::move(body), particles);
       solids.push_back(std::move(solid));
+      ++sampled;
     } catch (const BodyTooLarge& body_too_large) {
       left_out += body_too_large.needed;
     } catch (const ConfigError& error) {
@@ -221,10 +223,9 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles) {
   }
   if (left_out > 0)
     faults.push_back(too_many(config, left_out + static_cast<double>(scene.position.size()), max_particles));
-  if (!faults.empty()) throw ConfigError(faults);
+  if (sampled < config.bodies.size()) throw ConfigError(faults);  // where the others are cannot be judged without them
   add_proxies(scene);
   check_inside_domain(scene, faults);
-  if (!faults.empty()) throw ConfigError(faults);
   check_apart(scene, solids, faults);
   if (!faults.empty()) throw ConfigError(faults);
   pack_fluids(scene, solids);

@@ -2,73 +2,56 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <optional>
-#include <sstream>
 #include <vector>
 
 #include "config/error.h"
+#include "config/parameters.h"
 
 namespace palp {
 namespace {
 
-std::vector<double> numbers(const std::string& name, const std::string& value, std::size_t count) {
-  std::vector<double> out;
-  std::istringstream in(value);
-  double x = 0;
-  while (in >> x && std::isfinite(x)) out.push_back(x);
-  if (out.size() != count || !in.eof())
-    throw ConfigError(fmt::format("parameter {} is '{}'; expected {} finite number{} separated by blanks", name, value,
-                                  count, count == 1 ? "" : "s"));
-  return out;
-}
-
-// A parameter, where it lies in a configuration, and what it may be.
-struct Row {
+// A parameter and where it lies in a configuration.
+struct Place {
   std::string name;
-  const char* unit;
-  double low, high;
+  const ParameterRow* row;
   double* number = nullptr;  // one of the three
   std::optional<double>* setting = nullptr;
   Eigen::Vector3d* vector = nullptr;
 };
 
-std::vector<Row> rows_of(SceneConfig& c) {
-  constexpr double kMostAcceleration = 1000, kMostViscosity = 1e5;
-  std::vector<Row> rows{
-      {"gravity", "m/s^2", 0, kMostAcceleration, nullptr, nullptr, &c.gravity},
-      {"body_force", "m/s^2", 0, kMostAcceleration, nullptr, nullptr, &c.body_force},
-      {"numerics.artificial_viscosity", "", 0, 1, nullptr, &c.numerics.artificial_viscosity},
-      {"numerics.density_diffusion", "", 0, 0.5, nullptr, &c.numerics.density_diffusion},
+std::vector<Place> places_in(SceneConfig& c) {
+  const auto row = [](const char* key) { return &parameter_row(key); };
+  std::vector<Place> places{
+      {"gravity", row("gravity"), nullptr, nullptr, &c.gravity},
+      {"body_force", row("body_force"), nullptr, nullptr, &c.body_force},
+      {"numerics.artificial_viscosity", row("numerics.artificial_viscosity"), nullptr,
+       &c.numerics.artificial_viscosity},
+      {"numerics.density_diffusion", row("numerics.density_diffusion"), nullptr, &c.numerics.density_diffusion},
   };
   for (MaterialConfig& material : c.materials)
-    rows.push_back({"material." + material.name + ".viscosity", "Pa s", 0, kMostViscosity, &material.viscosity});
-  return rows;
+    places.push_back({"material." + material.name + ".viscosity", row("material.viscosity"), &material.viscosity});
+  return places;
 }
 
-void set(const Row& row, const std::string& value) {
-  const std::vector<double> x = numbers(row.name, value, row.vector ? 3 : 1);
-  const double size = row.vector ? std::hypot(x[0], x[1], x[2]) : x[0];
-  if (size < row.low || size > row.high)
-    throw ConfigError(fmt::format("parameter {} is {}; expected {}{:g}{}{}", row.name, value,
-                                  row.vector ? "at most " : fmt::format("{:g} to ", row.low), row.high,
-                                  *row.unit ? " " : "", row.unit));
-  if (row.vector) *row.vector = {x[0], x[1], x[2]};
-  if (row.setting) *row.setting = x[0];
-  if (row.number) *row.number = x[0];
+void set(const Place& place, const std::string& value) {
+  const std::vector<double> x = parse_parameter(*place.row, place.name, value);
+  if (place.vector) *place.vector = {x.at(0), x.at(1), x.at(2)};
+  if (place.setting) *place.setting = x.at(0);
+  if (place.number) *place.number = x.at(0);
 }
 
-std::string text_of(const Row& row) {
-  if (row.vector) return fmt::format("{:g} {:g} {:g}", row.vector->x(), row.vector->y(), row.vector->z());
-  if (row.setting) return *row.setting ? fmt::format("{:g}", **row.setting) : "";
-  return fmt::format("{:g}", *row.number);
+std::string text_of(const Place& place) {
+  if (place.vector) return fmt::format("{:g} {:g} {:g}", place.vector->x(), place.vector->y(), place.vector->z());
+  if (place.setting) return *place.setting ? fmt::format("{:g}", **place.setting) : "";
+  return fmt::format("{:g}", *place.number);
 }
 
 }  // namespace
 
 void apply_parameter(SceneConfig& config, const std::string& name, const std::string& value) {
-  for (const Row& row : rows_of(config))
-    if (row.name == name) return set(row, value);
+  for (const Place& place : places_in(config))
+    if (place.name == name) return set(place, value);
   throw ConfigError(
       fmt::format("there is no parameter '{}'; expected gravity, body_force, material.NAME.viscosity, "
                   "numerics.artificial_viscosity or numerics.density_diffusion",
@@ -78,7 +61,10 @@ void apply_parameter(SceneConfig& config, const std::string& name, const std::st
 std::vector<Parameter> parameters_of(const SceneConfig& config) {
   SceneConfig copy = config;
   std::vector<Parameter> out;
-  for (const Row& row : rows_of(copy)) out.push_back({row.name, text_of(row), row.unit, row.low, row.high});
+  for (const Place& place : places_in(copy)) {
+    const Range& range = place.row->range;
+    out.push_back({place.name, text_of(place), range.unit, range.min, range.max});
+  }
   return out;
 }
 

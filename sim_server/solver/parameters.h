@@ -16,7 +16,7 @@ struct Parameter {
   std::string name;
   std::string value;         // as a scene file would state it; empty: derived from the accuracy level
   std::string unit;          // empty: none
-  double low = 0, high = 0;  // of the number, or of the length of a vector
+  double low = 0, high = 0;  // of each number
 };
 std::vector<Parameter> parameters_of(const SceneConfig& config);
 

@@ -64,12 +64,13 @@ TEST_P(Commands, ParametersAreSetOrRefusedAndQuitEndsTheServer) {
   EXPECT_TRUE(ask(CommandKind::set_parameter, "gravity", "0 0 -5").ok);
   EXPECT_TRUE(ask(CommandKind::set_parameter, "material.oil.viscosity", "0.1").ok);
   EXPECT_TRUE(ask(CommandKind::set_parameter, "stream.scalar", "density").ok);
-  EXPECT_TRUE(refuses(CommandKind::set_parameter, "gravity", "down", "expected 3 finite numbers"));
-  EXPECT_TRUE(refuses(CommandKind::set_parameter, "gravity", "0 0 nan", "expected 3 finite numbers"));
-  EXPECT_TRUE(refuses(CommandKind::set_parameter, "material.oil.viscosity", "-1", "expected 0 to"));
+  EXPECT_TRUE(refuses(CommandKind::set_parameter, "gravity", "down", "expected 3 numbers, each a number in m/s^2"));
+  EXPECT_TRUE(refuses(CommandKind::set_parameter, "gravity", "0 0 nan", "expected 3 numbers, each a number in m/s^2"));
+  EXPECT_TRUE(
+      refuses(CommandKind::set_parameter, "material.oil.viscosity", "-1", "expected a number in Pa s from 0 to"));
   EXPECT_TRUE(refuses(CommandKind::set_parameter, "material.mud.viscosity", "1", "there is no parameter"));
   EXPECT_TRUE(
-      refuses(CommandKind::set_parameter, "stream.particle_rate_hz", "fast", "expected 0 (no particles) to 1000"));
+      refuses(CommandKind::set_parameter, "stream.particle_rate_hz", "fast", "expected a number in Hz from 0 to 1000"));
   EXPECT_TRUE(refuses(CommandKind::set_parameter, "", "", "there is no parameter"));
   // the particles now carry the field that was asked for
   const auto particles = watcher_->bus().reader<ParticleChunk>();

@@ -62,7 +62,8 @@ TEST_P(PalpCtl, TellsWhoIsThereAndGivesCommands) {
   expect({"get"}, 0, "stream.particle_rate_hz = 0 Hz");
   expect({"get"}, 0, "stream.scalar = speed");
   expect({"get"}, 0, "numerics.density_diffusion = as the accuracy level derives it");
-  expect({"set", "material.oil.viscosity", "-1"}, 1, "refused: parameter material.oil.viscosity is -1; expected 0 to");
+  expect({"set", "material.oil.viscosity", "-1"}, 1,
+         "refused: parameter material.oil.viscosity is '-1', expected a number in Pa s from 0");
   expect({"get", "mud"}, 1, "refused: there is no parameter 'mud'");
   expect({"set", "gravity"}, 2, "value is required");
   expect({"fly"}, 2, "");

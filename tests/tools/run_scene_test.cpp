@@ -170,7 +170,7 @@ TEST_F(RunTest, DurationOfTheCommandLineWins) {
 }
 
 TEST_F(RunTest, APathDrivesDeviceZero) {
-  options_.path = read_path(write("time,x,y,z,qx,qy,qz,qw\n0.1,0,0,1,0,0,0,1\n0.3,2,0,1,0,0,1,0\n"));
+  options_.path = read_pose_path(write("time,x,y,z,qx,qy,qz,qw\n0.1,0,0,1,0,0,0,1\n0.3,2,0,1,0,0,1,0\n"));
   run_scene(*simulation_, options_);
   const auto proxy = lines("proxy.csv");
   ASSERT_EQ(proxy.size(), 51u);
@@ -195,8 +195,8 @@ TEST_F(RunTest, AFullDiskIsAnError) {
 }
 
 TEST_F(RunTest, PathsMoveAndTurnEvenly) {
-  const std::vector<PathPoint> path =
-      read_path(write("time,x,y,z,qx,qy,qz,qw\n# comment\n1,0,0,0,0,0,0,1\n\n3,2,4,6,0,0,1,0\n"));
+  const std::vector<PathPose> path =
+      read_pose_path(write("time,x,y,z,qx,qy,qz,qw\n# comment\n1,0,0,0,0,0,0,1\n\n3,2,4,6,0,0,1,0\n"));
   ASSERT_EQ(path.size(), 2u);
   const CouplingGains gains{1, 2, 3, 4};
   EXPECT_FALSE(device_on_path(path, 0.5, gains).engaged);
@@ -215,25 +215,22 @@ TEST_F(RunTest, PathsMoveAndTurnEvenly) {
   EXPECT_EQ(end.state.linear, Eigen::Vector3d(0, 0, 0));
 }
 
-TEST_F(RunTest, BadPathsAreNamedWithTheirLine) {
-  const auto fault = [&](const std::string& text) -> std::string {
-    const std::string name = write(text);
-    try {
-      read_path(name);
-    } catch (const ConfigError& error) {
-      return std::string(error.what()).substr(name.size());
-    }
-    return "";
-  };
-  const std::string head = "time,x,y,z,qx,qy,qz,qw\n";
-  EXPECT_EQ(fault("t,x\n"), ":1: the header is 't,x', expected time,x,y,z,qx,qy,qz,qw");
-  EXPECT_EQ(fault(head), ": no points, expected a header time,x,y,z,qx,qy,qz,qw and rows of numbers");
-  EXPECT_EQ(fault(head + "0,0,0,0,0,0,0\n"), ":2: expected 8 cells: time,x,y,z,qx,qy,qz,qw");
-  EXPECT_EQ(fault(head + "0,0,0,0,0,0,0,1,1\n"), ":2: expected 8 cells: time,x,y,z,qx,qy,qz,qw");
-  EXPECT_EQ(fault(head + "0,0,inf,0,0,0,0,1\n"), ":2: 'inf' is no number from -1e9 to 1e9");
-  EXPECT_EQ(fault(head + "0,0,0,0,0,0,0,2\n"), ":2: the quaternion has length 2, expected 1");
-  EXPECT_EQ(fault(head + "1,0,0,0,0,0,0,1\n1,0,0,0,0,0,0,1\n"),
-            ":3: time is 1, expected more than that of the row before");
+TEST_F(RunTest, ProgressInALogIsLinesThatSayWhatIsLeft) {
+  options_.progress = ProgressOn::log;
+  options_.progress_period = 0;
+  testing::internal::CaptureStderr();
+  run_scene(*simulation_, options_);
+  std::istringstream said(testing::internal::GetCapturedStderr());
+  int lines = 0;
+  for (std::string line; std::getline(said, line); ++lines) {
+    EXPECT_NE(line.find(" s left"), std::string::npos) << line;
+    EXPECT_EQ(line.find('\r'), std::string::npos) << line;
+  }
+  EXPECT_EQ(lines, 50);
+  options_.progress_period = 10;
+  testing::internal::CaptureStderr();
+  run_scene(*simulation_, options_);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");  // it ends before the first is due
 }
 
 }  // namespace

@@ -348,16 +348,15 @@ TEST_F(Replay, PlaysThePathAndHoldsItsEnd) {
 TEST_F(Replay, NamesTheLineOfEachFault) {
   const std::vector<std::pair<std::string, std::string>> cases{
       {"", "no poses"},
-      {"t,x,y,z\n", ":1: the first line must be"},
+      {"t,x,y,z\n", ":1: the header is"},
       {kHead, "no poses"},
-      {kHead + "0,0,0,0,0,0,0\n", ":2: column 7"},
-      {kHead + "0,0,0,0,0,0,0,1,9\n", ":2: column 8"},
-      {kHead + "0,0,0,0,0,0,0,1\n1,a,0,0,0,0,0,1\n", ":3: column 2 is not a number"},
-      {kHead + "0,0,0,nan,0,0,0,1\n", ":2: column 4 is not finite"},
+      {kHead + "0,0,0,0,0,0,0\n", ":2: expected 8 cells"},
+      {kHead + "0,0,0,0,0,0,0,1,9\n", ":2: expected 8 cells"},
+      {kHead + "0,0,0,0,0,0,0,1\n1,a,0,0,0,0,0,1\n", ":3: 'a' is no number"},
+      {kHead + "0,0,0,nan,0,0,0,1\n", ":2: 'nan' is no number"},
       {kHead + "0,0,0,0,0,0,0,0.9\n", ":2: the quaternion"},
-      {kHead + "0,0,0,0,0,0,0,1\n0,0,0,0,0,0,0,1\n", ":3: the time must be later"},
+      {kHead + "0,0,0,0,0,0,0,1\n0,0,0,0,0,0,0,1\n", ":3: time is 0, expected more"},
       {kHead + "0,0,0,0,0,0,0,1\n1,0,0,0,1,0,0,0\n", ":3: it turns by more than 143 degrees"},
-      {kHead + "0,0,0,0,0,0,0,1\n\n", ":3: column 1"},
   };
   for (const auto& [text, expected] : cases) {
     const std::string file = write(text);

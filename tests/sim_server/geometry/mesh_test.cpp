@@ -186,6 +186,22 @@ TEST(Mesh, DamagedFilesAreNamedWithTheirLine) {
   EXPECT_THROW(load_mesh("/nowhere/m.obj", 1), ConfigError);
 }
 
+// Some programs write "solid" at the beginning of binary files, too.
+TEST(Mesh, BinaryStlThatBeginsAsTextIsStillBinary) {
+  for (const char filler : {' ', '\0'}) {
+    std::string bytes = binary_stl(cube());
+    bytes.replace(0, 80, "solid made by a program" + std::string(57, filler));
+    EXPECT_EQ(read_mesh(bytes, "m.stl").triangles.size(), 12u);
+    for (const std::size_t size : {90u, 300u, 500u}) {
+      EXPECT_EQ(read_fault(bytes.substr(0, size), "m.stl"),
+                "m.stl: a binary STL of 12 triangles has 684 bytes, but the file has " + std::to_string(size) +
+                    "; it is cut off or not an STL");
+    }
+  }
+  const std::string fault = read_fault("solid x\n" + std::string(1000, ' ') + "\n\x01\x1b[31m\xff\n", "m.stl");
+  EXPECT_EQ(fault, "m.stl:3: '\\x01\\x1b[31m\\xff' has no meaning in an STL file");
+}
+
 // Any damage: the mesh is read, or refused with a message that names the file.
 TEST(Mesh, FuzzedFilesAreReadOrRefused) {
   const unsigned seed = test::drawn_seed();

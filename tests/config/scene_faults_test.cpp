@@ -1,0 +1,395 @@
+// The faults that the strict scene reader finds: one message for each way to be wrong, and all of them at once.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "tests/config/spoilt_scene.h"
+
+namespace palp {
+namespace {
+
+using test::faults_of;
+using test::kScene;
+using test::replaced;
+
+struct BadRow {
+  const char *from, *to;
+  const char* fault;  // the only fault, without the path
+};
+
+const BadRow kBad[] = {
+    {"density = 1000", "density = -5",
+     "30: material 'water': density is -5, expected a number in kg/m^3 from 1e-06 to 1000000"},
+    {"density = 1000", "density = nan",
+     "30: material 'water': density is nan, expected a number in kg/m^3 from 1e-06 to 1000000"},
+    {"density = 1000", "density = 1e-30", "30: material 'water': density is 1e-30, expected"},
+    {"density = 1000", "density = 0", "30: material 'water': density is 0, expected"},
+    {"density = 1000", "density = inf", "30: material 'water': density is inf, expected"},
+    {"density = 1000", "density = \"heavy\"", "30: material 'water': density is \"heavy\", expected a number"},
+    {"density = 1000", "densty = 1000", "28: material 'water': density is missing, expected a number in kg/m^3"},
+    {"gravity_ramp = 0.5", "gravity_rmap = 0.5",
+     "8: unknown key 'gravity_rmap' in [scene], did you mean 'gravity_ramp'?"},
+    {"safety = 0.4", "frobnicate = 0.4",
+     "24: unknown key 'frobnicate' in [numerics], expected one of: artificial_viscosity,"},
+    {"radius = 0.1", "radius = 0.1\nsize = [1,1,1]", "54: body 'stick': shape 1: size does not apply to a cylinder"},
+    {"angle = -30", "angel = -30", "61: unknown key 'angel' in [body.shape.rotation_deg], did you mean 'angle'?"},
+    {"[stream]", "[streem]", "25: unknown key 'streem', did you mean 'stream'?"},
+    {"gravity = [0, 0, -9.81]", "gravity = [0, -9.81]",
+     "6: [scene]: gravity is an array of 2, expected an array of 3 numbers"},
+    {"gravity = [0, 0, -9.81]", "gravity = [0, 0, inf]", "6: [scene]: gravity[2] is inf, expected a number in m/s^2"},
+    {"gravity = [0, 0, -9.81]", "gravity = 9.81", "6: [scene]: gravity is 9.81, expected an array of 3 numbers"},
+    {"method = \"accurate\"", "method = \"papr\"",
+     "4: [scene]: method is \"papr\", expected one of: paper, accurate; did you mean 'paper'?"},
+    {"method = \"accurate\"", "method = true", "4: [scene]: method is true, expected one of: paper, accurate"},
+    {"rate_hz = 1000", "rate_hz = 0", "9: [scene]: rate_hz is 0, expected a number in Hz from 1 to 1000000"},
+    {"duration = 2", "duration = 0.0", "10: [scene]: duration is 0, expected a number in s above 0"},
+    {"max = [1, 1, 1]", "max = [1, -1, 1]", "13: domain: max is -1 on axis y, expected more than min, which is -1"},
+    {"min = [-1, -1, -1]", "", "11: domain: min is missing, expected an array of 3 numbers"},
+    {"min = [-1, -1, -1]", "min = [0.9, -1, -1]",
+     "14: domain: axis x is periodic and 0.1 m long, expected at least 0.75 m (3 support radii)"},
+    {"max = [1, 1, 1]", "max = [1, 1, 1e6]",
+     "13: domain: axis z is 1e+06 m long, expected at most 100000 m (1e+06 spacings)"},
+    {"max = [1, 1, 1]", "max = [1, 1, -0.95]",
+     "13: domain: axis z is 0.05 m long, expected at least the particle spacing 0.1 m"},
+    {"[true, false, false]", "[true, false]",
+     "14: domain: periodic is an array of 2, expected an array of 3 of true or false"},
+    {"[true, false, false]", "[true, 0, false]",
+     "14: domain: periodic is an array of 3, expected an array of 3 of true or false"},
+    {"spacing = {fast = 0.1, balanced = 0.05, accurate = 0.02}", "",
+     "15: numerics: spacing is missing, expected a number in m from 1e-07 to 1000"},
+    {"fast = 0.1, ", "",
+     "16: numerics: [numerics.spacing]: fast is missing, expected a number in m from 1e-07 to 1000"},
+    {"balanced = 0.05", "balanced = 0.5",
+     "16: numerics: [numerics.spacing]: spacing 0.5 of 'balanced' is coarser than 0.1 of 'fast'"},
+    {"{fast = 0.1, balanced = 0.05, accurate = 0.02}", "\"fine\"",
+     "16: numerics: spacing is \"fine\", expected a number in m from 1e-07 to 1000"},
+    {"support_over_spacing = 2.5", "support_over_spacing = 1.5",
+     "17: numerics: support_over_spacing is 1.5, expected a number from 1.8 to 4"},
+    {"sound_speed = 40", "sound_speed = 1", "18: numerics: sound_speed is 1, expected more than max_speed, which is 2"},
+    {"sub_steps = 4", "sub_steps = 2.5", "23: numerics: sub_steps is 2.5, expected a whole number from 1 to 100000"},
+    {"sub_steps = 4", "sub_steps = 0", "23: numerics: sub_steps is 0, expected a whole number"},
+    {"tension = false", "tension = 0", "22: numerics: tension is 0, expected true or false"},
+    {"scalar = \"density\"", "scalar = \"colour\"",
+     "27: stream: scalar is \"colour\", expected one of: none, speed, density, pressure, temperature"},
+    {"color = \"#102030\"", "color = \"red\"",
+     "32: material 'water': color is \"red\", expected a colour as \"#rrggbb\""},
+    {"material = \"water\"", "material = \"watr\"",
+     "36: body 'pool': material 'watr' is not declared, expected the name of a [[material]]; did you mean 'water'?"},
+    {"name = \"stick\"", "name = \"pool\"",
+     "42: body 'pool': name is taken by another body, expected a name of its own"},
+    {"name = \"pool\"", "name = \"po\\tol\"", "34: body 'po\\x09ol': name is \"po\\x09ol\", expected at most 64"},
+    {"type = \"fluid\"", "type = \"liquid\"",
+     "35: body 'pool': type is \"liquid\", expected one of: fluid, rigid, static"},
+    {"temperature = 300", "temperature = -3",
+     "37: body 'pool': temperature is -3, expected a number in K from 0 to 100000"},
+    {"size = [1, 1, 0.5]", "size = [1, 0, 0.5]",
+     "40: body 'pool': shape 1: size[1] is 0, expected a number in m above 0"},
+    {"size = [1, 1, 0.5]", "", "38: body 'pool': shape 1: size is missing, expected an array of 3 numbers"},
+    {"[[body.shape]]                          # 38\ntype = \"box\"\nsize = [1, 1, 0.5]", "",
+     "33: body 'pool': shape is missing, expected at least one shape"},
+    {"[[body.shape]]                          # 38", "[body.shape]",
+     "38: body 'pool': shape is a table, expected tables, each under a line [[body.shape]]"},
+    {"orientation = [0, 0, 0, 1]", "orientation = [0, 0, 0, 0.5]",
+     "55: body 'stick': shape 1: orientation has length 0.5, expected a unit quaternion"},
+    {"rotation_deg = {axis = [1, 0, 0], angle = -30}", "rotation_deg = {axis = [0, 0, 0], angle = -30}",
+     "61: body 'stick': shape 2: [body.shape.rotation_deg]: axis has no length, expected a direction"},
+    {"orientation = [0, 0, 0, 1]", "orientation = [0, 0, 0, 1]\nrotation_deg = {axis = [0, 0, 1], angle = 1}",
+     "56: body 'stick': shape 1: both orientation and rotation_deg are given"},
+    {"file = \"parts/spoon.obj\"", "",
+     "56: body 'stick': shape 2: file is missing, expected a text in quotes, not empty"},
+    {"type = \"mesh\"", "type = \"sphere\"\nradius = 1", "59: body 'stick': shape 2: file does not apply to a sphere"},
+    {"height = 0.5", "height = 0.5\nsubtract = true", "55: body 'stick': shape 1: subtract is true on the first shape"},
+    {"velocity = [1, 0, 0]\nangular_velocity", "velocity = [1, 0]\nangular_velocity",
+     "47: body 'stick': velocity is an array of 2"},
+    {"temperature = 300", "temperature = 300\nangular_velocity = [1, 0, 0]",
+     "38: body 'pool': angular_velocity is given, but only a rigid body has one"},
+    {"device = 1", "device = 8", "64: proxy 1: device is 8, expected a whole number from 0 to 7"},
+    {"body = \"stick\"", "body = \"stik\"",
+     "65: proxy 1: body 'stik' is not declared, expected the name of a [[body]]; did you mean 'stick'?"},
+    {"body = \"stick\"", "body = \"pool\"", "65: proxy 1: body 'pool' is fluid, expected a rigid body"},
+    {"damping = 2,", "damping = -2,",
+     "67: proxy 1: [proxy.coupling_limit]: damping is -2, expected a number in N s/m of at least 0"},
+    {"name = \"front\"", "name = \"column\"", "74: probe 'column': name is taken by another probe"},
+    {"name = \"front\"", "name = \"../front\"",
+     "74: probe '../front': name is \"../front\", expected at most 64 letters, digits, - and _ (it names a file)"},
+    {"count = 3", "count = 1", "71: probe 'column': [probe.line]: count is 1, expected a whole number from 2 to 10000"},
+    {"to = [0, 0, 0.5]", "to = [0, 0, 5]",
+     "71: probe 'column': (0, 0, 2.25) is outside the domain, expected a point inside it"},
+    {"rate_hz = 50", "rate_hz = 5000",
+     "72: probe 'column': rate_hz is 5000, expected at most the scene's rate_hz, which is 1000"},
+    {"point = [0.5, 0, 0]", "",
+     "79: probe 'spot': point is missing, expected a point or a line where to measure the velocity"},
+    {"point = [0.5, 0, 0]", "point = [0.5, 0, 0]\nbody = \"pool\"",
+     "83: probe 'spot': body does not apply to a probe of velocity"},
+    {"body = \"pool\"", "body = \"stick\"",
+     "76: probe 'front': body 'stick' does not deform, expected a fluid or elastic body"},
+    {"quantity = \"front\"", "quantity = \"body\"\n#",
+     "77: probe 'front': body 'pool' is a fluid, expected a rigid or static body"},
+    {"axis = \"y\"", "axis = \"w\"", "77: probe 'front': axis is \"w\", expected one of: x, y, z"},
+    {"density = 1000", "density = 1000\nfriction = -0.1",
+     "31: material 'water': friction is -0.1, expected a number from 0 to 10"},
+    {"density = 1000", "density = 1000\nfriction = 0.2\nkinetic_friction = 0.3",
+     "32: material 'water': kinetic_friction is 0.3, expected at most friction, which is 0.2"},
+    {"density = 1000", "density = 1000\nrestitution = 1.1",
+     "31: material 'water': restitution is 1.1, expected a number from 0 to 1"},
+    {"density = 1000", "density = 1000\nconductivity = -1",
+     "31: material 'water': conductivity is -1, expected a number in W/(m K) from 0 to 1000000"},
+    {"density = 1000", "density = 1000\nconductivity = 1",
+     "31: material 'water': conductivity is given without heat_capacity, expected one in J/(kg K)"},
+    {"density = 1000", "density = 1000\nheat_capacity = 0",
+     "31: material 'water': heat_capacity is 0, expected a number in J/(kg K) above 0"},
+    {"density = 1000", "density = 1000\nheat_capacity = 1\nmelting_temperature = 300",
+     "32: material 'water': melting_temperature is given without latent_heat, expected both or none"},
+    {"density = 1000", "density = 1000\nlatent_heat = 300",
+     "31: material 'water': latent_heat is given without melting_temperature, expected both or none"},
+    {"density = 1000", "density = 1000\nrigid_below = 300",
+     "31: material 'water': rigid_below is given, but the material does not change state; give it a young_modulus, and "
+     "a melting_temperature or a cooking_temperature"},
+    {"density = 1000",
+     "density = 1000\nyoung_modulus = 1e5\nheat_capacity = 1\nmelting_temperature = 300\nlatent_heat = 1\n"
+     "rigid_below = 301",
+     "35: material 'water': rigid_below is 301, expected at most the melting_temperature, which is 300"},
+    {"density = 1000", "density = 1000\nrigid_when_set = true",
+     "31: material 'water': rigid_when_set is true, but nothing sets; give a cooking_temperature in K"},
+    {"density = 1000", "density = 1000\nyield_stress = 100",
+     "31: material 'water': yield_stress is given without young_modulus, expected one in Pa"},
+    {"density = 1000", "density = 1000\ntear_strain = 0.1",
+     "31: material 'water': tear_strain is given without young_modulus, expected one in Pa"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\nhardening = 100",
+     "32: material 'water': hardening is given without yield_stress, expected both or only yield_stress"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\nyield_stress = 0",
+     "32: material 'water': yield_stress is 0, expected a number in Pa above 0"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\npoisson_ratio = 0.5",
+     "32: material 'water': poisson_ratio is 0.5, expected a number from -0.9 to 0.495"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\npoisson_ratio = 0.6",
+     "32: material 'water': poisson_ratio is 0.6, expected a number from -0.9 to 0.495"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\npoisson_ratio = -1",
+     "32: material 'water': poisson_ratio is -1, expected a number from -0.9 to 0.495"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\npoisson_ratio = nan",
+     "32: material 'water': poisson_ratio is nan, expected a number from -0.9 to 0.495"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 0",
+     "31: material 'water': young_modulus is 0, expected a number in Pa from 1e-06 to 1000000000000"},
+    {"density = 1000", "density = 1000\nyoung_modulus = -1e5",
+     "31: material 'water': young_modulus is -100000, expected a number in Pa from 1e-06 to 1000000000000"},
+    {"density = 1000", "density = 1000\nyoung_modulus = nan",
+     "31: material 'water': young_modulus is nan, expected a number in Pa from 1e-06 to 1000000000000"},
+    {"density = 1000", "density = 1000\nyoung_modulus = inf",
+     "31: material 'water': young_modulus is inf, expected a number in Pa from 1e-06 to 1000000000000"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\ndamping = -1",
+     "32: material 'water': damping is -1, expected a number in Pa s from 0 to 1000000000"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\ntear_strain = 0",
+     "32: material 'water': tear_strain is 0, expected a number above 0 and at most 1000"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\ntear_strain = -0.5",
+     "32: material 'water': tear_strain is -0.5, expected a number above 0 and at most 1000"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\nyield_stress = -100",
+     "32: material 'water': yield_stress is -100, expected a number in Pa above 0"},
+    {"density = 1000", "density = 1000\nsurface_tension = -0.07",
+     "31: material 'water': surface_tension is -0.07, expected a number in N/m from 0 to 1000000"},
+    {"density = 1000", "density = 1000\nadhesion = -1",
+     "31: material 'water': adhesion is -1, expected a number in N/m from 0 to 1000000"},
+    {"viscosity = 1e-3", "viscosity = -1", "31: material 'water': viscosity is -1, expected a number in Pa s from 0"},
+    {"density = 1000", "density = 1000\nheat_capacity = 1\nmelting_temperature = -5\nlatent_heat = 1",
+     "32: material 'water': melting_temperature is -5, expected a number in K from 0 to 100000"},
+    {"density = 1000", "density = 1000\nyoung_modulus = 1e5\nheat_capacity = 1\ncooking_temperature = -1",
+     "33: material 'water': cooking_temperature is -1, expected a number in K from 0 to 100000"},
+    {"power = 500", "temperature = -1", "93: heat_zone 'flame': temperature is -1, expected a number in K from 0 to"},
+    {"power = 500", "power = -500", "93: heat_zone 'flame': power is -500, expected a number in W from 0 to"},
+    {"max = [1, 1, 1]", "max = [1, 1, 100001]", "13: domain: axis z is 100002 m long, expected at most 100000 m"},
+    {"min = [-1, -1, -1]                      # 12\nmax = [1, 1, 1]", "min = [-1, -1, 99999]\nmax = [1, 1, 100001]",
+     "13: domain: axis z reaches 100001 m from the origin, expected at most 100000 m (1e+06 spacings)"},
+    {"min = [-1, -1, -1]                      # 12\nmax = [1, 1, 1]", "min = [-1, -100001, -1]\nmax = [1, -99999, 1]",
+     "12: domain: axis y reaches 100001 m from the origin, expected at most 100000 m (1e+06 spacings)"},
+    {"temperature = 310", "hold_temperature = true",
+     "49: body 'stick': hold_temperature is true, but the body has no temperature; give it one"},
+    {"loss_to_air = 10 ", "loss_to_air = -1", "84: heat: loss_to_air is -1, expected a number in W/(m^2 K) from 0"},
+    {"loss_to_air = 10 ", "loss_to_air = 0",
+     "85: heat: air_temperature is given, but loss_to_air is 0; give a coefficient in W/(m^2 K)"},
+    {"air_temperature = 290", "air_temperature = -1",
+     "85: heat: air_temperature is -1, expected a number in K from 0 to 100000"},
+    {"power = 500", "", "87: heat_zone 'flame': neither power nor temperature is given, expected one of them"},
+    {"power = 500", "power = 500\ntemperature = 400",
+     "93: heat_zone 'flame': both power and temperature are given, expected one of them"},
+    {"end = 2\n", "end = 0.5\n", "95: heat_zone 'flame': end is 0.5, expected more than start, which is 1"},
+    {"body = \"stick\"\nposition = [0, 0, -0.2]", "body = \"pool\"\nposition = [0, 0, -0.2]",
+     "89: heat_zone 'flame': body 'pool' has no frame to move with, expected a rigid or static body"},
+    {"size = [0.1, 0.2, 0.3]", "", "87: heat_zone 'flame': size is missing, expected an array of 3 numbers"},
+    {"[scene]\n", "[scene\n", "1: not valid TOML"},
+    {"rate_hz = 1000", "rate_hz = 1000\nrate_hz = 1000", "10: not valid TOML"},
+    {"duration = 2", "duration =", "10: not valid TOML"},
+};
+
+TEST(SceneFaults, EachFaultHasItsMessageAndLine) {
+  for (const BadRow& row : kBad) {
+    const std::vector<std::string> faults = faults_of(replaced(kScene, row.from, row.to));
+    ASSERT_FALSE(faults.empty()) << row.to;
+    const std::string expected = std::string("a/all.toml:") + row.fault;
+    const bool found = std::any_of(faults.begin(), faults.end(),
+                                   [&](const std::string& fault) { return fault.rfind(expected, 0) == 0; });
+    std::string all;
+    for (const std::string& fault : faults) all.append(fault).append("\n");
+    EXPECT_TRUE(found) << "expected " << expected << "\ngot\n" << all;
+    EXPECT_LE(faults.size(), 3u) << all;
+  }
+}
+
+TEST(SceneFaults, ReportsAllFaultsInOrderOfLines) {
+  std::string text = replaced(kScene, "density = 1000", "density = -5");
+  text = replaced(text, "rate_hz = 1000", "rate_hz = \"fast\"");
+  text = replaced(text, "safety = 0.4", "safty = 0.4");
+  text = replaced(text, "body = \"stick\"", "body = \"stock\"");
+  const std::vector<std::string> faults = faults_of(text);
+  ASSERT_EQ(faults.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const char* lines[] = {"9", "24", "30", "65"};
+    EXPECT_EQ(faults[i].rfind(std::string("a/all.toml:") + lines[i] + ":", 0), 0u) << faults[i];
+  }
+}
+
+// A fault of every kind that does not hide another, in every table. Behind #! stands what is to be said of the line.
+const char* const kManyFaults = R"([scene]
+name = ""                                #! name is "", expected a text
+method = "exact"                         #! method is "exact"
+accuracy = 3                             #! accuracy is 3
+gravity = [1e10, nan, "down"]            #! gravity[0] is 10000000000 #! gravity[1] is nan #! gravity[2] is "down"
+body_force = [0, 0]                      #! body_force is an array of 2
+gravity_ramp = -1                        #! gravity_ramp is -1
+rate_hz = 0                              #! rate_hz is 0
+duration = inf                           #! duration is inf
+colour = 1                               #! unknown key 'colour' in [scene]
+[domain]
+min = [0, 0, 0]
+max = [1, -1, 1]                         #! max is -1 on axis y
+periodic = [true, true]                  #! periodic is an array of 2
+[numerics]
+spacing = -1                             #! spacing is -1
+support_over_spacing = 9                 #! support_over_spacing is 9
+sound_speed = 1                          #! expected more than max_speed, which is 2
+max_speed = 2
+artificial_viscosity = 2                 #! artificial_viscosity is 2
+density_diffusion = 2                    #! density_diffusion is 2
+viscosity = "thick"                      #! viscosity is "thick"
+elastic_solver = "none"                  #! elastic_solver is "none"
+tension = 1                              #! tension is 1
+sub_steps = 0                            #! sub_steps is 0
+safety = 2                               #! safety is 2
+[stream]
+particle_rate_hz = 1e9                   #! particle_rate_hz is 1000000000
+scalar = "smell"                         #! scalar is "smell"
+[[material]]                             #! material 'mud': density is missing
+name = "mud"
+viscosity = -1                           #! viscosity is -1
+friction = -1                            #! friction is -1
+kinetic_friction = 20                    #! kinetic_friction is 20
+restitution = 2                          #! restitution is 2
+hardening = 1                            #! hardening is given without yield_stress
+tear_strain = 1                          #! tear_strain is given without young_modulus
+conductivity = 1                         #! conductivity is given without heat_capacity
+melting_temperature = 1                  #! without latent_heat #! without heat_capacity
+cooking_time = 1                         #! without cooking_temperature
+rigid_when_set = true                    #! rigid_when_set is true, but nothing sets
+color = "brown"                          #! color is "brown"
+[[material]]                             #! density is missing
+name = "mud"                             #! name is taken
+[[body]]                                 #! type is missing
+name = "a/b"                             #! name is "a/b"
+material = "mod"                         #! material 'mod' is not declared
+position = [0, 1e99, 1e99]               #! position[1] is #! position[2] is
+orientation = [0, 0, 0, 0.5]             #! orientation has length 0.5
+bonded_to = "nobody"                     #! 'nobody' in bonded_to
+temperature = -1                         #! temperature is -1
+hold_temperature = true
+[[body.shape]]
+type = "blob"                            #! type is "blob"
+size = [1, 0, -1]                        #! size[1] is 0 #! size[2] is -1
+radius = -1                              #! radius is -1
+height = 0                               #! height is 0
+scale = 0                                #! scale is 0
+[[body.shape]]                           #! radius is missing
+type = "sphere"
+height = 1                               #! height does not apply to a sphere
+rotation_deg = {axis = [0, 0, 0], angle = 400, turn = 1}  #! axis has no length #! angle is 400 #! unknown key 'turn'
+[[body]]                                 #! name is missing #! material is missing
+type = "elastic"
+angular_velocity = [0, 0, 1]             #! only a rigid body has one
+[body.shape]                             #! expected tables, each under a line [[body.shape]]
+type = "sphere"
+radius = -2                              #! radius is -2
+[[proxy]]                                #! body is missing
+device = 9                               #! device is 9
+hand = 1                                 #! hand is 1
+handle = 1                               #! handle is 1
+coupling_limit = {stiffness = -1, damping = "no"}  #! stiffness is -1 #! damping is "no"
+[heat]
+loss_to_air = -1                         #! loss_to_air is -1
+rate_hz = 0                              #! rate_hz is 0
+[[heat_zone]]                            #! neither power nor temperature #! position is missing
+name = "fire"
+body = "stove"                           #! body 'stove' is not declared
+size = [0, 0, 1]                         #! size[0] is 0 #! size[1] is 0
+start = 2
+end = 1                                  #! end is 1, expected more than start
+[[probe]]
+name = "where?"                          #! expected at most 64 letters
+quantity = "taste"                       #! quantity is "taste"
+point = [2, 0, 0]                        #! (2, 0, 0) is outside the domain
+body = "nobody"                          #! body 'nobody' is not declared
+axis = "w"                               #! axis is "w"
+side = "left"                            #! side is "left"
+rate_hz = -1                             #! rate_hz is -1
+[[probe]]
+name = "line"
+quantity = "energy"
+line = {from = [0, 0, 0], to = 1, count = 1}  #! line does not apply #! to is 1 #! count is 1
+body = "nobody"                          #! body 'nobody' is not declared
+)";
+
+TEST(SceneFaults, NoFaultHidesAnother) {
+  std::vector<std::string> faults = faults_of(kManyFaults);
+  std::istringstream lines(kManyFaults);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    for (std::size_t at = line.find("#! "); at != std::string::npos;) {
+      const std::size_t next = line.find("#! ", at + 1);
+      std::string expected = line.substr(at + 3, next == std::string::npos ? next : next - at - 4);
+      expected.erase(expected.find_last_not_of(' ') + 1);
+      const std::string where = "a/all.toml:" + std::to_string(number) + ": ";
+      const auto found = std::find_if(faults.begin(), faults.end(), [&](const std::string& fault) {
+        return fault.rfind(where, 0) == 0 && fault.find(expected) != std::string::npos;
+      });
+      EXPECT_NE(found, faults.end()) << where << expected;
+      if (found != faults.end()) faults.erase(found);
+      at = next;
+    }
+  }
+  for (const std::string& fault : faults) ADD_FAILURE() << "said without a reason: " << fault;
+}
+
+TEST(SceneFaults, MessagesArePrintable) {
+  const std::string bell = "name = \"po\\u0007\\u001b[31mol\"";
+  const std::vector<std::string> faults = faults_of(replaced(kScene, "name = \"pool\"", bell));
+  ASSERT_FALSE(faults.empty());
+  EXPECT_NE(faults[0].find("po\\x07\\x1b[31mol"), std::string::npos) << faults[0];
+  EXPECT_EQ(printable("a\xff\xc3\xa9\xc3"), "a\\xff\xc3\xa9\\xc3");
+  EXPECT_EQ(printable("\xc2\x80\n"), "\\xc2\\x80\\x0a");
+}
+
+TEST(SceneFaults, EmptyFileNamesWhatIsMissing) {
+  const std::vector<std::string> faults = faults_of("");
+  EXPECT_EQ(faults.size(), 4u);  // scene, domain, spacing, body
+}
+
+TEST(SceneFaults, TwoProxiesMayNotShareDeviceOrBody) {
+  const std::vector<std::string> faults = faults_of(kScene + "[[proxy]]\ndevice = 1\nbody = \"stick\"\n");
+  ASSERT_EQ(faults.size(), 2u);
+  EXPECT_NE(faults[0].find("device 1 already drives body 'stick'"), std::string::npos);
+  EXPECT_NE(faults[1].find("body 'stick' is already the proxy of device 1"), std::string::npos);
+}
+
+TEST(SceneFaults, MissingFileAndFolder) {
+  EXPECT_THROW(load_scene("/nowhere/scene.toml"), ConfigError);
+  EXPECT_THROW(load_scene(PALP_SOURCE_DIR "/config"), ConfigError);
+}
+
+}  // namespace
+}  // namespace palp
