@@ -4,10 +4,7 @@
 
 namespace palp {
 
-PALP_ONE_FLUID_STAGES(extern)
-PALP_MANY_FLUIDS_STAGES(extern)
-PALP_CHANGE_STAGES(extern)
-PALP_SOLID_STAGES(extern)
+PALP_FLUID_STAGES(extern)
 
 std::string cuda_unavailable() {
   int devices = 0;

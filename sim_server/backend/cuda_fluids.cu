@@ -2,6 +2,6 @@
 
 namespace palp {
 
-PALP_SOLID_STAGES()
+PALP_FLUID_STAGES()
 
 }  // namespace palp
