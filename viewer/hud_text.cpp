@@ -75,6 +75,7 @@ std::string hud_banner(const HudData& d) {
     return fmt::format("sim_server stopped: {}", d.server_text.empty() ? "fault" : d.server_text);
   }
   if (!d.note.empty()) return d.note;
+  if (d.surfaces_built) return fmt::format("building surfaces: {:.0f} %", std::floor(100 * *d.surfaces_built));
   if (d.paused) return "paused";
   if (d.frame_age && *d.frame_age > 1) return fmt::format("no particles for {}", format_time(*d.frame_age));
   if (!d.frame_age) return "waiting for particles";

@@ -31,7 +31,8 @@ struct HudData {
   double arrow_force = 1;                 // [N] that arrow_length stands for
   double arrow_length = 0.1;              // [m]
   bool paused = false;
-  std::string note;  // what the viewer itself has to say
+  std::optional<double> surfaces_built;  // the share, 0 .. 1, while building them takes long
+  std::string note;                      // what the viewer itself has to say
 };
 
 struct HudRow {

@@ -165,6 +165,7 @@ int run(const ViewerOptions& options) {
     next = std::max(next + period, Clock::now());
     if (!last) std::this_thread::sleep_until(next);
   }
+  if (!session.surfaces_complete()) spdlog::warn("ended before all surfaces of the scene were built");
   const bool whole = recorder.finish();
   const bool captured = !options.png.empty() || !options.video.empty();
   if (session.frames_drawn() == 0) {

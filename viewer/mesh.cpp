@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <exception>
 #include <map>
-#include <tuple>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -35,11 +38,72 @@ struct Surface {
   osg::BoundingBox box;
 };
 
+class Cancelled : public std::exception {};
+
+// Counts the work done into a BuildProgress now and then, and ends the work when nobody wants it any more.
+class WorkMeter {
+ public:
+  explicit WorkMeter(BuildProgress* progress) : progress_(progress) {}
+  ~WorkMeter() { flush(); }
+  WorkMeter(const WorkMeter&) = delete;
+  WorkMeter& operator=(const WorkMeter&) = delete;
+
+  // Throws Cancelled.
+  void count_one() {
+    if (++uncounted_ < 4096) return;
+    flush();
+    if (progress_ != nullptr && progress_->cancelled) throw Cancelled();
+  }
+
+ private:
+  void flush() {
+    if (progress_ != nullptr) progress_->done += uncounted_;
+    uncounted_ = 0;
+  }
+
+  BuildProgress* progress_;
+  std::size_t uncounted_ = 0;
+};
+
+// Numbers the places where vertices are: places in one cell have one number. A table with open addressing, because
+// surfaces may have millions of vertices.
+class PlaceNumbers {
+ public:
+  PlaceNumbers(const osg::BoundingBox& box, std::size_t vertices)
+      : origin_(box._min),
+        cell_(std::max(kWeldShare * box.radius(), 1e-12)),
+        keys_(std::bit_ceil(2 * vertices + 2), kFree),
+        numbers_(keys_.size()) {}
+
+  // Returns the number of the place and whether it is the first vertex there, which then gets `next`.
+  std::pair<unsigned, bool> find_or_add(const osg::Vec3f& place, unsigned next) {
+    const osg::Vec3d from = (osg::Vec3d(place) - origin_) / cell_;
+    // a side of the box has at most two radii, that is 2 / kWeldShare < 2^21 cells
+    const auto cells = [](double x) { return static_cast<std::uint64_t>(std::llround(x)); };
+    const std::uint64_t key = cells(from.x()) | cells(from.y()) << 21 | cells(from.z()) << 42;
+    const std::size_t mask = keys_.size() - 1;
+    std::size_t slot = (key * 0x9e3779b97f4a7c15u >> 20) & mask;
+    while (keys_[slot] != kFree && keys_[slot] != key) slot = (slot + 1) & mask;
+    const bool is_new = keys_[slot] == kFree;
+    if (is_new) {
+      keys_[slot] = key;
+      numbers_[slot] = next;
+    }
+    return {numbers_[slot], is_new};
+  }
+
+ private:
+  static constexpr std::uint64_t kFree = ~std::uint64_t{0};
+  osg::Vec3d origin_;
+  double cell_;  // [m]
+  std::vector<std::uint64_t> keys_;
+  std::vector<unsigned> numbers_;
+};
+
 // Vertices at the same place become one, so that surfaces written as loose triangles are shaded smoothly too.
-Surface weld(const BodyDescription& body) {
-  Surface surface;
+// welded: gets the number in surface.vertices of each vertex, ~0 for one that is not finite.
+void weld_vertices(const BodyDescription& body, Surface& surface, std::vector<unsigned>& welded, WorkMeter& meter) {
   const std::size_t count = body.vertices.size() / 3;
-  std::vector<unsigned> welded(count);
   const auto vertex = [&body](std::size_t i) {
     return osg::Vec3f(body.vertices[3 * i], body.vertices[3 * i + 1], body.vertices[3 * i + 2]);
   };
@@ -47,27 +111,30 @@ Surface weld(const BodyDescription& body) {
   for (std::size_t i = 0; i < count; ++i) {
     if (usable(vertex(i))) surface.box.expandBy(vertex(i));
   }
-  const double cell = std::max(kWeldShare * surface.box.radius(), 1e-12);
-  std::map<std::tuple<long, long, long>, unsigned> seen;
+  welded.assign(count, ~0u);
+  PlaceNumbers places(surface.box, count);
   for (std::size_t i = 0; i < count; ++i) {
+    meter.count_one();
     const osg::Vec3f v = vertex(i);
-    if (!usable(v)) {
-      welded[i] = ~0u;
-      continue;
-    }
-    const osg::Vec3d from = osg::Vec3d(v) - osg::Vec3d(surface.box._min);
-    const auto [at, is_new] =
-        seen.try_emplace({std::lround(from.x() / cell), std::lround(from.y() / cell), std::lround(from.z() / cell)},
-                         static_cast<unsigned>(surface.vertices.size()));
+    if (!usable(v)) continue;
+    const auto [number, is_new] = places.find_or_add(v, static_cast<unsigned>(surface.vertices.size()));
     if (is_new) surface.vertices.push_back(v);
-    welded[i] = at->second;
+    welded[i] = number;
   }
+}
+
+Surface weld(const BodyDescription& body, WorkMeter& meter) {
+  Surface surface;
+  std::vector<unsigned> welded;
+  weld_vertices(body, surface, welded, meter);
+  surface.triangles.reserve(body.triangles.size() / 3);
   for (std::size_t t = 0; t + 2 < body.triangles.size(); t += 3) {
+    meter.count_one();
     Triangle triangle{};
     bool good = true;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t index = body.triangles[t + k];
-      good = good && index < count && welded[index] != ~0u;
+      good = good && index < welded.size() && welded[index] != ~0u;
       if (good) triangle.corner[k] = welded[index];
     }
     const auto& c = triangle.corner;
@@ -95,26 +162,40 @@ bool is_hollow(const Surface& surface) {
   return inside > kHollowShare * all;
 }
 
-class GeometryBuilder {
+// The triangles at each vertex, at most kMostAround of them.
+class TrianglesAround {
  public:
-  explicit GeometryBuilder(const Surface& surface) : surface_(surface), around_(surface.vertices.size()) {
+  explicit TrianglesAround(const Surface& surface) : first_(surface.vertices.size() + 1) {
+    std::vector<std::size_t> count(surface.vertices.size());
+    for (const Triangle& t : surface.triangles) {
+      for (const unsigned v : t.corner) count[v] = std::min(count[v] + 1, kMostAround);
+    }
+    for (std::size_t v = 0; v < count.size(); ++v) first_[v + 1] = first_[v] + count[v];
+    triangles_.resize(first_.back());
+    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
     for (unsigned t = 0; t < surface.triangles.size(); ++t) {
       for (const unsigned v : surface.triangles[t].corner)
-        if (around_[v].size() < kMostAround) around_[v].push_back(t);
+        if (next[v] < first_[v + 1]) triangles_[next[v]++] = t;
     }
   }
+  std::span<const unsigned> of(unsigned vertex) const {
+    return {triangles_.data() + first_[vertex], first_[vertex + 1] - first_[vertex]};
+  }
+
+ private:
+  std::vector<std::size_t> first_;  // by vertex, of triangles_
+  std::vector<unsigned> triangles_;
+};
+
+// Triangles share a drawn vertex where they share place and normal, so that smooth surfaces are small and quick to
+// draw.
+class GeometryBuilder {
+ public:
+  GeometryBuilder(const Surface& surface, const TrianglesAround& around)
+      : surface_(surface), around_(around), newest_(surface.vertices.size(), kNone) {}
 
   void add(const Triangle& t) {
-    for (const unsigned v : t.corner) {
-      osg::Vec3f normal;
-      for (const unsigned other : around_[v]) {
-        const Triangle& o = surface_.triangles[other];
-        if (o.normal * t.normal > kCreaseCosine) normal += o.normal * o.area;
-      }
-      normal.normalize();
-      vertices_->push_back(surface_.vertices[v]);
-      normals_->push_back(normal);
-    }
+    for (const unsigned v : t.corner) indices_->push_back(drawn_vertex(v, normal_at(v, t)));
   }
 
   osg::ref_ptr<osg::Geometry> finish(const osg::Vec4f& color) {
@@ -124,15 +205,43 @@ class GeometryBuilder {
     geometry->setVertexArray(vertices_);
     geometry->setNormalArray(normals_, osg::Array::BIND_PER_VERTEX);
     geometry->setColorArray(array_of<osg::Vec4Array>({color}), osg::Array::BIND_OVERALL);
-    geometry->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices_->size())));
+    geometry->addPrimitiveSet(indices_);
+    geometry->getBoundingBox();  // kept, so that the thread that draws need not compute it
     return geometry;
   }
 
  private:
+  static constexpr unsigned kNone = ~0u;
+  static constexpr int kMostTried = 8;  // a vertex of many normals is drawn more often, but found in constant time
+
+  osg::Vec3f normal_at(unsigned v, const Triangle& t) const {
+    osg::Vec3f normal;
+    for (const unsigned other : around_.of(v)) {
+      const Triangle& o = surface_.triangles[other];
+      if (o.normal * t.normal > kCreaseCosine) normal += o.normal * o.area;
+    }
+    normal.normalize();
+    return normal;
+  }
+
+  unsigned drawn_vertex(unsigned v, const osg::Vec3f& normal) {
+    unsigned at = newest_[v];
+    for (int i = 0; i < kMostTried && at != kNone; ++i, at = older_[at]) {
+      if ((*normals_)[at] == normal) return at;
+    }
+    vertices_->push_back(surface_.vertices[v]);
+    normals_->push_back(normal);
+    older_.push_back(newest_[v]);
+    return newest_[v] = static_cast<unsigned>(older_.size() - 1);
+  }
+
   const Surface& surface_;
-  std::vector<std::vector<unsigned>> around_;
+  const TrianglesAround& around_;
+  std::vector<unsigned> newest_;  // by welded vertex: the drawn vertex that was added last for it
+  std::vector<unsigned> older_;   // by drawn vertex: the one added before it for the same welded vertex
   osg::ref_ptr<osg::Vec3Array> vertices_ = new osg::Vec3Array;
   osg::ref_ptr<osg::Vec3Array> normals_ = new osg::Vec3Array;
+  osg::ref_ptr<osg::DrawElementsUInt> indices_ = new osg::DrawElementsUInt(GL_TRIANGLES);
 };
 
 osg::ref_ptr<osg::Geometry> crease_lines(const Surface& surface) {
@@ -160,19 +269,30 @@ osg::ref_ptr<osg::Geometry> crease_lines(const Surface& surface) {
 
 }  // namespace
 
-BodyMesh build_mesh(const BodyDescription& body) {
-  const Surface surface = weld(body);
-  const bool hollow = body.kind == BodyKind::fixed && is_hollow(surface);
-  GeometryBuilder solid(surface), glass(surface);
-  for (const Triangle& t : surface.triangles) {
-    const bool outside = hollow && !faces_inside(surface, t);
-    (outside ? glass : solid).add(t);
-  }
-  const osg::Vec4f color(body.color[0], body.color[1], body.color[2], 1.0f);
+std::size_t build_work(const BodyDescription& body) {
+  return body.vertices.size() / 3 + 2 * (body.triangles.size() / 3);
+}
+
+BodyMesh build_mesh(const BodyDescription& body, BuildProgress* progress) {
   BodyMesh mesh;
-  mesh.solid = solid.finish(color);
-  mesh.glass = glass.finish(color);
-  if (hollow && surface.triangles.size() <= kMaxEdgeTriangles) mesh.edges = crease_lines(surface);
+  try {
+    WorkMeter meter(progress);
+    const Surface surface = weld(body, meter);
+    const bool hollow = body.kind == BodyKind::fixed && is_hollow(surface);
+    const TrianglesAround around(surface);
+    GeometryBuilder solid(surface, around), glass(surface, around);
+    for (const Triangle& t : surface.triangles) {
+      meter.count_one();
+      const bool outside = hollow && !faces_inside(surface, t);
+      (outside ? glass : solid).add(t);
+    }
+    const osg::Vec4f color(body.color[0], body.color[1], body.color[2], 1.0f);
+    mesh.solid = solid.finish(color);
+    mesh.glass = glass.finish(color);
+    if (hollow && surface.triangles.size() <= kMaxEdgeTriangles) mesh.edges = crease_lines(surface);
+  } catch (const Cancelled&) {
+    return {};
+  }
   return mesh;
 }
 

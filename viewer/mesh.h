@@ -1,6 +1,9 @@
 // Surfaces of bodies as OSG geometry.
 #pragma once
 
+#include <atomic>
+#include <cstddef>
+
 #include <osg/Geometry>
 #include <osg/ref_ptr>
 
@@ -17,7 +20,17 @@ struct BodyMesh {
   osg::ref_ptr<osg::Geometry> edges;  // creases as lines, of hollow bodies
 };
 
-// Triangles with an index out of range, a non-finite vertex or no area are left out.
-BodyMesh build_mesh(const BodyDescription& body);
+// How far a build is, for threads beside the one that builds.
+struct BuildProgress {
+  std::atomic<std::size_t> done = 0;    // steps of build_work()
+  std::atomic<bool> cancelled = false;  // ends the build within milliseconds
+};
+
+// Returns how many steps it takes to build the surface of the body: some 50 ns each.
+std::size_t build_work(const BodyDescription& body);
+
+// Triangles with an index out of range, a non-finite vertex or no area are left out. Any thread. Returns nothing when
+// it is cancelled.
+BodyMesh build_mesh(const BodyDescription& body, BuildProgress* progress = nullptr);
 
 }  // namespace palp

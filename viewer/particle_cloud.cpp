@@ -76,19 +76,18 @@ ParticleCloud::ParticleCloud() : switch_(new osg::Switch), map_(new osg::Texture
 }
 
 void ParticleCloud::set_scene(const SceneDescription& scene) {
-  scene_ = scene;
-  for (BodyDescription& body : scene_.bodies) {
+  bodies_.clear();
+  for (const BodyDescription& body : scene.bodies) {
     const bool surface = !body.vertices.empty() && !body.triangles.empty();
-    body.vertices.clear();
-    body.triangles.assign(surface ? 1 : 0, 0);  // remembers that there is one
+    bodies_.push_back({body.kind, body.first, body.count, body.density, body.color, surface});
   }
   rest_density_ = 0;
-  for (const BodyDescription& body : scene_.bodies) {
+  for (const Body& body : bodies_) {
     if (body.kind != BodyKind::fluid) continue;
     const bool first = rest_density_ == 0;
     rest_density_ = first || rest_density_ == body.density ? body.density : -1;
   }
-  switch_->getStateSet()->getUniform("radius")->set(static_cast<float>(kRadiusOverSpacing * scene_.spacing));
+  switch_->getStateSet()->getUniform("radius")->set(static_cast<float>(kRadiusOverSpacing * scene.spacing));
   steady_ = {};
   clear();
   for (auto& set : sets_) static_cast<osg::Vec4ubArray*>(set->getColorArray())->clear();
@@ -105,8 +104,8 @@ void ParticleCloud::clear() {
 
 void ParticleCloud::choose_runs(std::size_t count) {
   runs_.clear();
-  for (const BodyDescription& body : scene_.bodies) {
-    if (!draw_all_ && !body.triangles.empty()) continue;
+  for (const Body& body : bodies_) {
+    if (!draw_all_ && body.has_surface) continue;
     const std::size_t first = std::min<std::size_t>(body.first, count);
     const std::size_t n = std::min<std::size_t>(body.count, count - first);
     if (n > 0) runs_.emplace_back(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(n));
@@ -114,7 +113,8 @@ void ParticleCloud::choose_runs(std::size_t count) {
 }
 
 void ParticleCloud::choose_colors(const ParticleFrame& frame) {
-  const bool carried = !frame.scalars.empty() && frame.field == wanted_;
+  const bool carried =
+      !frame.scalars.empty() && 3 * frame.scalars.size() == frame.positions.size() && frame.field == wanted_;
   shown_ = carried ? wanted_ : ScalarField::none;
   osg::StateSet* state = switch_->getStateSet();
   state->getUniform("by_scalar")->set(shown_ != ScalarField::none);
@@ -136,7 +136,7 @@ void ParticleCloud::set_frame(const ParticleFrame& frame) {
   const std::size_t count = frame.positions.size() / 3;
   const bool with_scalar = frame.scalars.size() == count;
   choose_runs(count);
-  choose_colors(with_scalar ? frame : ParticleFrame{});
+  choose_colors(frame);
 
   osg::Geometry& set = *sets_[next_];
   auto& vertices = static_cast<osg::Vec4Array&>(*set.getVertexArray());
@@ -149,7 +149,7 @@ void ParticleCloud::set_frame(const ParticleFrame& frame) {
   vertices.dirty();
   if (colors.size() != count) {
     colors.assign(count, osg::Vec4ub(200, 200, 200, 255));
-    for (const BodyDescription& body : scene_.bodies) {
+    for (const Body& body : bodies_) {
       const std::size_t first = std::min<std::size_t>(body.first, count);
       const std::size_t n = std::min<std::size_t>(body.count, count - first);
       std::fill_n(colors.begin() + static_cast<std::ptrdiff_t>(first), n, to_bytes(body.color));

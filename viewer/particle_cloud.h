@@ -42,6 +42,13 @@ class ParticleCloud {
 
  private:
   static constexpr std::size_t kSets = 3;
+  struct Body {  // what counts of a BodyDescription
+    BodyKind kind;
+    std::uint32_t first, count;  // of its particles
+    double density;              // at rest [kg/m^3]
+    std::array<float, 3> color;
+    bool has_surface;
+  };
 
   void choose_colors(const ParticleFrame& frame);
   void choose_runs(std::size_t count);
@@ -50,7 +57,7 @@ class ParticleCloud {
   std::array<osg::ref_ptr<osg::Geometry>, kSets> sets_;
   osg::ref_ptr<osg::Texture1D> map_;
   ColorMapKind map_kind_ = ColorMapKind::sequential;
-  SceneDescription scene_;  // without surfaces
+  std::vector<Body> bodies_;
   bool draw_all_ = false;
   double rest_density_ = 0;
   std::size_t next_ = 0;

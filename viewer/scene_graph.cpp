@@ -9,7 +9,6 @@
 #include <osg/LineWidth>
 
 #include "viewer/arrays.h"
-#include "viewer/mesh.h"
 #include "viewer/shaders.h"
 
 namespace palp {
@@ -138,20 +137,26 @@ void SceneGraph::clear() {
 void SceneGraph::set_scene(const SceneDescription& scene) {
   surfaces_->removeChildren(0, surfaces_->getNumChildren());
   bodies_.clear();
-  for (const BodyDescription& body : scene.bodies) add_body(body);
+  for (const BodyDescription& description : scene.bodies) {
+    PlacedBody body;
+    body.kind = description.kind;
+    body.place = new osg::MatrixTransform;
+    body.place->setNodeMask(description.kind == BodyKind::fixed ? ~0u : 0u);
+    surfaces_->addChild(body.place);
+    bodies_.push_back(body);
+  }
   cloud_.set_scene(scene);
   for (auto& arrow : arrows_) arrow->hide();
   force_scale_ = {};
   seen_frame_ = false;
+  first_frame_.init();
   domain_ = domain_of(scene);
-  update_content(nullptr);
+  update_content();
 }
 
-void SceneGraph::add_body(const BodyDescription& description) {
-  PlacedBody body;
-  body.kind = description.kind;
-  body.place = new osg::MatrixTransform;
-  const BodyMesh mesh = build_mesh(description);
+void SceneGraph::set_surface(std::size_t index, const BodyMesh& mesh) {
+  if (index >= bodies_.size()) return;
+  PlacedBody& body = bodies_[index];
   const auto add = [&](const osg::ref_ptr<osg::Geometry>& part, const osg::ref_ptr<osg::StateSet>& state) {
     if (!part) return;
     part->setStateSet(state);
@@ -161,9 +166,7 @@ void SceneGraph::add_body(const BodyDescription& description) {
   add(mesh.solid, solid_);
   add(mesh.glass, glass_);
   add(mesh.edges, edges_);
-  body.place->setNodeMask(description.kind == BodyKind::fixed ? ~0u : 0u);
-  surfaces_->addChild(body.place);
-  bodies_.push_back(body);
+  update_content();
 }
 
 void SceneGraph::set_draw_all(bool all) {
@@ -182,14 +185,18 @@ void SceneGraph::set_poses(const BodyPoses& poses) {
     body.place->setMatrix(matrix);
     body.place->setNodeMask(~0u);
   }
-  if (moved_fixed && !seen_frame_) update_content(nullptr);
+  if (moved_fixed && !seen_frame_) update_content();
 }
 
 void SceneGraph::set_frame(const ParticleFrame& frame) {
   cloud_.set_frame(frame);
   if (seen_frame_) return;
   seen_frame_ = true;
-  update_content(&frame);
+  for (std::size_t i = 0; i + 2 < frame.positions.size(); i += 3) {
+    const osg::Vec3d p(frame.positions[i], frame.positions[i + 1], frame.positions[i + 2]);
+    if (p.valid() && domain_.contains(p)) first_frame_.expandBy(p);
+  }
+  update_content();
 }
 
 void SceneGraph::set_proxy(const ProxySample& sample) {
@@ -202,15 +209,11 @@ void SceneGraph::set_proxy(const ProxySample& sample) {
   arrows_[sample.device]->set({p[0], p[1], p[2]}, force, arrow_length() * newtons / full, 0.016 * content_.radius());
 }
 
-void SceneGraph::update_content(const ParticleFrame* frame) {
-  osg::BoundingBoxd box;
+void SceneGraph::update_content() {
+  osg::BoundingBoxd box = first_frame_;
   for (const PlacedBody& body : bodies_) {
     if (!body.box.valid() || body.place->getNodeMask() == 0) continue;
     for (unsigned i = 0; i < 8; ++i) box.expandBy(osg::Vec3d(body.box.corner(i)) * body.place->getMatrix());
-  }
-  for (std::size_t i = 0; frame != nullptr && i + 2 < frame->positions.size(); i += 3) {
-    const osg::Vec3d p(frame->positions[i], frame->positions[i + 1], frame->positions[i + 2]);
-    if (p.valid() && domain_.contains(p)) box.expandBy(p);
   }
   const bool usable = box.valid() && std::isfinite(box.radius()) && box.radius() > 0;
   content_ = usable ? box : domain_;

@@ -12,6 +12,7 @@
 
 #include "idl/messages.h"
 #include "viewer/force_arrow.h"
+#include "viewer/mesh.h"
 #include "viewer/particle_cloud.h"
 
 namespace palp {
@@ -32,9 +33,11 @@ class SceneGraph {
   SceneGraph();
   osg::Group* root() { return root_; }
 
-  // Drops all that belongs to the scene before. Fixed bodies stand at their own frame until a pose names them, rigid
-  // ones are hidden until one does.
+  // Drops all that belongs to the scene before. Its surfaces come with set_surface().
   void set_scene(const SceneDescription& scene);
+  // Shows the surface of a body, where the poses so far have put it. Fixed bodies stand at their own frame until a pose
+  // names them, rigid ones are hidden until one does. A body that the scene lacks is passed over.
+  void set_surface(std::size_t body, const BodyMesh& mesh);
   // Nothing to draw: no server yet.
   void clear();
   void set_frame(const ParticleFrame& frame);
@@ -51,7 +54,7 @@ class SceneGraph {
   void set_draw_all(bool all);
 
   const ParticleCloud& cloud() const { return cloud_; }
-  // Of the surfaces and the first frame; the domain's bounds before there is either.
+  // Returns the box around the surfaces and the first frame; the domain's bounds before there is either.
   const osg::BoundingBoxd& content() const { return content_; }
   // The force [N] and length [m] of the longest arrow.
   double arrow_force() const { return force_scale_.full_scale(); }
@@ -64,8 +67,7 @@ class SceneGraph {
     osg::ref_ptr<osg::MatrixTransform> place;
   };
 
-  void add_body(const BodyDescription& description);
-  void update_content(const ParticleFrame* frame);
+  void update_content();
   void place_ground();
 
   osg::ref_ptr<osg::Group> root_;
@@ -77,6 +79,7 @@ class SceneGraph {
   std::array<std::unique_ptr<ForceArrow>, kMaxDevices> arrows_;
   ForceScale force_scale_;
   osg::BoundingBoxd domain_;
+  osg::BoundingBoxd first_frame_;  // the box around its particles; invalid before it comes
   osg::BoundingBoxd content_;
   bool seen_frame_ = false;
 };

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::int64_t kFiguresEveryNs = 250'000'000;  // faster cannot be read
 constexpr std::int64_t kSecondNs = 1'000'000'000;
+constexpr std::int64_t kLongLoadNs = kSecondNs / 2;  // surfaces that take longer are worth a word
 
 bool is_paused(const FeedView& view) {
   for (const auto& proxy : view.proxies) {
@@ -57,21 +58,39 @@ void Session::ask_for_field() {
   if (color_ != ScalarField::none) send_(CommandKind::set_parameter, "stream.scalar", std::string(row_of(color_).name));
 }
 
-void Session::take_scene(const FeedView& view) {
+void Session::take_scene(const FeedView& view, std::int64_t now_ns) {
   scene_ = view.scene;
   frame_ = nullptr;
   poses_ = nullptr;
   frames_at_ns_.clear();
   stage_.scene().set_scene(*scene_);
   stage_.go_home();
-  spdlog::info("scene '{}': {} particles, {} bodies", scene_->name, scene_->particle_count, scene_->bodies.size());
+  surfaces_.start(scene_);
+  surfaces_asked_ns_ = now_ns;
+  surfaces_told_ = false;
+  spdlog::info("scene '{}': {} particles, {} bodies, {} triangles", scene_->name, scene_->particle_count,
+               scene_->bodies.size(), surfaces_.triangles());
   if (chosen_) ask_for_field();
+}
+
+void Session::take_surfaces(std::int64_t now_ns) {
+  if (!surfaces_.busy()) return;
+  for (const LoadedSurface& surface : surfaces_.take()) stage_.scene().set_surface(surface.body, surface.mesh);
+  const std::int64_t since = now_ns - surfaces_asked_ns_;
+  if (!surfaces_.busy()) {
+    stage_.go_home_unless_moved();
+    if (surfaces_told_) spdlog::info("the surfaces are built, after {:.1f} s", 1e-9 * static_cast<double>(since));
+  } else if (!surfaces_told_ && since > kLongLoadNs) {
+    spdlog::info("building surfaces of {} triangles beside the pictures", surfaces_.triangles());
+    surfaces_told_ = true;
+  }
 }
 
 void Session::update(const FeedView& view, std::int64_t now_ns) {
   const bool new_scene = view.scene && view.scene != scene_;
-  if (new_scene) take_scene(view);
+  if (new_scene) take_scene(view, now_ns);
   if (scene_) {
+    take_surfaces(now_ns);
     if (view.poses && view.poses != poses_) {
       poses_ = view.poses;
       stage_.scene().set_poses(*poses_);
@@ -114,6 +133,7 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
     }
   }
   if (!view.two_servers.empty()) d.note = view.two_servers;
+  if (surfaces_told_ && surfaces_.busy()) d.surfaces_built = surfaces_.share_done();
   if (!view.notice.empty()) d.note = view.notice;
   d.force = largest_force(view);
   d.arrow_force = stage_.scene().arrow_force();

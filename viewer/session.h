@@ -11,6 +11,7 @@
 #include "viewer/controls.h"
 #include "viewer/feed_state.h"
 #include "viewer/stage.h"
+#include "viewer/surface_loader.h"
 
 namespace palp {
 
@@ -33,9 +34,11 @@ class Session {
 
   std::uint64_t frames_drawn() const { return frames_drawn_; }  // particle frames handed to the stage
   const HudData& figures() const { return figures_; }
+  bool surfaces_complete() const { return !surfaces_.busy(); }
 
  private:
-  void take_scene(const FeedView& view);
+  void take_scene(const FeedView& view, std::int64_t now_ns);
+  void take_surfaces(std::int64_t now_ns);
   void refresh_figures(const FeedView& view, std::int64_t now_ns);
   void set_color(ScalarField field);
   void ask_for_field();
@@ -49,6 +52,9 @@ class Session {
   bool screenshot_wanted_ = false;
   bool paused_ = false;
   std::shared_ptr<const SceneDescription> scene_;
+  SurfaceLoader surfaces_;
+  std::int64_t surfaces_asked_ns_ = 0;
+  bool surfaces_told_ = false;  // the log has said that it takes long
   std::shared_ptr<const ParticleFrame> frame_;
   std::shared_ptr<const BodyPoses> poses_;
   std::uint64_t frames_drawn_ = 0;

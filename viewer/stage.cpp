@@ -118,6 +118,11 @@ void Stage::go_home() {
   manipulator->setAutoComputeHomePosition(false);
   manipulator->setHomePosition(pose.eye, pose.center, osg::Vec3d(0, 0, 1));
   manipulator->home(0);
+  home_ = manipulator->getMatrix();
+}
+
+void Stage::go_home_unless_moved() {
+  if (viewer_->getCameraManipulator()->getMatrix() == home_) go_home();
 }
 
 void Stage::draw(const std::function<void(Picture&&)>& read) {

@@ -48,6 +48,8 @@ class Stage {
 
   // Points the camera at scene().content() from the front. A camera that the user has moved is moved back.
   void go_home();
+  // Does so unless someone has moved the camera since it was sent home.
+  void go_home_unless_moved();
   // Draws one picture. read, when given, receives it before it is shown.
   void draw(const std::function<void(Picture&&)>& read = nullptr);
   // Where a world point [m] falls, in pixels from the lower left corner of the picture drawn last.
@@ -63,6 +65,7 @@ class Stage {
   osg::ref_ptr<osgViewer::GraphicsWindow> window_;
   osg::ref_ptr<ReadBack> read_back_;
   std::string renderer_;
+  osg::Matrixd home_;  // where the camera was sent
 };
 
 }  // namespace palp

@@ -42,7 +42,7 @@ ParticleFrame frame_of(std::vector<float> positions) {
 }
 
 void set(Stage& stage, const SyntheticScene& s, ScalarField field) {
-  stage.scene().set_scene(s.scene);
+  set_scene(stage, s.scene);
   stage.scene().set_color(field);
   stage.scene().set_poses(s.poses);
   stage.scene().set_frame(s.frame);
@@ -59,7 +59,7 @@ osg::Vec3d eye_of(Stage& stage) {
 TEST(Image, EveryParticleIsWhereItMustBeInItsBodysColor) {
   Stage stage(small_stage());
   stage.hud().set_visible(false);
-  stage.scene().set_scene(three_dots());
+  set_scene(stage, three_dots());
   stage.go_home();
   const osg::Vec3d places[] = {{-0.1, 0.05, 0.02}, {0.09, -0.04, -0.06}, {0.02, 0.03, 0.12}};
   std::vector<float> positions;
@@ -91,7 +91,7 @@ TEST(Image, ParticlesHaveTheDepthOfSpheres) {
   BodyDescription wall;
   wall.kind = BodyKind::fixed;
   wall.color = {1, 0, 0};
-  stage.scene().set_scene(scene);
+  set_scene(stage, scene);
   stage.go_home();
   shoot(stage);  // puts the camera there
   const osg::Vec3d eye = eye_of(stage);
@@ -109,7 +109,7 @@ TEST(Image, ParticlesHaveTheDepthOfSpheres) {
   }
   add_quad(wall, corners);
   scene.bodies.push_back(wall);
-  stage.scene().set_scene(scene);
+  set_scene(stage, scene);
   std::vector<float> positions(9, 5.0f);  // two of them out of sight
   for (int k = 0; k < 3; ++k) positions[6 + static_cast<std::size_t>(k)] = static_cast<float>(center[k]);
   stage.scene().set_frame(frame_of(positions));
@@ -160,7 +160,7 @@ TEST(Image, FastParticlesAreBrighterThanSlowOnes) {
   Stage stage(small_stage());
   stage.hud().set_visible(false);
   SceneDescription scene = three_dots();
-  stage.scene().set_scene(scene);
+  set_scene(stage, scene);
   stage.scene().set_color(ScalarField::speed);
   stage.go_home();
   ParticleFrame frame = frame_of({-0.1f, 0, 0, 0, 0, 0, 0.1f, 0, 0});
@@ -198,7 +198,7 @@ TEST(Image, TheArrowStartsAtTheHandleAndPointsAlongTheForce) {
   for (const osg::Vec3d& force : forces) {
     Stage stage(small_stage());
     stage.hud().set_visible(false);
-    stage.scene().set_scene(three_dots());
+    set_scene(stage, three_dots());
     stage.go_home();
     ProxySample proxy;
     proxy.proxy_pose.position = {0.03, -0.02, 0.05};
@@ -222,7 +222,7 @@ TEST(Image, TheArrowStartsAtTheHandleAndPointsAlongTheForce) {
 TEST(Image, NoForceNoArrow) {
   Stage stage(small_stage());
   stage.hud().set_visible(false);
-  stage.scene().set_scene(three_dots());
+  set_scene(stage, three_dots());
   const Picture before = shoot(stage);
   ProxySample proxy;
   stage.scene().set_proxy(proxy);
@@ -234,7 +234,7 @@ TEST(Image, NoForceNoArrow) {
 
 TEST(Image, FiguresAreReadableAndChange) {
   Stage stage(small_stage(800, 600));
-  stage.scene().set_scene(three_dots());
+  set_scene(stage, three_dots());
   const auto bright = [](Pixel p) { return p.r > 140 && p.g > 140 && p.b > 140; };
   HudData data;
   data.connected = true;
@@ -283,7 +283,7 @@ TEST(Image, AnotherSceneReplacesAllOfTheFirst) {
   for (int i = 0; i < 2; ++i) {
     Stage& stage = i == 0 ? fresh : used;
     stage.hud().set_visible(false);
-    stage.scene().set_scene(three_dots());
+    set_scene(stage, three_dots());
     stage.scene().set_color(ScalarField::none);
     stage.scene().set_frame(frame_of({-0.1f, 0, 0, 0, 0, 0, 0.1f, 0, 0}));
     stage.go_home();

@@ -75,6 +75,12 @@ inline StageOptions small_stage(int width = 320, int height = 240) {
   return options;
 }
 
+// Shows a scene with its surfaces, which the viewer builds beside the pictures.
+inline void set_scene(Stage& stage, const SceneDescription& scene) {
+  stage.scene().set_scene(scene);
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) stage.scene().set_surface(i, build_mesh(scene.bodies[i]));
+}
+
 inline Picture shoot(Stage& stage) {
   Picture picture;
   stage.draw([&](Picture&& taken) { picture = std::move(taken); });

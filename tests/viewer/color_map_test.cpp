@@ -1,0 +1,59 @@
+// Colour maps and the range of values that they span.
+#include "viewer/color_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace palp::test {
+namespace {
+
+TEST(ColorMap, LightnessOfTheSequentialMapRisesEvenly) {
+  const auto map = color_map(ColorMapKind::sequential);
+  const double first = lightness(map.front()), last = lightness(map.back());
+  EXPECT_GT(last - first, 0.5);
+  for (int i = 0; i < kColorMapSize; ++i) {
+    const double even = first + (last - first) * i / (kColorMapSize - 1);
+    EXPECT_NEAR(lightness(map[static_cast<std::size_t>(i)]), even, 0.02) << "entry " << i;
+  }
+}
+
+TEST(ColorMap, TheDivergingMapIsLightInTheMiddleAndEvenToBothSides) {
+  const auto map = color_map(ColorMapKind::diverging);
+  for (std::size_t i = 0; i < kColorMapSize / 2; ++i) {
+    EXPECT_NEAR(lightness(map[i]), lightness(map[kColorMapSize - 1 - i]), 0.02);
+    EXPECT_LE(lightness(map[i]), lightness(map[i + 1]) + 0.004);
+  }
+  EXPECT_GT(map.front().b, map.front().r + 80);
+  EXPECT_GT(map.back().r, map.back().b + 80);
+}
+
+TEST(ColorMap, RangesEndAtRoundNumbersAndHoldTheValues) {
+  EXPECT_DOUBLE_EQ(nice_ceiling(0.3), 0.5);
+  EXPECT_DOUBLE_EQ(nice_ceiling(1), 1);
+  EXPECT_DOUBLE_EQ(nice_ceiling(5.1), 10);
+  const std::vector<float> speeds{0.1f, 0.2f, 0.31f};
+  EXPECT_EQ(suitable_range(ScalarField::speed, speeds, 0), (ValueRange{0, 0.5}));
+  const std::vector<float> densities{997, 1001, 1004};
+  EXPECT_EQ(suitable_range(ScalarField::density, densities, 1000), (ValueRange{995, 1005}));
+  const std::vector<float> pressures{-120, 15, 430};
+  const ValueRange range = suitable_range(ScalarField::pressure, pressures, 0);
+  EXPECT_EQ(range, (ValueRange{-200, 600}));
+  const std::vector<float> bad{std::nanf(""), INFINITY};
+  const ValueRange none = suitable_range(ScalarField::speed, bad, 0);
+  EXPECT_LT(none.low, none.high);
+  EXPECT_LT(suitable_range(ScalarField::pressure, std::vector<float>(5, 7.0f), 0).low, 7.1);
+}
+
+TEST(ColorMap, ARangeStaysUntilItNoLongerFits) {
+  SteadyRange steady;
+  EXPECT_EQ(steady.update(ScalarField::speed, {0, 1}), (ValueRange{0, 1}));
+  EXPECT_EQ(steady.update(ScalarField::speed, {0, 0.5}), (ValueRange{0, 1}));
+  EXPECT_EQ(steady.update(ScalarField::speed, {0, 2}), (ValueRange{0, 2}));
+  EXPECT_EQ(steady.update(ScalarField::speed, {0, 0.5}), (ValueRange{0, 0.5}));
+  EXPECT_EQ(steady.update(ScalarField::density, {990, 1010}), (ValueRange{990, 1010}));
+}
+
+}  // namespace
+}  // namespace palp::test

@@ -1,0 +1,49 @@
+// What the head-up display says.
+#include "viewer/hud_text.h"
+
+#include <gtest/gtest.h>
+
+namespace palp::test {
+namespace {
+
+TEST(HudText, UnknownFiguresAreDashesAndBadOnesWarn) {
+  HudData data;
+  EXPECT_EQ(hud_banner(data), "waiting for sim_server");
+  for (const HudRow& row : hud_rows(data)) EXPECT_FALSE(row.warn) << row.label;
+  data.connected = true;
+  data.frame_age = 0.6;
+  data.real_time_factor = 0.5;
+  data.bridge_late = 2e-3;
+  int warned = 0;
+  for (const HudRow& row : hud_rows(data)) warned += row.warn;
+  EXPECT_EQ(warned, 3);
+  data.paused = true;
+  EXPECT_EQ(hud_banner(data), "paused");
+  data.server_state = "fault";
+  data.server_text = "speed grew past the sound speed";
+  EXPECT_EQ(hud_banner(data), "sim_server stopped: speed grew past the sound speed");
+}
+
+TEST(HudText, TimesHaveTheUnitThatSuits) {
+  EXPECT_EQ(format_time(42e-6), "42 us");
+  EXPECT_EQ(format_time(0.42e-3), "0.42 ms");
+  EXPECT_EQ(format_time(0.123), "123 ms");
+  EXPECT_EQ(format_time(1.26), "1.3 s");
+}
+
+TEST(HudText, TheWorstBridgeIsShown) {
+  std::map<std::string, Status> status;
+  status["haptic_bridge 0"].metrics = {{"rate_hz", 1000}, {"lateness_p99_us", 20}, {"sample_age_p50_ms", 3}};
+  status["haptic_bridge 1"].metrics = {{"lateness_p99_us", 700}};
+  status["sim_server"].metrics = {{"step_p50_us", 410}, {"real_time_factor", 0.99}};
+  HudData data;
+  read_status(status, data);
+  EXPECT_DOUBLE_EQ(data.bridge_late.value(), 700e-6);
+  EXPECT_DOUBLE_EQ(data.bridge_data_age.value(), 3e-3);
+  EXPECT_DOUBLE_EQ(data.bridge_rate_hz.value(), 1000);
+  EXPECT_DOUBLE_EQ(data.step_time.value(), 410e-6);
+  EXPECT_DOUBLE_EQ(data.real_time_factor.value(), 0.99);
+}
+
+}  // namespace
+}  // namespace palp::test

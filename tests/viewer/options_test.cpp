@@ -1,0 +1,49 @@
+// The command line of the viewer.
+#include "viewer/options.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <vector>
+
+namespace palp::test {
+namespace {
+
+std::optional<ViewerOptions> parse(std::vector<const char*> arguments, int& code) {
+  arguments.insert(arguments.begin(), "palp-viewer");
+  testing::internal::CaptureStderr();
+  auto options = parse_viewer_options(static_cast<int>(arguments.size()), arguments.data(), code);
+  testing::internal::GetCapturedStderr();
+  return options;
+}
+
+TEST(Options, OffScreenIsModestUnlessTold) {
+  int code = 0;
+  const auto plain = parse({"--headless"}, code);
+  ASSERT_TRUE(plain);
+  EXPECT_EQ(plain->nice, 10);
+  EXPECT_EQ(plain->stage.samples, 0);
+  EXPECT_DOUBLE_EQ(plain->rate_hz, 5);
+  EXPECT_FALSE(plain->color);
+  const auto told =
+      parse({"--headless", "--video", "v.mp4", "--nice", "0", "--size", "320x200", "--color", "body"}, code);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->nice, 0);
+  EXPECT_DOUBLE_EQ(told->rate_hz, 30);
+  EXPECT_EQ(told->stage.width, 320);
+  EXPECT_EQ(told->color, ScalarField::none);
+}
+
+TEST(Options, SenselessOnesAreRefused) {
+  const std::vector<std::vector<const char*>> bad{{"--size", "12"},        {"--size", "10x10"}, {"--size", "99999x2"},
+                                                  {"--size", "640x480x2"}, {"--fps", "-3"},     {"--color", "smell"},
+                                                  {"--png-at", "3"},       {"--domain", "999"}, {"--nonsense"}};
+  for (const auto& arguments : bad) {
+    int code = 0;
+    EXPECT_FALSE(parse(arguments, code)) << arguments[0];
+    EXPECT_NE(code, 0) << arguments[0];
+  }
+}
+
+}  // namespace
+}  // namespace palp::test
