@@ -89,8 +89,9 @@ ValueRange suitable_range(ScalarField field, std::span<const float> values, doub
   }
   if (sample.empty()) return {};
   std::sort(sample.begin(), sample.end());
-  const double low = sample[sample.size() / 100];
-  const double high = sample[sample.size() - 1 - sample.size() / 100];
+  const std::size_t aside = sample.size() / 50;  // drops that fly, particles at a corner
+  const double low = sample[aside];
+  const double high = sample[sample.size() - 1 - aside];
   if (field == ScalarField::speed) return {0, nice_ceiling(std::max(high, 1e-3))};
   if (field == ScalarField::density && rest_density > 0) {
     const double off = std::max({high - rest_density, rest_density - low, 1e-3 * rest_density});

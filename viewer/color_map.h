@@ -24,7 +24,7 @@ enum class ColorMapKind { sequential, diverging };
 inline constexpr int kColorMapSize = 256;
 std::array<Rgb8, kColorMapSize> color_map(ColorMapKind kind);
 
-// Perceived lightness (the L of Oklab), 0 black .. 1 white.
+// Returns the perceived lightness (the L of Oklab), 0 black .. 1 white.
 double lightness(Rgb8 color);
 
 // The values at the two ends of a map, low < high, in the field's SI unit.
@@ -38,11 +38,11 @@ struct ValueRange {
 std::string_view legend_name(ScalarField field);
 ColorMapKind color_map_of(ScalarField field);
 
-// Smallest of 1, 2, 5 times a power of ten that is not below value. value > 0.
+// Returns the smallest of 1, 2, 5 times a power of ten that is not below value. value > 0.
 double nice_ceiling(double value);
 
-// A range that suits the values, the outermost percent aside, with ends that are round numbers. Speed begins at zero;
-// density lies evenly about rest_density when that is positive.
+// Returns a range that suits the values, the outermost two percent at each end aside, with ends that are round numbers.
+// Speed begins at zero; density lies evenly about rest_density when that is positive.
 ValueRange suitable_range(ScalarField field, std::span<const float> values, double rest_density);
 
 // Keeps a range until values leave it or fill less than two fifths of it, so that colours do not flicker.

@@ -10,14 +10,14 @@ namespace palp {
 
 enum class Action { next_color, home, surfaces, pause_or_resume, single_step, reset, screenshot, help, figures };
 
-// The action of a key (an ASCII letter or osgGA's symbol), if it has one.
+// Returns the action of a key (an ASCII letter or osgGA's symbol), if it has one.
 std::optional<Action> action_of(int key);
 
 // Collects the keys pressed; used by the thread that renders.
 class KeyHandler : public osgGA::GUIEventHandler {
  public:
   bool handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter&, osg::Object*, osg::NodeVisitor*) override;
-  // The actions asked for since the last call, in order.
+  // Returns the actions asked for since the last call, in order.
   std::vector<Action> take();
 
  private:

@@ -9,8 +9,8 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::size_t kMostServers = 8;
 constexpr std::int64_t kForgetProxy = kSecond, kForgetStatus = 3 * kSecond, kForgetNotice = 6 * kSecond;
 
-// When a frame was sent, on this host's clock. Its stamp counts only if it can be true: a recording that is replayed
-// brings those of its own time, a hostile sender any.
+// Returns when a frame was sent, on this host's clock. Its stamp counts only if it can be true: a recording that is
+// replayed brings those of its own time, a hostile sender any.
 std::int64_t time_of(const ParticleFrame& frame, bool same_host) {
   const bool can_be =
       frame.t_send_ns > 0 && frame.t_send_ns <= frame.t_receive_ns && frame.t_receive_ns - frame.t_send_ns < kSecond;

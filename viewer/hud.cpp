@@ -22,6 +22,9 @@ const osg::Vec4f kLabel(0.62f, 0.68f, 0.75f, 1.0f);
 const osg::Vec4f kValue(0.95f, 0.97f, 0.99f, 1.0f);
 const osg::Vec4f kAmber(1.0f, 0.74f, 0.26f, 1.0f);
 
+// A panel has room for this from the start, so that it does not grow with every force that is felt.
+const char* const kUsualValue = "12.34 N  ·  arrow 20 N = 123 mm";
+
 const std::pair<const char*, const char*> kKeys[] = {
     {"left drag", "turn"},     {"middle drag", "move"}, {"right drag, wheel", "zoom"},
     {"r", "home view"},        {"c", "colours"},        {"m", "surfaces or particles"},
@@ -146,23 +149,36 @@ void Hud::set_size(int width, int height) {
 
 void Hud::lay_out() {
   lay_out_rows();
-  lay_out_banner();
   lay_out_legend();
+  lay_out_banner();
   lay_out_help();
+}
+
+float Hud::width_of(const std::string& words, float scale) {
+  const osg::BoundingBox box = text({0, 0}, words, kValue, osgText::Text::LEFT_BASE_LINE, scale)->getBoundingBox();
+  return box.valid() ? std::ceil(box.xMax()) : 0;
 }
 
 void Hud::lay_out_rows() {
   rows_group_->removeChildren(0, rows_group_->getNumChildren());
   values_.clear();
   const float margin = font_size_, pad = 0.8f * font_size_;
-  const float w = 25.5f * font_size_, h = static_cast<float>(rows_.size()) * line() + 1.2f * pad;
+  float labels = 0;
+  value_width_ = width_of(kUsualValue);
+  for (const HudRow& row : rows_) {
+    labels = std::max(labels, width_of(row.label));
+    value_width_ = std::max(value_width_, width_of(row.value));
+  }
+  labels += font_size_;
+  rows_width_ = labels + value_width_ + 2 * pad;
+  rows_height_ = static_cast<float>(rows_.size()) * line() + 1.2f * pad;
   const float top = height_ - margin;
-  rows_group_->addChild(panel(margin, top - h, w, h, 0.5f * font_size_, kPanel));
+  rows_group_->addChild(panel(margin, top - rows_height_, rows_width_, rows_height_, 0.5f * font_size_, kPanel));
   float y = top - 0.6f * pad - 0.5f * line();
   for (const HudRow& row : rows_) {
     rows_group_->addChild(text({margin + pad, y}, row.label, kLabel, osgText::Text::LEFT_BASE_LINE));
-    values_.push_back(text({margin + pad + 6.2f * font_size_, y}, row.value, row.warn ? kAmber : kValue,
-                           osgText::Text::LEFT_BASE_LINE));
+    values_.push_back(
+        text({margin + pad + labels, y}, row.value, row.warn ? kAmber : kValue, osgText::Text::LEFT_BASE_LINE));
     rows_group_->addChild(values_.back());
     y -= line();
   }
@@ -170,11 +186,17 @@ void Hud::lay_out_rows() {
 
 void Hud::set_data(const HudData& data) {
   const std::vector<HudRow> rows = hud_rows(data);
+  bool wider = false;
   for (std::size_t i = 0; i < rows.size() && i < values_.size(); ++i) {
-    if (rows[i].value != rows_[i].value) values_[i]->setText(rows[i].value, osgText::String::ENCODING_UTF8);
+    if (rows[i].value != rows_[i].value) {
+      values_[i]->setText(rows[i].value, osgText::String::ENCODING_UTF8);
+      const osg::BoundingBox box = values_[i]->getBoundingBox();
+      wider = wider || (box.valid() && box.xMax() > values_[i]->getPosition().x() + value_width_);
+    }
     if (rows[i].warn != rows_[i].warn) values_[i]->setColor(rows[i].warn ? kAmber : kValue);
   }
   rows_ = rows;
+  if (wider) lay_out();
   if (const std::string banner = hud_banner(data); banner != banner_) {
     banner_ = banner;
     lay_out_banner();
@@ -184,7 +206,7 @@ void Hud::set_data(const HudData& data) {
 void Hud::lay_out_banner() {
   banner_group_->removeChildren(0, banner_group_->getNumChildren());
   if (banner_.empty()) return;
-  const float y = std::round(0.12f * height_);
+  const float y = std::round(std::max(0.12f * height_, legend_top_ + 2 * line()));
   auto words = text({width_ / 2, y}, banner_, kAmber, osgText::Text::CENTER_CENTER, 1.25f);
   words->setMaximumWidth(0.9f * width_);
   const osg::BoundingBox box = words->getBoundingBox();
@@ -198,40 +220,76 @@ void Hud::set_legend(const Legend& legend) {
   if (legend == legend_) return;
   legend_ = legend;
   lay_out_legend();
+  lay_out_banner();  // it keeps clear of the legend
+}
+
+osg::Vec2f Hud::place_legend(float w, float h) {
+  const float margin = font_size_;
+  // a narrow picture has no room for it beside the figures
+  const bool below = width_ < rows_width_ + w + 3 * margin;
+  legend_top_ = below ? margin + h : 0;
+  return {width_ - margin - w, below ? legend_top_ : height_ - margin};
 }
 
 void Hud::lay_out_legend() {
   legend_group_->removeChildren(0, legend_group_->getNumChildren());
-  const float margin = font_size_, pad = 0.8f * font_size_, w = 15 * font_size_;
-  const float x = width_ - margin - w;
-  // a narrow picture has no room for it beside the figures
-  const bool below = width_ < 43 * font_size_;
-  if (legend_.field == ScalarField::none) {
-    if (legend_.bodies.empty()) return;
-    const float h = static_cast<float>(legend_.bodies.size()) * line() + 1.2f * pad;
-    const float top = below ? margin + h : height_ - margin;
-    legend_group_->addChild(panel(x, top - h, w, h, 0.5f * font_size_, kPanel));
-    float y = top - 0.6f * pad - 0.5f * line();
-    for (const auto& [name, c] : legend_.bodies) {
-      const float dot = 0.85f * font_size_;
-      legend_group_->addChild(panel(x + pad, y - dot / 2, dot, dot, dot / 2, osg::Vec4f(c[0], c[1], c[2], 1)));
-      legend_group_->addChild(text({x + pad + 1.6f * dot, y}, name, kValue, osgText::Text::LEFT_BASE_LINE));
-      y -= line();
-    }
-    return;
+  legend_top_ = 0;
+  if (legend_.field != ScalarField::none) {
+    lay_out_field_legend();
+  } else if (!legend_.bodies.empty()) {
+    lay_out_body_legend();
   }
-  const float bar = 0.75f * font_size_, h = 2 * line() + bar + 1.5f * pad;
-  const float top = below ? margin + h : height_ - margin;
+}
+
+void Hud::lay_out_body_legend() {
+  const float pad = 0.8f * font_size_, dot = 0.85f * font_size_, name_at = pad + 1.6f * dot;
+  // below the figures there may not be room for all bodies
+  const float room = height_ - rows_height_ - 3 * font_size_ - 1.2f * pad;
+  const std::size_t most = std::max<std::size_t>(2, static_cast<std::size_t>(std::max(0.0f, room / line())));
+  auto bodies = legend_.bodies;
+  std::string others;
+  if (bodies.size() > most) {
+    others = fmt::format("and {} more", bodies.size() - (most - 1));
+    bodies.resize(most - 1);
+  }
+  float names = width_of(others);
+  for (const auto& [name, c] : bodies) names = std::max(names, width_of(name));
+  const float w = std::max(10 * font_size_, name_at + names + pad);
+  const float h = static_cast<float>(bodies.size() + (others.empty() ? 0 : 1)) * line() + 1.2f * pad;
+  const osg::Vec2f corner = place_legend(w, h);
+  const float x = corner.x(), top = corner.y();
   legend_group_->addChild(panel(x, top - h, w, h, 0.5f * font_size_, kPanel));
+  float y = top - 0.6f * pad - 0.5f * line();
+  for (const auto& [name, c] : bodies) {
+    legend_group_->addChild(panel(x + pad, y - dot / 2, dot, dot, dot / 2, osg::Vec4f(c[0], c[1], c[2], 1)));
+    legend_group_->addChild(text({x + name_at, y}, name, kValue, osgText::Text::LEFT_BASE_LINE));
+    y -= line();
+  }
+  if (!others.empty()) legend_group_->addChild(text({x + name_at, y}, others, kLabel, osgText::Text::LEFT_BASE_LINE));
+}
+
+void Hud::lay_out_field_legend() {
+  constexpr float kSmall = 0.92f;
+  const float pad = 0.8f * font_size_, bar = 0.75f * font_size_;
   const std::string title = fmt::format("{} [{}]", legend_name(legend_.field), row_of(legend_.field).unit);
+  const auto number = [](double value) { return fmt::format("{:.6g}", value); };
+  const double middle = 0.5 * (legend_.range.low + legend_.range.high);
+  // the three numbers stand left, in the middle and right, and must not meet
+  const float numbers = 3 * std::max({width_of(number(legend_.range.low), kSmall), width_of(number(middle), kSmall),
+                                      width_of(number(legend_.range.high), kSmall)}) +
+                        2 * pad;
+  const float w = std::max({15 * font_size_, width_of(title) + 2 * pad, numbers + 2 * pad});
+  const float h = 2 * line() + bar + 1.5f * pad;
+  const osg::Vec2f corner = place_legend(w, h);
+  const float x = corner.x(), top = corner.y();
+  legend_group_->addChild(panel(x, top - h, w, h, 0.5f * font_size_, kPanel));
   legend_group_->addChild(
       text({x + pad, top - 0.6f * pad - 0.5f * line()}, title, kLabel, osgText::Text::LEFT_BASE_LINE));
   const float bar_y = top - 0.75f * pad - line() - bar, bar_w = w - 2 * pad;
   legend_group_->addChild(color_bar(x + pad, bar_y, bar_w, bar, color_map_of(legend_.field)));
   const float y = bar_y - 0.25f * pad - 0.5f * line();
-  const double middle = 0.5 * (legend_.range.low + legend_.range.high);
   const auto label = [&](float at, double value, osgText::Text::AlignmentType alignment) {
-    legend_group_->addChild(text({at, y}, fmt::format("{:.6g}", value), kValue, alignment, 0.92f));
+    legend_group_->addChild(text({at, y}, number(value), kValue, alignment, kSmall));
   };
   label(x + pad, legend_.range.low, osgText::Text::LEFT_BASE_LINE);
   label(x + pad + bar_w / 2, middle, osgText::Text::CENTER_BASE_LINE);
@@ -246,14 +304,21 @@ void Hud::set_help(bool shown) {
 void Hud::lay_out_help() {
   help_group_->removeChildren(0, help_group_->getNumChildren());
   if (!help_shown_) return;
-  const float pad = 1.4f * font_size_, w = 25 * font_size_;
+  const float pad = 1.4f * font_size_;
+  float keys = 0, meanings = 0;
+  for (const auto& [key, meaning] : kKeys) {
+    keys = std::max(keys, width_of(key));
+    meanings = std::max(meanings, width_of(meaning));
+  }
+  keys += font_size_;
+  const float w = keys + meanings + 2 * pad;
   const float h = static_cast<float>(std::size(kKeys)) * line() + 2 * pad;
   const float x = (width_ - w) / 2, top = (height_ + h) / 2;
   help_group_->addChild(panel(x, top - h, w, h, font_size_, osg::Vec4f(0.05f, 0.06f, 0.08f, 0.86f)));
   float y = top - pad - 0.5f * line();
   for (const auto& [key, meaning] : kKeys) {
     help_group_->addChild(text({x + pad, y}, key, kAmber, osgText::Text::LEFT_BASE_LINE));
-    help_group_->addChild(text({x + pad + 10.5f * font_size_, y}, meaning, kValue, osgText::Text::LEFT_BASE_LINE));
+    help_group_->addChild(text({x + pad + keys, y}, meaning, kValue, osgText::Text::LEFT_BASE_LINE));
     y -= line();
   }
 }

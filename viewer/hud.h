@@ -41,10 +41,15 @@ class Hud {
   osg::ref_ptr<osgText::Text> text(const osg::Vec2f& at, const std::string& words, const osg::Vec4f& color,
                                    osgText::Text::AlignmentType alignment, float scale = 1);
   float line() const { return 1.55f * font_size_; }
+  float width_of(const std::string& words, float scale = 1);  // [pixels]
   void lay_out();
   void lay_out_rows();
   void lay_out_banner();
   void lay_out_legend();
+  void lay_out_body_legend();
+  void lay_out_field_legend();
+  // Returns the upper left corner of a legend of that size, beside the figures or below them.
+  osg::Vec2f place_legend(float w, float h);
   void lay_out_help();
 
   osg::ref_ptr<osg::Camera> camera_;
@@ -54,7 +59,10 @@ class Hud {
   std::vector<HudRow> rows_;
   std::string banner_;
   Legend legend_;
-  float width_ = 1, height_ = 1, font_size_ = 14;
+  float width_ = 1, height_ = 1, font_size_ = 14;  // [pixels]
+  float rows_width_ = 0, rows_height_ = 0;         // of the panel with the figures
+  float value_width_ = 0;                          // of the widest value that it has room for
+  float legend_top_ = 0;                           // of a legend below the figures; 0 for one beside them
   bool help_shown_ = false;
 };
 

@@ -57,8 +57,10 @@ std::vector<HudRow> hud_rows(const HudData& d) {
   if (d.lost_frames > 0) age += fmt::format("  ·  {} lost", grouped(d.lost_frames));
   rows.push_back({"data", age, old});
   std::string time = d.sim_time ? fmt::format("{:.2f} s", *d.sim_time) : kUnknown;
-  if (d.real_time_factor) time += fmt::format("  ·  ×{:.2f} real time", *d.real_time_factor);
-  rows.push_back({"simulated", time, d.real_time_factor && *d.real_time_factor < kSlowFactor && !d.paused});
+  const bool running = !d.paused && !d.server_ended;
+  if (d.paused) time += "  ·  paused, ×0 real time";
+  if (running && d.real_time_factor) time += fmt::format("  ·  ×{:.2f} real time", *d.real_time_factor);
+  rows.push_back({"simulated", time, running && d.real_time_factor && *d.real_time_factor < kSlowFactor});
   rows.push_back({"step", d.step_time ? format_time(*d.step_time) : kUnknown, false});
   std::string bridge = d.bridge_rate_hz ? fmt::format("{:.0f} Hz", *d.bridge_rate_hz) : "";
   if (d.bridge_late) bridge += fmt::format("{}{} late", bridge.empty() ? "" : "  ·  ", format_time(*d.bridge_late));
@@ -73,6 +75,10 @@ std::string hud_banner(const HudData& d) {
   if (!d.connected) return "waiting for sim_server";
   if (d.server_state == "fault") {
     return fmt::format("sim_server stopped: {}", d.server_text.empty() ? "fault" : d.server_text);
+  }
+  if (d.server_ended) return "sim_server has ended";
+  if (d.server_silent) {
+    return fmt::format("sim_server has ended or hangs: nothing heard for {}", format_time(*d.server_silent));
   }
   if (!d.note.empty()) return d.note;
   if (d.surfaces_built) return fmt::format("building surfaces: {:.0f} %", std::floor(100 * *d.surfaces_built));

@@ -10,7 +10,7 @@
 
 namespace palp {
 
-// What is not known is not set, and shown as a dash.
+// The figures. One that is not known is not set, and shown as a dash.
 struct HudData {
   bool connected = false;           // a scene has arrived
   std::string scene;                // its name
@@ -31,6 +31,8 @@ struct HudData {
   double arrow_force = 1;                 // [N] that arrow_length stands for
   double arrow_length = 0.1;              // [m]
   bool paused = false;
+  bool server_ended = false;             // as it said itself
+  std::optional<double> server_silent;   // [s] since it was heard, while that is long
   std::optional<double> surfaces_built;  // the share, 0 .. 1, while building them takes long
   std::string note;                      // what the viewer itself has to say
 };
@@ -43,10 +45,10 @@ struct HudRow {
 
 std::vector<HudRow> hud_rows(const HudData& data);
 
-// One line over the picture when something needs to be known: no server, paused, a fault, old data. Or empty.
+// Returns one line over the picture when something needs to be known: no server, paused, a fault, old data. Or nothing.
 std::string hud_banner(const HudData& data);
 
-// Two or three significant digits with the unit that suits: "0.42 ms", "1.3 s".
+// Returns two or three significant digits with the unit that suits: "0.42 ms", "1.3 s".
 std::string format_time(double seconds);
 
 // Fills the server's and the bridges' figures in data from their newest Status, by process name. Of several bridges the

@@ -34,7 +34,7 @@ namespace {
 volatile std::sig_atomic_t stop_wanted = 0;
 void on_stop_signal(int) { stop_wanted = 1; }
 
-// Before any other thread is started, so that all of them are as modest.
+// Takes little of the machine; called before any other thread starts, so that all of them are as modest.
 void be_modest(const ViewerOptions& options) {
   if (options.nice > 0) setpriority(PRIO_PROCESS, 0, options.nice);
   if (options.stage.headless) setenv("LP_NUM_THREADS", std::to_string(options.raster_threads).c_str(), 0);
@@ -53,7 +53,7 @@ class Recorder {
     if (!options.video.empty()) capture_.open_video(options.video, stage.width(), stage.height(), options.rate_hz);
   }
 
-  // seconds: since the start. last: no other picture follows.
+  // Returns whether the next picture is to be taken. seconds: since the start. last: no other picture follows.
   bool wants(double seconds, bool last, bool screenshot) {
     pngs_.clear();
     if (screenshot) pngs_.push_back(fmt::format("palp-{:%Y%m%d-%H%M%S}.png", fmt::localtime(std::time(nullptr))));
@@ -104,7 +104,7 @@ void report(Feed& feed, const Session& session, const FeedView& view) {
                                                     {"refused_samples", static_cast<double>(view.refused)}});
 }
 
-// False if the file cannot be written.
+// Returns false if the file cannot be written.
 bool write_summary(const std::string& file, const Session& session, const FeedView& view, bool healthy) {
   if (file.empty()) return true;
   try {
@@ -150,7 +150,9 @@ int run(const ViewerOptions& options) {
     last = stop_wanted != 0 || stage.viewer().done() || (options.seconds > 0 && seconds >= options.seconds);
     const FeedView view = feed.view();
     session.update(view, now_ns());
-    if (recorder.wants(seconds, last, session.take_screenshot_wish())) {
+    const bool wanted = recorder.wants(seconds, last, session.take_screenshot_wish());
+    if (last && !wanted) break;  // a picture of a large scene may take seconds
+    if (wanted) {
       stage.draw([&](Picture&& picture) { recorder.take(std::move(picture), seconds); });
     } else {
       stage.draw();

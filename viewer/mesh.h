@@ -20,7 +20,7 @@ struct BodyMesh {
   osg::ref_ptr<osg::Geometry> edges;  // creases as lines, of hollow bodies
 };
 
-// How far a build is, for threads beside the one that builds.
+// Tells other threads how far a build is, and lets them end it.
 struct BuildProgress {
   std::atomic<std::size_t> done = 0;    // steps of build_work()
   std::atomic<bool> cancelled = false;  // ends the build within milliseconds

@@ -69,7 +69,9 @@ std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* a
   ScalarField color = ScalarField::none;
   auto* color_option =
       app.add_option("--color", color,
-                     "of the particles: body, speed, density, pressure or temperature (what the server sends)")
+                     "of the particles: body, speed, density, pressure or temperature; without it the field that the "
+                     "server sends. It sends one field to all viewers: the one that was asked for last, here or by key "
+                     "c of any viewer. A viewer that asked for another one says so and colours by body")
           ->transform(CLI::CheckedTransformer(colors).description(""))
           ->type_name("FIELD");
   auto* png =

@@ -29,6 +29,15 @@ osg::ref_ptr<osg::Image> map_image(ColorMapKind kind) {
   return image;
 }
 
+constexpr float kNoScalar = -3e38f;  // the shader colours such a particle by its body
+
+bool deforms(BodyKind kind) { return kind == BodyKind::fluid || kind == BodyKind::elastic; }
+
+// Solids that do not deform have a speed and a temperature, but their density and pressure are aids of the solver.
+bool has_field(BodyKind kind, ScalarField field) {
+  return deforms(kind) || (field != ScalarField::density && field != ScalarField::pressure);
+}
+
 osg::Vec4ub to_bytes(const std::array<float, 3>& color) {
   const auto byte = [](float v) { return static_cast<unsigned char>(std::lround(255 * std::clamp(v, 0.0f, 1.0f))); };
   return {byte(color[0]), byte(color[1]), byte(color[2]), 255};
@@ -83,7 +92,7 @@ void ParticleCloud::set_scene(const SceneDescription& scene) {
   }
   rest_density_ = 0;
   for (const Body& body : bodies_) {
-    if (body.kind != BodyKind::fluid) continue;
+    if (!deforms(body.kind)) continue;
     const bool first = rest_density_ == 0;
     rest_density_ = first || rest_density_ == body.density ? body.density : -1;
   }
@@ -112,6 +121,24 @@ void ParticleCloud::choose_runs(std::size_t count) {
   }
 }
 
+// Returns the values of fluids and deformable bodies, or of all that is drawn where there are none: walls and tools
+// must not stretch the range.
+std::vector<float> ParticleCloud::values_for_range(const ParticleFrame& frame) const {
+  std::vector<float> values;
+  for (const bool all : {false, true}) {
+    for (const Body& body : bodies_) {
+      if (!all && !deforms(body.kind)) continue;
+      if (!draw_all_ && body.has_surface) continue;
+      const std::size_t first = std::min<std::size_t>(body.first, frame.scalars.size());
+      const std::size_t n = std::min<std::size_t>(body.count, frame.scalars.size() - first);
+      const auto begin = frame.scalars.begin() + static_cast<std::ptrdiff_t>(first);
+      values.insert(values.end(), begin, begin + static_cast<std::ptrdiff_t>(n));
+    }
+    if (!values.empty()) break;
+  }
+  return values;
+}
+
 void ParticleCloud::choose_colors(const ParticleFrame& frame) {
   const bool carried =
       !frame.scalars.empty() && 3 * frame.scalars.size() == frame.positions.size() && frame.field == wanted_;
@@ -120,11 +147,7 @@ void ParticleCloud::choose_colors(const ParticleFrame& frame) {
   state->getUniform("by_scalar")->set(shown_ != ScalarField::none);
   if (shown_ == ScalarField::none) return;
 
-  std::vector<float> values;
-  for (const auto& [first, n] : runs_) {
-    values.insert(values.end(), frame.scalars.begin() + first, frame.scalars.begin() + first + n);
-  }
-  range_ = steady_.update(shown_, suitable_range(shown_, values, rest_density_));
+  range_ = steady_.update(shown_, suitable_range(shown_, values_for_range(frame), rest_density_));
   state->getUniform("value_range")->set(osg::Vec2f(static_cast<float>(range_.low), static_cast<float>(range_.high)));
   if (map_kind_ != color_map_of(shown_)) {
     map_kind_ = color_map_of(shown_);
@@ -145,6 +168,11 @@ void ParticleCloud::set_frame(const ParticleFrame& frame) {
   for (std::size_t i = 0; i < count; ++i) {
     const float* p = frame.positions.data() + 3 * i;
     vertices[i].set(p[0], p[1], p[2], with_scalar ? frame.scalars[i] : 0.0f);
+  }
+  for (const Body& body : bodies_) {
+    if (has_field(body.kind, shown_)) continue;
+    const std::size_t end = std::min<std::size_t>(std::size_t{body.first} + body.count, count);
+    for (std::size_t i = body.first; i < end; ++i) vertices[i].w() = kNoScalar;
   }
   vertices.dirty();
   if (colors.size() != count) {

@@ -24,17 +24,18 @@ class ParticleCloud {
   ParticleCloud();
   osg::Node* node() { return switch_; }
 
-  // How large the particles are, their bodies and colours. Nothing is drawn until the next frame.
+  // Takes over the size of the particles, their bodies and colours. Nothing is drawn until the next frame.
   void set_scene(const SceneDescription& scene);
-  // Also those of bodies that have a surface. From the next frame on.
+  // Draws also those of bodies that have a surface, from the next frame on.
   void set_draw_all(bool all) { draw_all_ = all; }
   // Frames may come with any number of particles; those that no body of the scene claims are not drawn.
   void set_frame(const ParticleFrame& frame);
   void clear();
-  // Of the picture [pixels]: sprites are sized in pixels.
+  // Takes the height of the picture [pixels]: sprites are sized in pixels.
   void set_picture_height(int height);
 
-  // none: by body. A field that the frames do not carry is shown by body too: see shown_field().
+  // none: by body. A field that the frames do not carry is shown by body too: see shown_field(). So are solids that do
+  // not deform when density or pressure is shown, as they have neither.
   void set_color(ScalarField field) { wanted_ = field; }
   ScalarField shown_field() const { return shown_; }
   const ValueRange& range() const { return range_; }
@@ -42,7 +43,7 @@ class ParticleCloud {
 
  private:
   static constexpr std::size_t kSets = 3;
-  struct Body {  // what counts of a BodyDescription
+  struct Body {  // a BodyDescription without its surface
     BodyKind kind;
     std::uint32_t first, count;  // of its particles
     double density;              // at rest [kg/m^3]
@@ -51,6 +52,7 @@ class ParticleCloud {
   };
 
   void choose_colors(const ParticleFrame& frame);
+  std::vector<float> values_for_range(const ParticleFrame& frame) const;
   void choose_runs(std::size_t count);
 
   osg::ref_ptr<osg::Switch> switch_;

@@ -14,7 +14,7 @@
 namespace palp {
 namespace {
 
-// What is drawn later lies on top of what it cannot be sorted against.
+// The order of drawing: a later bin lies on top of what it cannot be sorted against.
 enum Bin { kBackgroundBin = -2, kGroundBin = -1, kSolidBin = 0, kGlassBin = 10, kEdgeBin = 11 };
 
 void blend_over(osg::StateSet* state) {

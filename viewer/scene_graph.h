@@ -19,13 +19,13 @@ namespace palp {
 
 inline constexpr double kFieldOfView = 30;  // vertical [degrees]
 
-// Where the camera stands and what it looks at, world z up.
+// A camera: where it stands and the point that it looks at, world z up.
 struct CameraPose {
   osg::Vec3d eye;
   osg::Vec3d center;
 };
 
-// A view from the front, the right and above that shows the whole box. aspect: width over height.
+// Returns a view from the front, the right and above that shows the whole box. aspect: width over height.
 CameraPose home_view(const osg::BoundingBoxd& box, double aspect);
 
 class SceneGraph {
@@ -38,19 +38,19 @@ class SceneGraph {
   // Shows the surface of a body, where the poses so far have put it. Fixed bodies stand at their own frame until a pose
   // names them, rigid ones are hidden until one does. A body that the scene lacks is passed over.
   void set_surface(std::size_t body, const BodyMesh& mesh);
-  // Nothing to draw: no server yet.
+  // Draws nothing: there is no server yet.
   void clear();
   void set_frame(const ParticleFrame& frame);
   // Poses of bodies that the scene lacks, and poses that are no poses, are passed over.
   void set_poses(const BodyPoses& poses);
-  // Arrow of the force on the hand, at the proxy's handle. Devices from kMaxDevices on are passed over.
+  // Draws the force on the hand as an arrow at the proxy's handle. Devices from kMaxDevices on are passed over.
   void set_proxy(const ProxySample& sample);
 
-  // No force is known. device below kMaxDevices.
+  // Hides the arrow: no force is known. device below kMaxDevices.
   void hide_proxy(std::uint32_t device) { arrows_[device]->hide(); }
   void set_picture_height(int height) { cloud_.set_picture_height(height); }
   void set_color(ScalarField field) { cloud_.set_color(field); }
-  // Particles of every body instead of surfaces. From the next frame on.
+  // Draws the particles of every body instead of surfaces, from the next frame on.
   void set_draw_all(bool all);
 
   const ParticleCloud& cloud() const { return cloud_; }

@@ -1,10 +1,11 @@
 #include "viewer/session.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 namespace palp {
@@ -12,6 +13,8 @@ namespace {
 
 constexpr std::int64_t kFiguresEveryNs = 250'000'000;  // faster cannot be read
 constexpr std::int64_t kSecondNs = 1'000'000'000;
+constexpr std::int64_t kAnswerNs = kSecondNs;        // a server sends the field that it is asked for within this
+constexpr std::int64_t kSilenceNs = 3 * kSecondNs;   // of a server, after which it is worth a word
 constexpr std::int64_t kLongLoadNs = kSecondNs / 2;  // surfaces that take longer are worth a word
 
 bool is_paused(const FeedView& view) {
@@ -32,7 +35,7 @@ std::optional<double> largest_force(const FeedView& view) {
   return largest;
 }
 
-// Events per second in a window of at least one second, of a count that grows.
+// Returns how fast a count grows, per second, over the last second or more.
 double rate_of(std::deque<std::pair<std::int64_t, std::uint64_t>>& history, std::int64_t now_ns, std::uint64_t count) {
   history.emplace_back(now_ns, count);
   while (history.size() > 2 && now_ns - history[1].first >= kSecondNs) history.pop_front();
@@ -55,7 +58,30 @@ void Session::set_color(ScalarField field) {
 }
 
 void Session::ask_for_field() {
-  if (color_ != ScalarField::none) send_(CommandKind::set_parameter, "stream.scalar", std::string(row_of(color_).name));
+  if (color_ == ScalarField::none) return;
+  send_(CommandKind::set_parameter, "stream.scalar", std::string(row_of(color_).name));
+  field_came_ = false;
+  just_asked_ = true;
+}
+
+// Returns why the particles do not have the colours that the user asked for, or nothing.
+std::string Session::field_note(std::int64_t now_ns) {
+  if (std::exchange(just_asked_, false)) asked_at_ns_ = now_ns;
+  if (!frame_ || color_ == ScalarField::none || frame_->field == color_) return {};
+  if (now_ns - asked_at_ns_ < kAnswerNs && !field_came_) return {};
+  const std::string sent = frame_->field == ScalarField::none ? "no field" : std::string(legend_name(frame_->field));
+  return fmt::format("asked: {}, the server sends {}{}", legend_name(color_), sent,
+                     field_came_ ? " (asked by another)" : "");
+}
+
+// Notes whether the server has ended or fallen silent.
+void Session::watch_server(const FeedView& view, std::int64_t now_ns) {
+  const auto server = view.status.find("sim_server");
+  const bool told = server != view.status.end();
+  if (told) server_ended_ = server->second.state == "ended";
+  const auto heard = std::tuple(told ? server->second.header.sequence : 0, view.frames, view.poses.get());
+  if (heard != server_heard_) server_heard_ns_ = now_ns;
+  server_heard_ = heard;
 }
 
 void Session::take_scene(const FeedView& view, std::int64_t now_ns) {
@@ -68,6 +94,8 @@ void Session::take_scene(const FeedView& view, std::int64_t now_ns) {
   surfaces_.start(scene_);
   surfaces_asked_ns_ = now_ns;
   surfaces_told_ = false;
+  server_ended_ = false;
+  server_heard_ns_ = now_ns;
   spdlog::info("scene '{}': {} particles, {} bodies, {} triangles", scene_->name, scene_->particle_count,
                scene_->bodies.size(), surfaces_.triangles());
   if (chosen_) ask_for_field();
@@ -100,6 +128,7 @@ void Session::update(const FeedView& view, std::int64_t now_ns) {
       frame_ = view.frame;
       ++frames_drawn_;
       if (!chosen_ && frame_->field != color_) set_color(frame_->field);
+      field_came_ = field_came_ || frame_->field == color_;
       stage_.scene().set_frame(*frame_);
       if (first) stage_.go_home();
     }
@@ -108,6 +137,7 @@ void Session::update(const FeedView& view, std::int64_t now_ns) {
       proxy ? stage_.scene().set_proxy(*proxy) : stage_.scene().hide_proxy(device);
     }
   }
+  watch_server(view, now_ns);
   const bool paused = is_paused(view);
   if (new_scene || paused != paused_ || now_ns - figures_at_ns_ >= kFiguresEveryNs) {
     paused_ = paused;
@@ -125,12 +155,13 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
   d.frame_rate_hz = rate_of(frames_at_ns_, now_ns, view.frames);
   d.lost_frames = view.lost_frames;
   d.particles = stage_.scene().cloud().drawn();
+  d.server_ended = server_ended_;
+  if (scene_ && now_ns - server_heard_ns_ > kSilenceNs)
+    d.server_silent = 1e-9 * static_cast<double>(now_ns - server_heard_ns_);
   if (frame_) {
     d.frame_age = std::max(0.0, 1e-9 * static_cast<double>(now_ns - view.frame_time_ns));
     d.sim_time = frame_->sim_time;
-    if (color_ != ScalarField::none && frame_->field != color_) {
-      d.note = std::string("the server does not send ") + std::string(legend_name(color_)) + ": coloured by body";
-    }
+    d.note = field_note(now_ns);
   }
   if (!view.two_servers.empty()) d.note = view.two_servers;
   if (surfaces_told_ && surfaces_.busy()) d.surfaces_built = surfaces_.share_done();
@@ -159,9 +190,8 @@ void Session::shown(std::int64_t now_ns) {
 void Session::act(Action action) {
   switch (action) {
     case Action::next_color: {
-      constexpr std::array kCycle{ScalarField::none, ScalarField::speed, ScalarField::density};
-      const auto* at = std::find(kCycle.begin(), kCycle.end(), color_);
-      set_color(at == kCycle.end() || at + 1 == kCycle.end() ? kCycle.front() : *(at + 1));
+      const std::size_t next = (static_cast<std::size_t>(color_) + 1) % kScalarFields.size();
+      set_color(static_cast<ScalarField>(next));
       chosen_ = true;
       ask_for_field();
       if (frame_) stage_.scene().set_frame(*frame_);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 
 #include "viewer/controls.h"
 #include "viewer/feed_state.h"
@@ -25,11 +26,11 @@ class Session {
 
   // Takes over what is new. now_ns: CLOCK_MONOTONIC.
   void update(const FeedView& view, std::int64_t now_ns);
-  // Counts a picture shown.
+  // Counts a picture that was shown.
   void shown(std::int64_t now_ns);
 
   void act(Action action);
-  // A picture was asked for by key since the last call.
+  // Returns whether a picture was asked for by key since the last call.
   bool take_screenshot_wish();
 
   std::uint64_t frames_drawn() const { return frames_drawn_; }  // particle frames handed to the stage
@@ -40,13 +41,18 @@ class Session {
   void take_scene(const FeedView& view, std::int64_t now_ns);
   void take_surfaces(std::int64_t now_ns);
   void refresh_figures(const FeedView& view, std::int64_t now_ns);
+  void watch_server(const FeedView& view, std::int64_t now_ns);
+  std::string field_note(std::int64_t now_ns);
   void set_color(ScalarField field);
   void ask_for_field();
 
   Stage& stage_;
   Send send_;
   ScalarField color_ = ScalarField::none;
-  bool chosen_ = false;  // color_ by the user
+  bool chosen_ = false;      // color_ by the user
+  bool field_came_ = false;  // the server has sent color_ since it was asked for
+  bool just_asked_ = false;  // for it, and the time is not noted yet
+  std::int64_t asked_at_ns_ = 0;
   bool draw_all_ = false;
   bool figures_shown_ = true;
   bool screenshot_wanted_ = false;
@@ -58,6 +64,9 @@ class Session {
   std::shared_ptr<const ParticleFrame> frame_;
   std::shared_ptr<const BodyPoses> poses_;
   std::uint64_t frames_drawn_ = 0;
+  std::tuple<std::uint64_t, std::uint64_t, const BodyPoses*> server_heard_;  // what it said last, to see that it speaks
+  std::int64_t server_heard_ns_ = 0;
+  bool server_ended_ = false;  // by its own word
   std::int64_t figures_at_ns_ = 0;
   HudData figures_;
   std::deque<std::int64_t> shown_at_ns_;                             // pictures of the last second

@@ -64,9 +64,13 @@ Stage::Stage(const StageOptions& options) : viewer_(new osgViewer::Viewer), read
   osg::Camera* camera = viewer_->getCamera();
   camera->setGraphicsContext(window_);
   camera->setViewport(new osg::Viewport(0, 0, window_->getTraits()->width, window_->getTraits()->height));
-  const GLenum buffer = window_->getTraits()->doubleBuffer ? GL_BACK : GL_FRONT;
-  camera->setDrawBuffer(buffer);
-  camera->setReadBuffer(buffer);
+  if (!options.headless) {
+    // off-screen the context's own choice stands: a pbuffer has a back buffer alone by the EGL specification and a
+    // front buffer alone in Mesa, and naming the other one is an invalid operation
+    const GLenum buffer = window_->getTraits()->doubleBuffer ? GL_BACK : GL_FRONT;
+    camera->setDrawBuffer(buffer);
+    camera->setReadBuffer(buffer);
+  }
   camera->setClearMask(GL_DEPTH_BUFFER_BIT | GL_COLOR_BUFFER_BIT);
   camera->setClearColor(osg::Vec4f(0.1f, 0.11f, 0.13f, 1));
   camera->setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
@@ -92,7 +96,12 @@ Stage::Stage(const StageOptions& options) : viewer_(new osgViewer::Viewer), read
   go_home();
 }
 
-Stage::~Stage() { viewer_->setDone(true); }
+// The context is closed while everything that lives in it still does, so that OpenGL objects are deleted with it
+// current.
+Stage::~Stage() {
+  viewer_->setDone(true);
+  window_->close();
+}
 
 void Stage::open_window(const StageOptions& options) {
   if (options.headless) {

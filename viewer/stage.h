@@ -52,7 +52,7 @@ class Stage {
   void go_home_unless_moved();
   // Draws one picture. read, when given, receives it before it is shown.
   void draw(const std::function<void(Picture&&)>& read = nullptr);
-  // Where a world point [m] falls, in pixels from the lower left corner of the picture drawn last.
+  // Returns where a world point [m] falls, in pixels from the lower left corner of the picture drawn last.
   osg::Vec2d project(const osg::Vec3d& point) const;
 
  private:

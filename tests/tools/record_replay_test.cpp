@@ -326,7 +326,7 @@ TEST(Replay, StepsMessageByMessage) {
   EXPECT_EQ(replay.stop(SIGINT), 0) << replay.output();
 }
 
-// With the packages that other tools use, where they are installed.
+// Reads it with the packages that other tools use, where they are installed.
 TEST(Record, McapCoreDecodesTheFile) {
   const std::string node = "/usr/bin/node";
   if (!std::filesystem::exists(node)) GTEST_SKIP() << "no " << node;

@@ -32,7 +32,7 @@ Picture picture(int width, int height) {
   return p;
 }
 
-// What ffprobe says of a stream's entry.
+// Returns the value that ffprobe prints for an entry of the stream.
 std::string probe(const std::string& file, const std::string& entry) {
   const std::string command = "ffprobe -v error -count_frames -select_streams v:0 -show_entries stream=" + entry +
                               " -of default=nokey=1:noprint_wrappers=1 '" + file + "'";

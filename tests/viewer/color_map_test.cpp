@@ -46,6 +46,12 @@ TEST(ColorMap, RangesEndAtRoundNumbersAndHoldTheValues) {
   EXPECT_LT(suitable_range(ScalarField::pressure, std::vector<float>(5, 7.0f), 0).low, 7.1);
 }
 
+TEST(ColorMap, AFewOutliersDoNotStretchTheRange) {
+  std::vector<float> densities;
+  for (int i = 0; i < 1000; ++i) densities.push_back(i % 60 == 0 ? 300.0f : 996.0f + static_cast<float>(i % 9));
+  EXPECT_EQ(suitable_range(ScalarField::density, densities, 1000), (ValueRange{995, 1005}));
+}
+
 TEST(ColorMap, ARangeStaysUntilItNoLongerFits) {
   SteadyRange steady;
   EXPECT_EQ(steady.update(ScalarField::speed, {0, 1}), (ValueRange{0, 1}));

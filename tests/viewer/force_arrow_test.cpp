@@ -1,4 +1,4 @@
-// How long a newton is drawn.
+// The length at which a newton is drawn.
 #include "viewer/force_arrow.h"
 
 #include <gtest/gtest.h>

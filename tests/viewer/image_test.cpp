@@ -156,6 +156,25 @@ TEST(Image, AFieldThatTheFrameLacksIsShownByBody) {
   EXPECT_EQ(stage.scene().cloud().shown_field(), ScalarField::none);
 }
 
+// Walls and tools have a density for the solver's sake only: they must not set the range, and keep their colour.
+TEST(Image, WallsDoNotStretchTheRangeOfTheFluidsDensity) {
+  Stage stage(small_stage());
+  stage.hud().set_visible(false);
+  SceneDescription scene = three_dots();
+  scene.bodies[2].kind = BodyKind::fixed;
+  set_scene(stage, scene);
+  stage.scene().set_color(ScalarField::density);
+  stage.go_home();
+  ParticleFrame frame = frame_of({-0.1f, 0, 0, 0, 0, 0, 0.1f, 0, 0});
+  frame.field = ScalarField::density;
+  frame.scalars = {998, 1003, 7800};
+  stage.scene().set_frame(frame);
+  EXPECT_EQ(stage.scene().cloud().range(), (ValueRange{995, 1005}));
+  const Picture picture = shoot(stage);
+  EXPECT_TRUE(bluish(at(picture, stage.project({0.1, 0, 0})))) << "the colour of its body";
+  EXPECT_FALSE(greenish(at(picture, stage.project({0, 0, 0})))) << "a colour of the map";
+}
+
 TEST(Image, FastParticlesAreBrighterThanSlowOnes) {
   Stage stage(small_stage());
   stage.hud().set_visible(false);

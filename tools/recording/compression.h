@@ -9,7 +9,7 @@ namespace palp {
 
 enum class Compression { none, lz4, zstd };
 
-// The name in the file: "", "lz4", "zstd".
+// Returns the name in the file: "", "lz4", "zstd".
 std::string mcap_name(Compression compression);
 // Throws std::invalid_argument naming what is accepted.
 Compression compression_from_mcap(const std::string& name);

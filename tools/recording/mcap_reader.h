@@ -22,8 +22,8 @@ struct McapReaderOptions {
   bool check_crc = true;  // false only for tests that must reach what a checksum shields
 };
 
-// What a scan meets. Any may be left empty. A schema or channel may come more than once. A McapError of theirs counts
-// as damage of the file, any other exception ends the scan.
+// Functions that get what a scan meets. Any may be left empty. A schema or channel may come more than once. A McapError
+// of theirs counts as damage of the file, any other exception ends the scan.
 struct McapVisitor {
   std::function<void(const McapSchema&)> schema;
   std::function<void(const McapChannel&)> channel;

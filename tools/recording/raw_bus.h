@@ -50,7 +50,7 @@ class RawBus {
   virtual bool wait(std::chrono::milliseconds timeout) = 0;
 };
 
-// As open_bus().
+// Opens the bus as open_bus() does, for samples as bytes.
 std::unique_ptr<RawBus> open_raw_bus(const BusOptions& options);
 std::unique_ptr<RawBus> open_raw_cyclone(const BusOptions& options);
 std::unique_ptr<RawBus> open_raw_fastdds(const BusOptions& options);
@@ -58,7 +58,8 @@ std::unique_ptr<RawBus> open_raw_fastdds(const BusOptions& options);
 // The key of a keyed topic is the first member of its type and of fixed size, so that it can be found without the type.
 // Its size in bytes, 0 for a topic without a key.
 std::size_t key_bytes(const TopicRow& topic);
-// The key as DDS hashes it: big-endian, the rest zero. False when the payload is too short or no plain CDR.
+// Gives the key as DDS hashes it: big-endian, the rest zero. Returns false when the payload is too short or no plain
+// CDR.
 bool raw_key(Payload payload, std::size_t bytes, std::array<std::uint8_t, 16>& key);
 
 }  // namespace palp

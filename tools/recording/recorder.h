@@ -52,10 +52,10 @@ class Recorder {
 
   // Waits at most so long for samples and queues what has come.
   void poll(std::chrono::milliseconds timeout);
-  // The disk refused: finish() will say why.
+  // Returns whether the disk refused: finish() will say why.
   bool failed() const { return failed_.load(); }
   RecordingCounts counts() const;
-  // How many it hears now; what they said before it knew them is not in the recording.
+  // Returns how many writers it hears now; what they said before it knew them is not in the recording.
   int writers() const;
   // Writes what is queued, the drop counts and the summary. Throws McapError if the disk refuses now or did before.
   void finish();

@@ -19,7 +19,7 @@
 namespace palp {
 namespace {
 
-// One line from the keyboard; false at its end or when the program is asked to stop.
+// Waits for one line from the keyboard; false at its end or when the program is asked to stop.
 bool wait_for_enter() {
   while (!stop_asked()) {
     pollfd input{STDIN_FILENO, POLLIN, 0};

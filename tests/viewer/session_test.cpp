@@ -1,0 +1,123 @@
+// What the viewer makes of what it hears, and what the keys ask for: a session with a stage and views made by hand.
+#include "viewer/session.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "tests/viewer/picture_tools.h"
+#include "tests/viewer/synthetic_scene.h"
+
+namespace palp::test {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+class SessionTest : public testing::Test {
+ protected:
+  Session& start(std::optional<ScalarField> color) {
+    session_ = std::make_unique<Session>(
+        stage_, color, [this](CommandKind, const std::string&, const std::string& value) { asked_.push_back(value); });
+    const SyntheticScene s = synthetic_scene();
+    view_.scene = std::make_shared<const SceneDescription>(s.scene);
+    return *session_;
+  }
+  void hear_frame(ScalarField field) {
+    view_.frame = std::make_shared<const ParticleFrame>(synthetic_scene(0.4, field).frame);
+    view_.frame_time_ns = now_;
+    ++view_.frames;
+  }
+  void hear_status(const std::string& state) {
+    Status& status = view_.status["sim_server"];
+    status.process = "sim_server";
+    status.state = state;
+    status.metrics = {{"real_time_factor", 1}};
+    ++status.header.sequence;
+  }
+  std::string banner_after(double seconds) {
+    now_ += static_cast<std::int64_t>(seconds * 1e9);
+    session_->update(view_, now_);
+    return hud_banner(session_->figures());
+  }
+
+  Stage stage_{small_stage(64, 48)};
+  std::unique_ptr<Session> session_;
+  FeedView view_;
+  std::vector<std::string> asked_;
+  std::int64_t now_ = 100 * kSecond;
+};
+
+TEST_F(SessionTest, TheColorKeyReachesEveryField) {
+  Session& session = start(std::nullopt);
+  session.update(view_, now_);
+  for (std::size_t i = 0; i < kScalarFields.size(); ++i) session.act(Action::next_color);
+  EXPECT_EQ(asked_, (std::vector<std::string>{"speed", "density", "pressure", "temperature"}));
+}
+
+TEST_F(SessionTest, AFieldThatAnotherViewerAskedForIsNamed) {
+  start(ScalarField::speed);
+  hear_frame(ScalarField::density);
+  EXPECT_EQ(banner_after(0.01), "") << "the server has had no time to answer";
+  hear_frame(ScalarField::density);
+  EXPECT_EQ(banner_after(1.5), "asked: speed, the server sends density");
+  hear_frame(ScalarField::speed);
+  EXPECT_EQ(banner_after(0.5), "");
+  hear_frame(ScalarField::density);
+  EXPECT_EQ(banner_after(0.5), "asked: speed, the server sends density (asked by another)");
+  EXPECT_EQ(asked_, std::vector<std::string>{"speed"}) << "two viewers must not outbid each other for ever";
+}
+
+TEST_F(SessionTest, AViewerThatAskedForNothingShowsWhatIsSent) {
+  start(std::nullopt);
+  for (const ScalarField field : {ScalarField::speed, ScalarField::density}) {
+    hear_frame(field);
+    EXPECT_EQ(banner_after(0.5), "");
+    EXPECT_EQ(stage_.scene().cloud().shown_field(), field);
+  }
+  EXPECT_TRUE(asked_.empty());
+}
+
+TEST_F(SessionTest, AServerThatEndedIsNamedAndOneThatFellSilentToo) {
+  start(std::nullopt);
+  hear_frame(ScalarField::speed);
+  hear_status("running");
+  EXPECT_EQ(banner_after(0.1), "");
+  EXPECT_EQ(banner_after(2.5).substr(0, 12), "no particles");
+  EXPECT_EQ(banner_after(2.5), "sim_server has ended or hangs: nothing heard for 5.0 s");
+  hear_status("ended");
+  EXPECT_EQ(banner_after(0.5), "sim_server has ended");
+  view_.status.clear();  // as the feed forgets it
+  EXPECT_EQ(banner_after(10), "sim_server has ended");
+}
+
+TEST_F(SessionTest, APausedServerHasNoPace) {
+  start(std::nullopt);
+  hear_frame(ScalarField::speed);
+  hear_status("paused");
+  EXPECT_EQ(banner_after(0.1), "paused");
+  std::string simulated;
+  for (const HudRow& row : hud_rows(session_->figures()))
+    if (row.label == "simulated") simulated = row.value;
+  EXPECT_NE(simulated.find("paused, ×0 real time"), std::string::npos) << simulated;
+  EXPECT_EQ(simulated.find("1.00"), std::string::npos) << simulated;
+}
+
+// A surface of millions of triangles: the session goes on at once, says how far it is, and can be dropped.
+TEST_F(SessionTest, ALargeSurfaceIsBuiltBesideThePictures) {
+  Session& session = start(std::nullopt);
+  SceneDescription scene = *view_.scene;
+  const BodyDescription block = scene.bodies[1];
+  BodyDescription& large = scene.bodies[1];
+  while (large.triangles.size() < 6'000'000)
+    large.triangles.insert(large.triangles.end(), block.triangles.begin(), block.triangles.end());
+  view_.scene = std::make_shared<const SceneDescription>(scene);
+  hear_frame(ScalarField::speed);
+  session.update(view_, now_);
+  EXPECT_FALSE(session.surfaces_complete());
+  EXPECT_EQ(session.frames_drawn(), 1u) << "particles are shown meanwhile";
+  EXPECT_NE(banner_after(0.6).find("building surfaces: "), std::string::npos);
+  EXPECT_FALSE(session.surfaces_complete());
+}
+
+}  // namespace
+}  // namespace palp::test
