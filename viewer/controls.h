@@ -1,4 +1,4 @@
-// What the keys of the window ask for.
+// The keys of the window and the actions that they ask for.
 #pragma once
 
 #include <optional>

@@ -1,6 +1,6 @@
-// What the viewer knows of the other processes: a thread takes the newest of every topic from the bus and keeps it
-// until the thread that draws asks. The readers are best effort and keep nothing back, so a slow or stopped viewer
-// costs the others nothing.
+// Everything that the viewer knows of the other processes: a thread takes the newest of every topic from the bus and
+// keeps it until the thread that draws asks. The readers are best effort and keep nothing back, so a slow or stopped
+// viewer costs the others nothing.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// What the viewer knows of the other processes. Pure: samples and times go in, no bus is needed.
+// Everything that the viewer knows of the other processes. Pure: samples and times go in, no bus is needed.
 #pragma once
 
 #include <array>

@@ -15,7 +15,7 @@
 
 namespace palp {
 
-// What the colours mean: a field with its range, or (field none) the bodies that are seen, each with its colour.
+// The meaning of the colours: a field with its range, or (field none) the bodies that are seen, each with its colour.
 struct Legend {
   ScalarField field = ScalarField::none;
   ValueRange range;

@@ -1,4 +1,4 @@
-// What the head-up display says, as text. Pure.
+// The words of the head-up display. Pure.
 #pragma once
 
 #include <map>

@@ -29,6 +29,57 @@ double default_rate(const ViewerOptions& o) {
   return o.video.empty() ? 5 : 30;
 }
 
+// The options that need a second look once all have been read.
+struct CommandLine {
+  std::string size = "1280x720";
+  int samples = -1, nice = -1;
+  double png_at = 0, png_every = 0;  // [s]
+  ScalarField color = ScalarField::none;
+  CLI::Option *color_given = nullptr, *png_at_given = nullptr, *png_every_given = nullptr;
+};
+
+void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
+  app.add_flag("--headless", o.stage.headless, "draw off-screen through EGL; the default where there is no DISPLAY");
+  app.add_option("--gpu", o.stage.gpu, "off-screen: auto, cpu (software) or egl:N (N-th EGL device)")
+      ->capture_default_str();
+  app.add_option("--size", line.size, "of the picture, WIDTHxHEIGHT in pixels")->capture_default_str();
+  app.add_option("--fps", o.rate_hz, "pictures per second at most (60; off-screen 30 with --video, else 5)")
+      ->check(number_between(0.1, 1000.0));
+  app.add_option("--samples", line.samples, "samples per pixel against jagged edges (4; off-screen 0)")
+      ->check(CLI::Range(0, 16));
+  app.add_option("--seconds", o.seconds, "end after this long")->check(number_between(0.0, 1e7));
+  std::map<std::string, ScalarField> colors;
+  for (std::size_t i = 0; i < kScalarFields.size(); ++i)
+    colors.emplace(legend_name(static_cast<ScalarField>(i)), static_cast<ScalarField>(i));
+  line.color_given =
+      app.add_option("--color", line.color,
+                     "of the particles: body, speed, density, pressure or temperature; without it the field that the "
+                     "server sends. It sends one field to all viewers: the one that was asked for last, here or by key "
+                     "c of any viewer. A viewer that asked for another one says so and colours by body")
+          ->transform(CLI::CheckedTransformer(colors).description(""))
+          ->type_name("FIELD");
+  auto* png =
+      app.add_option("--png", o.png, "write a picture, when the viewer ends unless --png-at or --png-every say when");
+  line.png_at_given = app.add_option("--png-at", line.png_at, "write it this many seconds after the start")
+                          ->check(number_between(0.0, 1e7))
+                          ->needs(png);
+  line.png_every_given =
+      app.add_option("--png-every", line.png_every, "write one every so many seconds, FILE-0001.png and so on")
+          ->check(number_between(0.01, 1e7))
+          ->needs(png)
+          ->excludes(line.png_at_given);
+  app.add_option("--video", o.video, "write a video (H.264, through ffmpeg)");
+  app.add_flag("!--no-figures", o.figures, "leave out the figures and the legend");
+  app.add_option("--nice", line.nice, "niceness, 0 to 19 (0; off-screen 10)")->check(CLI::Range(0, 19));
+  app.add_option("--raster-threads", o.raster_threads, "threads of a software rasteriser, off-screen")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  app.add_option("--summary", o.summary, "write a summary (JSON) at the end");
+  app.add_option("--shaders", o.shader_directory, "take shaders from this directory first")
+      ->check(CLI::ExistingDirectory);
+  add_bus_options(app, o.bus);
+}
+
 }  // namespace
 
 std::pair<int, int> parse_size(const std::string& text) {
@@ -51,51 +102,11 @@ std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* a
   CLI::App app("Shows a palp simulation: particles, surfaces, forces. It may start before or after palp-sim-server.",
                "palp-viewer");
   app.set_version_flag("--version", version_of("palp-viewer"));
-  std::string size = "1280x720";
-  int samples = -1, nice = -1;
-  double png_at = 0, png_every = 0;
-  std::map<std::string, ScalarField> colors;
-  for (std::size_t i = 0; i < kScalarFields.size(); ++i)
-    colors.emplace(legend_name(static_cast<ScalarField>(i)), static_cast<ScalarField>(i));
-  app.add_flag("--headless", o.stage.headless, "draw off-screen through EGL; the default where there is no DISPLAY");
-  app.add_option("--gpu", o.stage.gpu, "off-screen: auto, cpu (software) or egl:N (N-th EGL device)")
-      ->capture_default_str();
-  app.add_option("--size", size, "of the picture, WIDTHxHEIGHT in pixels")->capture_default_str();
-  app.add_option("--fps", o.rate_hz, "pictures per second at most (60; off-screen 30 with --video, else 5)")
-      ->check(number_between(0.1, 1000.0));
-  app.add_option("--samples", samples, "samples per pixel against jagged edges (4; off-screen 0)")
-      ->check(CLI::Range(0, 16));
-  app.add_option("--seconds", o.seconds, "end after this long")->check(number_between(0.0, 1e7));
-  ScalarField color = ScalarField::none;
-  auto* color_option =
-      app.add_option("--color", color,
-                     "of the particles: body, speed, density, pressure or temperature; without it the field that the "
-                     "server sends. It sends one field to all viewers: the one that was asked for last, here or by key "
-                     "c of any viewer. A viewer that asked for another one says so and colours by body")
-          ->transform(CLI::CheckedTransformer(colors).description(""))
-          ->type_name("FIELD");
-  auto* png =
-      app.add_option("--png", o.png, "write a picture, when the viewer ends unless --png-at or --png-every say when");
-  auto* at = app.add_option("--png-at", png_at, "write it this many seconds after the start")
-                 ->check(number_between(0.0, 1e7))
-                 ->needs(png);
-  auto* every = app.add_option("--png-every", png_every, "write one every so many seconds, FILE-0001.png and so on")
-                    ->check(number_between(0.01, 1e7))
-                    ->needs(png)
-                    ->excludes(at);
-  app.add_option("--video", o.video, "write a video (H.264, through ffmpeg)");
-  app.add_flag("!--no-figures", o.figures, "leave out the figures and the legend");
-  app.add_option("--nice", nice, "niceness, 0 to 19 (0; off-screen 10)")->check(CLI::Range(0, 19));
-  app.add_option("--raster-threads", o.raster_threads, "threads of a software rasteriser, off-screen")
-      ->check(CLI::Range(1, 64))
-      ->capture_default_str();
-  app.add_option("--summary", o.summary, "write a summary (JSON) at the end");
-  app.add_option("--shaders", o.shader_directory, "take shaders from this directory first")
-      ->check(CLI::ExistingDirectory);
-  add_bus_options(app, o.bus);
+  CommandLine line;
+  add_options(app, o, line);
   try {
     app.parse(argc, argv);
-    std::tie(o.stage.width, o.stage.height) = parse_size(size);
+    std::tie(o.stage.width, o.stage.height) = parse_size(line.size);
   } catch (const CLI::ParseError& error) {
     exit_code = app.exit(error);
     return std::nullopt;
@@ -104,11 +115,11 @@ std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* a
     return std::nullopt;
   }
   o.stage.headless = o.stage.headless || !has_display();
-  o.stage.samples = samples >= 0 ? samples : o.stage.headless ? 0 : 4;
-  o.nice = nice >= 0 ? nice : o.stage.headless ? 10 : 0;
-  if (color_option->count() > 0) o.color = color;
-  if (at->count() > 0) o.png_at = png_at;
-  if (every->count() > 0) o.png_every = png_every;
+  o.stage.samples = line.samples >= 0 ? line.samples : o.stage.headless ? 0 : 4;
+  o.nice = line.nice >= 0 ? line.nice : o.stage.headless ? 10 : 0;
+  if (line.color_given->count() > 0) o.color = line.color;
+  if (line.png_at_given->count() > 0) o.png_at = line.png_at;
+  if (line.png_every_given->count() > 0) o.png_every = line.png_every;
   if (o.rate_hz == 0) o.rate_hz = default_rate(o);
   return o;
 }

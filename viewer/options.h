@@ -1,4 +1,4 @@
-// What the viewer was asked to do.
+// The viewer's command line.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// What the keys ask for.
+// The keys and the actions that they ask for.
 #include "viewer/controls.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What the viewer makes of samples, sound ones and others, without a bus.
+// The viewer's view of samples, sound ones and others, without a bus.
 #include <gtest/gtest.h>
 
 #include <limits>

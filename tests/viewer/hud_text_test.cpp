@@ -1,4 +1,4 @@
-// What the head-up display says.
+// The words of the head-up display.
 #include "viewer/hud_text.h"
 
 #include <gtest/gtest.h>

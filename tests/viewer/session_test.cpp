@@ -1,4 +1,4 @@
-// What the viewer makes of what it hears, and what the keys ask for: a session with a stage and views made by hand.
+// The viewer's answers to what it hears and to its keys: a session with a stage and views made by hand.
 #include "viewer/session.h"
 
 #include <gtest/gtest.h>

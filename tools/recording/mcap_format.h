@@ -1,4 +1,4 @@
-// What the writer and the reader of MCAP files share: record numbers, the plain structs of the records, and the byte
+// Shared by the writer and the reader of MCAP files: record numbers, the plain structs of the records, and the byte
 // order. The format: https://mcap.dev/spec. Times are ns since 1970 (CLOCK_REALTIME).
 #pragma once
 

@@ -39,7 +39,7 @@ struct ReplayCounts {
   double lateness_max_us = 0;
 };
 
-// What the replay asks its caller for.
+// The replay asks its caller through these.
 struct ReplayHooks {
   std::function<bool()> stop;           // true: end as soon as possible
   std::function<bool()> wait_for_step;  // returns when the next step is wanted; false: end
