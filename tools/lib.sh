@@ -39,7 +39,7 @@ configure() {
   local preset=$1
   shift
   mkdir -p "build/$preset"
-  logged "build/$preset/configure.log" cmake --preset "$preset" "$@"
+  logged "build/$preset/configure.log" cmake --preset "$preset" -DPALP_WERROR="${PALP_WERROR:-OFF}" "$@"
   sed -n 's/^-- \(CUDA back end: .*\)/\1/p' "build/$preset/configure.log"
 }
 

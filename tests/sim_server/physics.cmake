@@ -44,9 +44,6 @@ foreach(cases physics_support physics_host physics_unit physics stability physic
   target_compile_definitions(${cases}_cases PRIVATE PALP_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
 endforeach()
 
-# GCC 12 claims accesses past the ends of Eigen's fixed-size vectors once it knows wide registers
-target_compile_options(physics_support_cases PRIVATE -Wno-array-bounds)
-
 # physics_binary(NAME name CASES ... LABELS ... TIMEOUT seconds [CUDA])
 function(physics_binary)
   cmake_parse_arguments(P "CUDA" "NAME;TIMEOUT" "CASES;LABELS" ${ARGN})
