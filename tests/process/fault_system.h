@@ -71,7 +71,7 @@ class FaultSystem : public RunningSystem {
 
   void start_bridge_of(int device, std::vector<std::string> arguments) {
     const std::vector<std::string> usual{
-        "--device-number", std::to_string(device),  "--log",       file("flight", device),
+        "--device-number", std::to_string(device),  "--log",       file("flight", device) + ".csv",
         "--summary",       file("summary", device), "--self-test", "0"};
     arguments.insert(arguments.end(), usual.begin(), usual.end());
     std::vector<std::string> command{kBin + "palp-haptic-bridge", "--domain", std::to_string(domain_)};
@@ -123,7 +123,7 @@ class FaultSystem : public RunningSystem {
       if (line.find(call) != std::string::npos) return std::stod(line);
     return std::nan("");
   }
-  Flight flight(int device) const { return flight_of(file("flight", device)); }
+  Flight flight(int device) const { return flight_of(file("flight", device) + ".csv"); }
 
   std::array<std::unique_ptr<ChildProcess>, kBridges> bridges_;
 };
