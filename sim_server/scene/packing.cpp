@@ -13,19 +13,20 @@ namespace {
 using Eigen::Vector3d;
 
 // All lengths in spacings.
-constexpr double kSupport = 2.2;         // of the kernel
-constexpr double kTouching = 1.6;        // particles of two bodies this near must share a lattice, or are packed
-constexpr double kOffLattice = 0.03;     // how far from sites of one lattice is still on it
-constexpr double kDepth = 3;             // of the layer around them that is packed
-constexpr double kMargin = 0.3;          // that a particle moves at most before neighbours are listed anew
-constexpr double kFilled = 0.75;         // a site nearer than this to a particle is not open
-constexpr int kLists = 3, kRounds = 20;  // that often neighbours are listed, and particles moved for each list
-constexpr int kMostLists = 12;           // while two particles are still too near
-constexpr double kTooNear = 0.88;
-constexpr double kGain = 0.2;         // of the displacement, over spacing^2 sum V gradW
-constexpr double kStep = 0.1;         // a displacement at most
-constexpr double kStill = 2e-3;       // a largest displacement at which packing ends
-constexpr double kMostVolume = 0.25;  // change of a particle's volume
+constexpr double kSupport = 2.2;            // of the kernel
+constexpr double kContactDistance = 1.6;    // particles of two bodies this near share a lattice, or are packed
+constexpr double kLatticeTolerance = 0.03;  // how far from sites of one lattice is still on it
+constexpr double kLayerDepth = 3;           // of the layer around them that is packed
+constexpr double kListSkin = 0.3;           // that a particle moves at most before neighbours are listed anew
+constexpr double kOccupiedDistance = 0.75;  // a site nearer than this to a particle is not open
+constexpr int kMinLists = 3;                // neighbours are listed anew this often at least
+constexpr int kMaxLists = 12;               // and this often while two particles are nearer than kMinDistance
+constexpr int kShiftsPerList = 20;          // particles move this often between two lists
+constexpr double kMinDistance = 0.88;
+constexpr double kShiftCoefficient = 0.2;  // of the displacement, over spacing^2 sum V gradW
+constexpr double kMaxShift = 0.1;          // a displacement at most
+constexpr double kConvergedShift = 2e-3;   // a largest displacement at which packing ends
+constexpr double kMaxVolumeChange = 0.25;  // change of a particle's volume
 
 constexpr auto kKernel = WendlandC2Of<double>::unit();  // of q = r / H
 
@@ -43,12 +44,14 @@ struct Packing {
   }
 };
 
-bool on_lattice(const Vector3d& steps) { return ((steps.array() - steps.array().round()).abs() < kOffLattice).all(); }
+bool on_lattice(const Vector3d& steps) {
+  return ((steps.array() - steps.array().round()).abs() < kLatticeTolerance).all();
+}
 
 // Particles to move: those near a place where a fluid meets another body off its lattice.
-std::vector<std::uint32_t> misfits(const Packing& p) {
+std::vector<std::uint32_t> off_lattice_particles(const Packing& p) {
   const std::vector<Vector3d>& x = p.scene.position;
-  const PointGrid grid(x, p.box, kTouching * p.dx);
+  const PointGrid grid(x, p.box, kContactDistance * p.dx);
   std::vector<Vector3d> places;
   for (std::uint32_t i = 0; i < x.size(); ++i) {
     if (!p.movable(i)) continue;
@@ -57,17 +60,18 @@ std::vector<std::uint32_t> misfits(const Packing& p) {
     grid.near(x[i], [&](std::uint32_t j) {
       if (!fits || p.scene.body[i] == p.scene.body[j]) return;
       const Vector3d d = to_lattice * p.box.between(x[j], x[i]);
-      if (d.norm() < kTouching) fits = on_lattice(d);
+      if (d.norm() < kContactDistance) fits = on_lattice(d);
     });
     if (!fits) places.push_back(x[i]);
   }
   std::vector<std::uint32_t> active;
   if (places.empty()) return active;
-  const PointGrid near(places, p.box, kDepth * p.dx);
+  const PointGrid near(places, p.box, kLayerDepth * p.dx);
   for (std::uint32_t i = 0; i < x.size(); ++i) {
     if (!p.movable(i)) continue;
     bool found = false;
-    near.near(x[i], [&](std::uint32_t k) { found = found || p.box.between(places[k], x[i]).norm() < kDepth * p.dx; });
+    near.near(x[i],
+              [&](std::uint32_t k) { found = found || p.box.between(places[k], x[i]).norm() < kLayerDepth * p.dx; });
     if (found) active.push_back(i);
   }
   return active;
@@ -93,7 +97,7 @@ Vector3d lattice_steps(int c, int reach) {
 // The lattice of the active particles goes on into open space, so that they do not spread into it.
 std::vector<Vector3d> open_sites(const Packing& p, const std::vector<std::uint32_t>& active) {
   const std::vector<Vector3d>& x = p.scene.position;
-  const PointGrid grid(x, p.box, kFilled * p.dx);
+  const PointGrid grid(x, p.box, kOccupiedDistance * p.dx);
   std::vector<Vector3d> candidates, sites;
   for (const std::uint32_t i : active) {
     const Eigen::Matrix3d axes = p.axes(i) * p.dx;
@@ -102,15 +106,17 @@ std::vector<Vector3d> open_sites(const Packing& p, const std::vector<std::uint32
       if (steps.norm() > kSupport) continue;
       const Vector3d site = p.box.wrapped(x[i] + axes * steps);
       bool filled = false;
-      grid.near(site, [&](std::uint32_t j) { filled = filled || p.box.between(x[j], site).norm() < kFilled * p.dx; });
+      grid.near(site, [&](std::uint32_t j) {
+        filled = filled || p.box.between(x[j], site).norm() < kOccupiedDistance * p.dx;
+      });
       if (!filled) candidates.push_back(site);
     }
   }
-  const PointGrid among(candidates, p.box, kFilled * p.dx);
+  const PointGrid among(candidates, p.box, kOccupiedDistance * p.dx);
   for (std::uint32_t k = 0; k < candidates.size(); ++k) {
     bool first = true;
     among.near(candidates[k], [&](std::uint32_t j) {
-      first = first && (j >= k || p.box.between(candidates[j], candidates[k]).norm() >= kFilled * p.dx);
+      first = first && (j >= k || p.box.between(candidates[j], candidates[k]).norm() >= kOccupiedDistance * p.dx);
     });
     if (first && !inside_a_body(p, candidates[k])) sites.push_back(candidates[k]);
   }
@@ -124,7 +130,7 @@ struct Neighbors {
 };
 
 Neighbors list_neighbors(const Packing& p, const std::vector<std::uint32_t>& active, const std::vector<Vector3d>& all) {
-  const double reach = (kSupport + 2 * kMargin) * p.dx;
+  const double reach = (kSupport + 2 * kListSkin) * p.dx;
   const PointGrid grid(all, p.box, reach);
   Neighbors lists;
   lists.first.push_back(0);
@@ -137,7 +143,7 @@ Neighbors list_neighbors(const Packing& p, const std::vector<std::uint32_t>& act
   return lists;
 }
 
-// What a lattice with these steps has for sum W over a particle's neighbourhood, itself included.
+// Returns sum W over the neighbourhood of a particle of a whole cubic lattice, itself included.
 double lattice_sum() {
   double sum = 0;
   for (int c = 0; c < 343; ++c) {
@@ -149,16 +155,16 @@ double lattice_sum() {
 
 // Moves the active particles down the gradient of sum V W. True when they have come to rest.
 bool relax(const Packing& p, const std::vector<std::uint32_t>& active, const Neighbors& lists,
-           const std::vector<double>& share, std::vector<Vector3d>& x) {
+           const std::vector<double>& volume_ratio, std::vector<Vector3d>& x) {
   const double dx = p.dx, H = kSupport * dx;
-  const double scale = kGain * dx * 21 / (2 * EIGEN_PI * std::pow(kSupport, 4));
+  const double scale = kShiftCoefficient * dx * 21 / (2 * EIGEN_PI * std::pow(kSupport, 4));
   const double near = 0.2 / std::pow(kKernel.W(1 / kSupport), 4);
   const std::vector<Vector3d> start = x;
-  std::vector<Vector3d> push(active.size());
-  for (int round = 0; round < kRounds; ++round) {
+  std::vector<Vector3d> shift(active.size());
+  for (int round = 0; round < kShiftsPerList; ++round) {
     double farthest = 0;
     for (std::size_t k = 0; k < active.size(); ++k) {
-      push[k].setZero();
+      shift[k].setZero();
       for (std::size_t e = lists.first[k]; e < lists.first[k + 1]; ++e) {
         const std::uint32_t j = lists.index[e];
         const Vector3d d = p.box.between(x[active[k]], x[j]) / H;
@@ -166,17 +172,17 @@ bool relax(const Packing& p, const std::vector<std::uint32_t>& active, const Nei
         if (q2 >= 1) continue;
         const double q = std::sqrt(q2), W = kKernel.W(q);
         // Monaghan 2000: particles nearer than a spacing are pushed harder
-        push[k] += scale * share[j] * (1 + near * W * W * W * W) * kKernel.F(q) * d;
+        shift[k] += scale * volume_ratio[j] * (1 + near * W * W * W * W) * kKernel.F(q) * d;
       }
-      push[k] *= std::min(1.0, kStep * dx / std::max(push[k].norm(), 1e-300));
-      farthest = std::max(farthest, push[k].norm());
+      shift[k] *= std::min(1.0, kMaxShift * dx / std::max(shift[k].norm(), 1e-300));
+      farthest = std::max(farthest, shift[k].norm());
     }
     for (std::size_t k = 0; k < active.size(); ++k) {
       const std::uint32_t i = active[k];
-      const Vector3d moved = p.box.between(x[i] + push[k], start[i]);
-      x[i] = p.box.wrapped(start[i] + moved * std::min(1.0, kMargin * dx / std::max(moved.norm(), 1e-300)));
+      const Vector3d moved = p.box.between(x[i] + shift[k], start[i]);
+      x[i] = p.box.wrapped(start[i] + moved * std::min(1.0, kListSkin * dx / std::max(moved.norm(), 1e-300)));
     }
-    if (farthest < kStill * dx) return true;
+    if (farthest < kConvergedShift * dx) return true;
   }
   return false;
 }
@@ -185,24 +191,24 @@ bool some_too_near(const Packing& p, const std::vector<std::uint32_t>& active, c
                    const std::vector<Vector3d>& x) {
   for (std::size_t k = 0; k < active.size(); ++k)
     for (std::size_t e = lists.first[k]; e < lists.first[k + 1]; ++e)
-      if (p.box.between(x[active[k]], x[lists.index[e]]).norm() < kTooNear * p.dx) return true;
+      if (p.box.between(x[active[k]], x[lists.index[e]]).norm() < kMinDistance * p.dx) return true;
   return false;
 }
 
 // Volumes that share the space out: V = V0 / sum V W, relative to what a lattice has for the sum.
-void share_space(const Packing& p, const std::vector<std::uint32_t>& active, const std::vector<Vector3d>& x,
-                 std::vector<double>& share) {
+void assign_volumes(const Packing& p, const std::vector<std::uint32_t>& active, const std::vector<Vector3d>& x,
+                    std::vector<double>& volume_ratio) {
   const double H = kSupport * p.dx, full = lattice_sum();
   const Neighbors lists = list_neighbors(p, active, x);
   std::vector<double> next(active.size());
   for (int round = 0; round < 4; ++round) {
     for (std::size_t k = 0; k < active.size(); ++k) {
-      double sum = share[active[k]];
+      double sum = volume_ratio[active[k]];
       for (std::size_t e = lists.first[k]; e < lists.first[k + 1]; ++e)
-        sum += share[lists.index[e]] * kKernel.W(p.box.between(x[active[k]], x[lists.index[e]]).norm() / H);
-      next[k] = std::clamp(share[active[k]] * full / sum, 1 - kMostVolume, 1 + kMostVolume);
+        sum += volume_ratio[lists.index[e]] * kKernel.W(p.box.between(x[active[k]], x[lists.index[e]]).norm() / H);
+      next[k] = std::clamp(volume_ratio[active[k]] * full / sum, 1 - kMaxVolumeChange, 1 + kMaxVolumeChange);
     }
-    for (std::size_t k = 0; k < active.size(); ++k) share[active[k]] = next[k];
+    for (std::size_t k = 0; k < active.size(); ++k) volume_ratio[active[k]] = next[k];
   }
 }
 
@@ -211,23 +217,23 @@ void share_space(const Packing& p, const std::vector<std::uint32_t>& active, con
 void pack_fluids(Scene& scene, const std::vector<std::optional<Solid>>& solids) {
   const double cell = std::pow(scene.spacing, 3);
   const Packing p{scene, solids, {scene.bounds_min, scene.bounds_max, scene.config.periodic}, scene.spacing};
-  const std::vector<std::uint32_t> active = misfits(p);
+  const std::vector<std::uint32_t> active = off_lattice_particles(p);
   if (active.empty()) return;
   std::vector<Vector3d> x = scene.position;
-  std::vector<double> share(x.size());  // volume over that of a cell
-  for (std::size_t i = 0; i < x.size(); ++i) share[i] = scene.volume[i] / cell;
+  std::vector<double> volume_ratio(x.size());  // volume over that of a cell
+  for (std::size_t i = 0; i < x.size(); ++i) volume_ratio[i] = scene.volume[i] / cell;
   const std::vector<Vector3d> open = open_sites(p, active);
   x.insert(x.end(), open.begin(), open.end());
-  share.resize(x.size(), 1.0);
-  for (int list = 0; list < kMostLists; ++list) {
+  volume_ratio.resize(x.size(), 1.0);
+  for (int list = 0; list < kMaxLists; ++list) {
     const Neighbors lists = list_neighbors(p, active, x);
-    if (list >= kLists && !some_too_near(p, active, lists, x)) break;
-    if (relax(p, active, lists, share, x)) break;
+    if (list >= kMinLists && !some_too_near(p, active, lists, x)) break;
+    if (relax(p, active, lists, volume_ratio, x)) break;
   }
-  share_space(p, active, x, share);
+  assign_volumes(p, active, x, volume_ratio);
   for (const std::uint32_t i : active) {
     scene.position[i] = x[i];
-    scene.volume[i] = share[i] * cell;
+    scene.volume[i] = volume_ratio[i] * cell;
   }
 }
 
