@@ -8,7 +8,7 @@
 
 namespace palp {
 
-void Hand::receive(const DeviceSample& sample, std::int64_t t_receive_ns) {
+void DeviceTracker::receive(const DeviceSample& sample, std::int64_t t_receive_ns) {
   const bool same = known_ && sample.header.session == sample_.header.session;
   // within one session only newer samples count, but after silence: a recording of it is replayed from its beginning
   if (same && sample.header.sequence <= sample_.header.sequence && silent_for_ < kBeginsAnewAfter) return;
@@ -20,7 +20,7 @@ void Hand::receive(const DeviceSample& sample, std::int64_t t_receive_ns) {
   known_ = true;
 }
 
-DeviceInput Hand::input(std::int64_t now_ns, double step, const RigidState& proxy) {
+DeviceInput DeviceTracker::input(std::int64_t now_ns, double step, const RigidState& proxy) {
   DeviceInput in;
   silent_for_ += step;
   if (!known_ || !(sample_.flags & kEngaged) || silent_for_ > kSilentAfter + step / 2) {

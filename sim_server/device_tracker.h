@@ -24,7 +24,7 @@ inline constexpr double kFastestTurn = 30.0;  // [rad/s]
 // The coupling never pulls harder than this, however far the device has jumped.
 inline constexpr double kStrongestPull = 100.0;  // [N]
 
-class Hand {
+class DeviceTracker {
  public:
   void receive(const DeviceSample& sample, std::int64_t t_receive_ns);
   // What the simulation gets for its next step: the newest sample, moved on with its twist for as long as it has waited

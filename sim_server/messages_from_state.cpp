@@ -61,8 +61,8 @@ BodyPoses body_poses(const Scene& scene, const StepOutput& output) {
   return out;
 }
 
-ProxySample answer(const ProxyOutput& proxy, std::uint32_t device_number, const DeviceSample& device, bool engaged,
-                   ServerState state, double sim_time) {
+ProxySample make_proxy_sample(const ProxyOutput& proxy, std::uint32_t device_number, const DeviceSample& device,
+                              bool engaged, ServerState state, double sim_time) {
   const bool running = state == ServerState::running;
   ProxySample s;
   s.device = device_number;

@@ -13,8 +13,8 @@ enum class ServerState : int { running, paused, fault };
 
 // What the server says of a proxy after a step. device: the sample that the step was computed from. engaged: the hand
 // behind it holds the tool. Wrench and blend are zero unless the server runs.
-ProxySample answer(const ProxyOutput& proxy, std::uint32_t device_number, const DeviceSample& device, bool engaged,
-                   ServerState state, double sim_time);
+ProxySample make_proxy_sample(const ProxyOutput& proxy, std::uint32_t device_number, const DeviceSample& device,
+                              bool engaged, ServerState state, double sim_time);
 
 // An answer to a hand is sent again while there is no newer one, for links that lose some: a slow server's next one may
 // be long in coming. The first time after this, then as often again; too few times to hide a server that stands still.

@@ -109,8 +109,8 @@ class Server {
   void advance(std::int64_t t0) {
     for (std::size_t p = 0; p < simulation_.scene().proxies.size(); ++p) {
       TimedDeviceSample sample;
-      if (haptic_.take(p, sample)) hands_[p].receive(sample.sample, sample.t_receive_ns);
-      input_[p] = hands_[p].input(t0, step_, output_->proxies[p].state);
+      if (haptic_.take(p, sample)) trackers_[p].receive(sample.sample, sample.t_receive_ns);
+      input_[p] = trackers_[p].input(t0, step_, output_->proxies[p].state);
     }
     const std::int64_t t1 = now_ns();
     output_ = &simulation_.step(input_);
@@ -163,8 +163,8 @@ class Server {
   void publish() {
     const State state = gauges_.state;
     for (std::size_t p = 0; p < simulation_.scene().proxies.size(); ++p) {
-      haptic_.put(p, answer(output_->proxies[p], simulation_.scene().proxies[p].device, hands_[p].sample(),
-                            hands_[p].engaged(), state, output_->time));
+      haptic_.put(p, make_proxy_sample(output_->proxies[p], simulation_.scene().proxies[p].device,
+                                       trackers_[p].sample(), trackers_[p].engaged(), state, output_->time));
     }
     haptic_.flush();
   }
@@ -198,7 +198,7 @@ class Server {
       case CommandKind::reset:
         simulation_.reset();
         told_of_loss_ = false;
-        hands_ = {};
+        trackers_ = {};
         show();
         enter(gauges_.state == State::fault ? State::running : gauges_.state.load());
         return "reset";
@@ -272,7 +272,7 @@ class Server {
   FrameLink frames_;
   ControlLink control_;
   std::unique_ptr<Writer<SceneDescription>> scene_writer_;
-  std::array<Hand, kMaxProxies> hands_;
+  std::array<DeviceTracker, kMaxProxies> trackers_;
   StepInput input_{};
   int single_steps_ = 0;
   bool quit_ = false;

@@ -60,8 +60,8 @@ HapticLoop::HapticLoop(const LoopConfig& config, HapticDevice& device)
       governor_(config.governor, scene_gains(config), 1e-9 * static_cast<double>(config.period_ns)),
       passivity_(config.passivity),
       angular_passivity_(config.angular_passivity),
-      warmth_(config.limits.continuous_force, kWarmingTime, config.limits.force_slew),
-      angular_warmth_(config.limits.continuous_torque, kWarmingTime, config.limits.torque_slew),
+      thermal_limit_(config.limits.continuous_force, kWarmingTime, config.limits.force_slew),
+      angular_thermal_limit_(config.limits.continuous_torque, kWarmingTime, config.limits.torque_slew),
       slope_(config.slew_recovery > 0
                  ? 1 - std::exp(-1e-9 * static_cast<double>(config.period_ns) / config.slew_recovery)
                  : 1),
@@ -99,7 +99,7 @@ void HapticLoop::tick(std::int64_t now_ns, std::int64_t lateness_ns, std::uint32
   follow_hand();
   follow_link(now_ns);
   observe_energy();
-  send(limited(wanted()));
+  send(apply_limits(render_wrench()));
   model_.decay();
   describe(now_ns);
   device_.show(record_.state);
@@ -274,8 +274,8 @@ void HapticLoop::observe_energy() {
   before_ = reading_.state;
 }
 
-// What coupling and passivity controller ask for.
-Wrench<double> HapticLoop::wanted() {
+// Returns the wrench that the virtual coupling and the passivity controller ask for, before any limit.
+Wrench<double> HapticLoop::render_wrench() {
   const Wrench<double> model = have_sample_ ? model_.at(middle_) : zero_wrench();
   const CouplingGains& gains = model_.model().gains;
   stored_ = {workspace_.linear_work() * spring_energy(model.force, gains.stiffness),
@@ -288,7 +288,7 @@ Wrench<double> HapticLoop::wanted() {
 
 // The chain of limits. Each stage keeps what the stages before it promised: a mix of two vectors within the limit is
 // within the limit, and so are a step from one such vector towards another and a part of one.
-Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
+Wrench<double> HapticLoop::apply_limits(const Wrench<double>& wanted) {
   if (!is_finite(wanted)) {
     fault_ = LoopFault::not_finite;
     record_.cut = true;
@@ -301,8 +301,8 @@ Wrench<double> HapticLoop::limited(const Wrench<double>& wanted) {
   const RigidState& device = reading_.state;
   WrenchLimits limits = config_.limits;
   // half of a force that the limit holds is half of the limit
-  limits.force = share_for(reading_) * warmth_.allowed(limits.force);
-  limits.torque = share_for(reading_) * angular_warmth_.allowed(limits.torque);
+  limits.force = share_for(reading_) * thermal_limit_.allowed(limits.force);
+  limits.torque = share_for(reading_) * angular_thermal_limit_.allowed(limits.torque);
   const Wrench<double> damping{-config_.fade_damping * device.linear, -config_.fade_angular_damping * device.angular};
   const Wrench<double> kept = saturated(wanted, limits), fading = saturated(damping, limits);
   // past these speeds the coupling's spring is no more to be trusted; it comes back at four fifths of them
@@ -337,8 +337,8 @@ void HapticLoop::send(const Wrench<double>& wrench) {
   }
   if (record_.cut && last_sent_.force.squaredNorm() + last_sent_.torque.squaredNorm() > 0) ++report_.cuts;
   last_sent_ = record_.sent;
-  warmth_.note(last_sent_.force.norm(), elapsed_);
-  angular_warmth_.note(last_sent_.torque.norm(), elapsed_);
+  thermal_limit_.note(last_sent_.force.norm(), elapsed_);
+  angular_thermal_limit_.note(last_sent_.torque.norm(), elapsed_);
 }
 
 // What the server, the log and the people get to know of this tick.

@@ -154,8 +154,8 @@ class HapticLoop {
   void trip();
   LoopState find_state(bool willing) const;
   void observe_energy();
-  Wrench<double> wanted();
-  Wrench<double> limited(const Wrench<double>& wanted);
+  Wrench<double> render_wrench();
+  Wrench<double> apply_limits(const Wrench<double>& wanted);
   void send(const Wrench<double>& wrench);
   void describe(std::int64_t now_ns);
 
@@ -167,7 +167,7 @@ class HapticLoop {
   Workspace workspace_;
   GainGovernor governor_;
   PassivityController passivity_, angular_passivity_;
-  ThermalLimit warmth_, angular_warmth_;
+  ThermalLimit thermal_limit_, angular_thermal_limit_;
   SlewLimit slope_;
   double period_;       // [s]
   double elapsed_ = 0;  // since the last tick [s]

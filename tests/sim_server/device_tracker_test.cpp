@@ -28,10 +28,10 @@ RigidState proxy_at(double x) {
   return s;
 }
 
-TEST(Hand, MovesOnForAsLongAsTheSampleHasWaited) {
-  Hand hand;
-  hand.receive(sample(1, 0.01, 0.5), 5 * kMillisecond);
-  const DeviceInput in = hand.input(8 * kMillisecond, kStep, proxy_at(0.01));
+TEST(DeviceTracker, MovesOnForAsLongAsTheSampleHasWaited) {
+  DeviceTracker tracker;
+  tracker.receive(sample(1, 0.01, 0.5), 5 * kMillisecond);
+  const DeviceInput in = tracker.input(8 * kMillisecond, kStep, proxy_at(0.01));
   EXPECT_NEAR(in.state.position.x(), 0.01 + 0.5 * 3e-3, 1e-12);
   const Eigen::AngleAxisd turn(in.state.orientation);
   EXPECT_NEAR(turn.angle(), 2 * 3e-3, 1e-9);
@@ -39,12 +39,12 @@ TEST(Hand, MovesOnForAsLongAsTheSampleHasWaited) {
 }
 
 // Neither a clock that jumped, nor a speed that no hand has, moves it far.
-TEST(Hand, NeverMovesOnFurtherThanAHandMayInAFewMilliseconds) {
+TEST(DeviceTracker, NeverMovesOnFurtherThanAHandMayInAFewMilliseconds) {
   for (const double speed : {0.5, 5.0, 1e6}) {
     for (const std::int64_t age_ms : {-70, 0, 4, 20, 70}) {
-      Hand hand;
-      hand.receive(sample(1, 0, speed), 1000 * kMillisecond);
-      const double x = hand.input((1000 + age_ms) * kMillisecond, kStep, proxy_at(0)).state.position.x();
+      DeviceTracker tracker;
+      tracker.receive(sample(1, 0, speed), 1000 * kMillisecond);
+      const double x = tracker.input((1000 + age_ms) * kMillisecond, kStep, proxy_at(0)).state.position.x();
       EXPECT_GE(x, 0);
       EXPECT_LE(x, std::min(speed, kFastestHand) * (kMostAhead + kStep) * (1 + 1e-12))
           << speed << " m/s, " << age_ms << " ms";
@@ -53,12 +53,12 @@ TEST(Hand, NeverMovesOnFurtherThanAHandMayInAFewMilliseconds) {
 }
 
 // While nothing is heard of it, it neither stops at once nor goes on for ever, and its velocity is that of its way.
-TEST(Hand, SlowsDownWhileNothingIsHeard) {
-  Hand hand;
-  hand.receive(sample(1, 0, 0.5), 0);
-  DeviceInput before = hand.input(0, kStep, proxy_at(0));
+TEST(DeviceTracker, SlowsDownWhileNothingIsHeard) {
+  DeviceTracker tracker;
+  tracker.receive(sample(1, 0, 0.5), 0);
+  DeviceInput before = tracker.input(0, kStep, proxy_at(0));
   for (int ms = 1; ms < 50; ++ms) {
-    const DeviceInput in = hand.input(ms * kMillisecond, kStep, proxy_at(0));
+    const DeviceInput in = tracker.input(ms * kMillisecond, kStep, proxy_at(0));
     ASSERT_TRUE(in.engaged);
     const double way = in.state.position.x() - before.state.position.x();
     EXPECT_NEAR(way / kStep, (in.state.linear.x() + before.state.linear.x()) / 2, 1e-3) << ms << " ms";
@@ -71,67 +71,67 @@ TEST(Hand, SlowsDownWhileNothingIsHeard) {
 }
 
 // In steps, whatever the clock says: the same samples before the same steps give the same motion.
-TEST(Hand, LetsGoAfterAsManyStepsOfSilence) {
+TEST(DeviceTracker, LetsGoAfterAsManyStepsOfSilence) {
   for (const std::int64_t clock : {std::int64_t{0}, std::int64_t{1}, 100 * kMillisecond}) {
-    Hand hand;
-    hand.receive(sample(1, 0, 0), 0);
+    DeviceTracker tracker;
+    tracker.receive(sample(1, 0, 0), 0);
     int held = 0;
-    while (hand.input(held * clock, kStep, proxy_at(0)).engaged) ASSERT_LT(++held, 1000);
+    while (tracker.input(held * clock, kStep, proxy_at(0)).engaged) ASSERT_LT(++held, 1000);
     EXPECT_EQ(held, 50);
-    EXPECT_FALSE(hand.engaged());
-    hand.receive(sample(2, 0, 0), held * clock);
-    EXPECT_TRUE(hand.input(held * clock, kStep, proxy_at(0)).engaged);
+    EXPECT_FALSE(tracker.engaged());
+    tracker.receive(sample(2, 0, 0), held * clock);
+    EXPECT_TRUE(tracker.input(held * clock, kStep, proxy_at(0)).engaged);
   }
 }
 
-TEST(Hand, TakesNoOlderSampleOfASession) {
-  Hand hand;
-  hand.receive(sample(5, 0.02, 0), 0);
-  hand.receive(sample(4, 0.05, 0), 0);
-  EXPECT_NEAR(hand.input(0, kStep, proxy_at(0)).state.position.x(), 0.02, 1e-12);
+TEST(DeviceTracker, TakesNoOlderSampleOfASession) {
+  DeviceTracker tracker;
+  tracker.receive(sample(5, 0.02, 0), 0);
+  tracker.receive(sample(4, 0.05, 0), 0);
+  EXPECT_NEAR(tracker.input(0, kStep, proxy_at(0)).state.position.x(), 0.02, 1e-12);
   DeviceSample other = sample(1, 0.03, 0);
   other.header.session = 2;
-  hand.receive(other, 0);
-  EXPECT_NEAR(hand.input(0, kStep, proxy_at(0)).state.position.x(), 0.03, 1e-12);
+  tracker.receive(other, 0);
+  EXPECT_NEAR(tracker.input(0, kStep, proxy_at(0)).state.position.x(), 0.03, 1e-12);
 }
 
 // Its tool is not thrown to where another hand is.
-TEST(Hand, ANewHandTakesHoldGentlyWhereAnotherOneHeld) {
-  Hand hand;
+TEST(DeviceTracker, ANewHandTakesHoldGentlyWhereAnotherOneHeld) {
+  DeviceTracker tracker;
   for (std::uint64_t k = 1; k <= 400; ++k) {
-    hand.receive(sample(k, 0, 0), 0);
-    hand.input(0, kStep, proxy_at(0));
+    tracker.receive(sample(k, 0, 0), 0);
+    tracker.input(0, kStep, proxy_at(0));
   }
   DeviceSample other = sample(1, 0.05, 0);
   other.header.session = 2;
-  hand.receive(other, 0);
-  const DeviceInput in = hand.input(0, kStep, proxy_at(0));
+  tracker.receive(other, 0);
+  const DeviceInput in = tracker.input(0, kStep, proxy_at(0));
   EXPECT_NEAR(in.gains.stiffness, 1000 * kStep / kEaseIn, 1e-9);
 }
 
 // A recording that is replayed a second time begins with the numbers that it began with before.
-TEST(Hand, TakesASessionThatBeginsAnewAfterSilence) {
-  Hand hand;
-  hand.receive(sample(500, 0.02, 0), 0);
+TEST(DeviceTracker, TakesASessionThatBeginsAnewAfterSilence) {
+  DeviceTracker tracker;
+  tracker.receive(sample(500, 0.02, 0), 0);
   for (int k = 0; k < 199; ++k) {
-    hand.receive(sample(1, 0.03, 0), 0);
-    ASSERT_NEAR(hand.sample().pose.position[0], 0.02, 1e-12) << k;
-    hand.input(0, kStep, proxy_at(0));
+    tracker.receive(sample(1, 0.03, 0), 0);
+    ASSERT_NEAR(tracker.sample().pose.position[0], 0.02, 1e-12) << k;
+    tracker.input(0, kStep, proxy_at(0));
   }
-  for (int k = 0; k < 3; ++k) hand.input(0, kStep, proxy_at(0));
-  hand.receive(sample(1, 0.03, 0), 0);
-  const DeviceInput in = hand.input(0, kStep, proxy_at(0));
+  for (int k = 0; k < 3; ++k) tracker.input(0, kStep, proxy_at(0));
+  tracker.receive(sample(1, 0.03, 0), 0);
+  const DeviceInput in = tracker.input(0, kStep, proxy_at(0));
   EXPECT_TRUE(in.engaged);
   EXPECT_NEAR(in.state.position.x(), 0.03, 1e-12);
 }
 
-TEST(Hand, PullsNoHarderThanItMay) {
-  Hand hand;
-  hand.receive(sample(1, 10, 0), 0);
+TEST(DeviceTracker, PullsNoHarderThanItMay) {
+  DeviceTracker tracker;
+  tracker.receive(sample(1, 10, 0), 0);
   DeviceInput in;
   for (int k = 0; k < 400; ++k) {
-    hand.receive(sample(static_cast<std::uint64_t>(k) + 2, 10, 0), 0);
-    in = hand.input(0, kStep, proxy_at(1));
+    tracker.receive(sample(static_cast<std::uint64_t>(k) + 2, 10, 0), 0);
+    in = tracker.input(0, kStep, proxy_at(1));
   }
   EXPECT_EQ(in.gains.stiffness, 1000);
   EXPECT_NEAR(in.gains.stiffness * (in.state.position.x() - 1), kStrongestPull, 1e-9);

@@ -64,13 +64,13 @@ class BenchServer {
     return t_ns + (periods % 2 == 1 ? to_ns(link.clock_step) : 0);
   }
 
-  void receive(const DeviceSample& sample, std::int64_t t_receive_ns) { hand_.receive(sample, t_receive_ns); }
+  void receive(const DeviceSample& sample, std::int64_t t_receive_ns) { tracker_.receive(sample, t_receive_ns); }
 
   ProxySample step(std::int64_t t_ns) {
     if (setup_.before_step) setup_.before_step(*simulation_, output().time);
-    input_[0] = hand_.input(clock(t_ns), step_, output().proxies[0].state);
+    input_[0] = tracker_.input(clock(t_ns), step_, output().proxies[0].state);
     simulation_->step(input_);
-    ProxySample s = answer(output().proxies[0], 0, hand_.sample(), hand_.engaged(),
+    ProxySample s = make_proxy_sample(output().proxies[0], 0, tracker_.sample(), tracker_.engaged(),
                            output().health.ok ? ServerState::running : ServerState::fault, output().time);
     s.header = {kProtocolVersion, kServerSession, 0, t_ns};
     return s;
@@ -87,7 +87,7 @@ class BenchServer {
   const RunSetup& setup_;
   std::unique_ptr<Simulation> simulation_;
   double step_;
-  Hand hand_;
+  DeviceTracker tracker_;
   StepInput input_{};
 };
 

@@ -13,9 +13,9 @@
 
 namespace palp::test {
 
-class Mischief {
+class FaultInjector {
  public:
-  explicit Mischief(std::uint64_t seed) : random_(seed) {
+  explicit FaultInjector(std::uint64_t seed) : random_(seed) {
     for (double* p : {&lose_, &lie_, &glitch_, &lift_, &late_, &restart_, &reorder_, &duplicate_, &refuse_, &jump_})
       *p = chance(0.5) ? 0 : 0.2 * unit() * unit();
     for (double* p : {&shift_, &power_, &chain_, &strain_, &lull_}) *p = chance(0.7) ? 0 : 0.02 * unit();
@@ -162,18 +162,18 @@ class Mischief {
 };
 
 // An arm whose readings go wrong now and then, whose switches come and go, and that a hand may throw about.
-class MischievousArm final : public HapticDevice {
+class FaultyArm final : public HapticDevice {
  public:
-  explicit MischievousArm(Mischief& mischief)
-      : mischief_(mischief), arm_(ArmModel{}, HandScript{}, home(), home()), thrown_(home()) {}
+  explicit FaultyArm(FaultInjector& injector)
+      : injector_(injector), arm_(ArmModel{}, HandScript{}, home(), home()), thrown_(home()) {}
   const DeviceInfo& info() const noexcept override { return arm_.info(); }
   bool read(std::int64_t now, DeviceReading& out) noexcept override {
     bool good = arm_.read(now, out);
-    if (mischief_.speed() > 0) {
+    if (injector_.speed() > 0) {
       throw_about(now);
       out.state = thrown_;
     }
-    good = mischief_.trouble(out, !held_) && good;
+    good = injector_.trouble(out, !held_) && good;
     held_ = true;
     return good;
   }
@@ -183,7 +183,7 @@ class MischievousArm final : public HapticDevice {
   bool write(const Wrench<double>& w) noexcept override {
     written = w;
     arm_.write(w);
-    return mischief_.takes_wrench();
+    return injector_.takes_wrench();
   }
   Wrench<double> written = zero_wrench();
 
@@ -196,11 +196,11 @@ class MischievousArm final : public HapticDevice {
     const double dt = t_last_ > 0 ? 1e-9 * static_cast<double>(now - t_last_) : 1e-3;
     t_last_ = now;
     for (int i = 0; i < 3; ++i) {
-      thrown_.linear[i] += 0.2 * mischief_.speed() * mischief_.swing();
-      thrown_.angular[i] += mischief_.speed() * mischief_.swing();
+      thrown_.linear[i] += 0.2 * injector_.speed() * injector_.swing();
+      thrown_.angular[i] += injector_.speed() * injector_.swing();
     }
-    thrown_.linear = saturated(thrown_.linear, mischief_.speed());
-    thrown_.angular = saturated(thrown_.angular, 5 * mischief_.speed());
+    thrown_.linear = saturated(thrown_.linear, injector_.speed());
+    thrown_.angular = saturated(thrown_.angular, 5 * injector_.speed());
     thrown_.position += dt * thrown_.linear;
     const double angle = dt * thrown_.angular.norm();
     if (angle > 0)
@@ -209,7 +209,7 @@ class MischievousArm final : public HapticDevice {
               .normalized();
   }
 
-  Mischief& mischief_;
+  FaultInjector& injector_;
   SimulatedDevice arm_;
   RigidState thrown_;
   std::int64_t t_last_ = 0;

@@ -51,18 +51,18 @@ struct Outcome {
 };
 
 Outcome run_schedule(std::uint64_t seed, int ticks) {
-  test::Mischief mischief(seed);
-  const LoopConfig config = mischief.config();
-  test::MischievousArm arm(mischief);
+  test::FaultInjector injector(seed);
+  const LoopConfig config = injector.config();
+  test::FaultyArm arm(injector);
   HapticLoop loop(config, arm);
   test::Invariants invariants(loop.config());
   Outcome outcome;
   std::int64_t now = 1'000'000'000;
   for (int i = 0; i < ticks; ++i) {
-    const std::int64_t wait = mischief.wait_ns();
+    const std::int64_t wait = injector.wait_ns();
     now += wait;
     IncomingProxy in;
-    const bool came = mischief.next(loop.sample(), now, in);
+    const bool came = injector.next(loop.sample(), now, in);
     loop.tick(now, wait - kMillisecond, static_cast<std::uint32_t>(wait / kMillisecond - 1), came ? &in : nullptr);
     if (const char* wrong = invariants.judge(loop, arm.written)) {
       ADD_FAILURE() << wrong << ": schedule " << seed << ", tick " << i;
