@@ -44,4 +44,11 @@ int run_program(const char* program, Run&& run) {
   }
 }
 
+// Does both: reads the command line into what app's options name, then runs.
+template <class Run>
+int run_program(const char* program, CLI::App& app, int argc, const char* const* argv, Run&& run) {
+  if (const auto status = read_command_line(app, program, argc, argv)) return *status;
+  return run_program(program, run);
+}
+
 }  // namespace palp

@@ -79,9 +79,8 @@ void add_loop_options(CLI::App& app, BridgeOptions& o) {
       ->capture_default_str();
   app.add_option("--log", o.log,
                  "flight log: a file NAME.csv, or a folder (without an ending, or with / at its end) for "
-                 "bridge_log.csv; folders "
-                 "are made; beside it go a summary (.json) and the run itself (.ticks, for --rerun) "
-                 "[out/bridge_N/bridge_log.csv]")
+                 "bridge_log.csv; folders are made; beside it go a summary (.json) and the run itself (.ticks, for "
+                 "--rerun) [out/bridge_N/bridge_log.csv]")
       ->type_name("PATH");
   app.add_option("--summary", o.summary, "where the summary (JSON) goes instead")->type_name("FILE");
   app.add_option("--log-seconds", o.log_seconds, "how much of the run's end the flight log holds")
@@ -117,8 +116,7 @@ void add_loop_options(CLI::App& app, BridgeOptions& o) {
 void add_options(CLI::App& app, RawOptions& raw) {
   app.description(
       "The 1 kHz process between a haptic device and sim_server: reads the device, renders the virtual coupling, "
-      "limits "
-      "the wrench, sends it to the device.");
+      "limits the wrench, sends it to the device.");
   add_device_options(app, raw);
   add_loop_options(app, raw.options);
   add_bus_options(app, raw.options.bus);
@@ -147,10 +145,8 @@ std::string to_log_file(const BridgeOptions& o) {
   const bool is_folder = path.extension().empty() || std::filesystem::is_directory(path, ignored);
   if (is_folder) return (path / kName).string();
   if (path.extension() != ".csv")
-    throw ConfigError(
-        fmt::format("--log {}: expected a file NAME.csv, or a folder; where this is to be a folder, end it "
-                    "with /",
-                    o.log));
+    throw ConfigError(fmt::format(
+        "--log {}: expected a file NAME.csv, or a folder; where this is to be a folder, end it with /", o.log));
   return o.log;
 }
 

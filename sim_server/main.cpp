@@ -3,23 +3,18 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
-#include <csignal>
 #include <nlohmann/json.hpp>
 
-#include "config/error.h"
 #include "config/json_file.h"
 #include "config/number_between.h"
-#include "config/version.h"
+#include "config/program.h"
+#include "config/stop_signal.h"
 #include "idl/bus_options.h"
 #include "sim_server/backend/thread_waits.h"
 #include "sim_server/scene_options.h"
 #include "sim_server/server.h"
 
 namespace {
-
-std::atomic<int> g_stop{0};
-void on_signal(int signal) { g_stop = signal; }
 
 struct Arguments {
   palp::SceneOptions scene;
@@ -39,15 +34,13 @@ void declare(CLI::App& app, Arguments& a) {
 
 int run(const Arguments& a) {
   const auto simulation = palp::open_simulation(a.scene);
-  // until here, which may take long, a signal simply ends the process
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
+  palp::catch_stop_signals();  // until here, which may take long, a signal simply ends the process
   if (a.scene.particles) spdlog::info("{}", palp::particle_choice(simulation->scene(), *a.scene.particles));
   spdlog::info("{}: {}", simulation->backend_name(), simulation->numerics());
   const auto bus = palp::open_bus(a.bus);
   spdlog::info("serving '{}' over {} in domain {}", simulation->scene().config.name, palp::to_string(a.bus.vendor),
                a.bus.domain);
-  const palp::ServerSummary summary = palp::serve(*simulation, *bus, a.server, g_stop);
+  const palp::ServerSummary summary = palp::serve(*simulation, *bus, a.server, palp::stop_signal());
   spdlog::info("{} steps, real-time factor {:.3f}, step p50 {:.0f} us, p99 {:.0f} us", summary.steps,
                summary.real_time_factor(), summary.step_p50_us, summary.step_p99_us);
   if (!a.summary.empty()) palp::write_json(a.summary, palp::json_of(summary, *simulation));
@@ -59,22 +52,8 @@ int run(const Arguments& a) {
 int main(int argc, char** argv) {
   palp::wait_asleep(argv);
   spdlog::set_default_logger(spdlog::stderr_color_mt("sim_server"));
-  CLI::App app("Simulates a scene and serves it over DDS.", "palp-sim-server");
-  app.set_version_flag("--version", palp::version_of("palp-sim-server"));
+  CLI::App app("Simulates a scene and serves it over DDS.");
   Arguments arguments;
   declare(app, arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  try {
-    return run(arguments);
-  } catch (const palp::ConfigError& error) {
-    for (const std::string& fault : error.faults()) spdlog::error("{}", fault);
-    return 2;
-  } catch (const std::exception& error) {
-    spdlog::error("{}", error.what());
-    return 1;
-  }
+  return palp::run_program("palp-sim-server", app, argc, argv, [&] { return run(arguments); });
 }

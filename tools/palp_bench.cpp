@@ -3,7 +3,6 @@
 // waits included, divided by their sub-steps.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -15,7 +14,7 @@
 
 #include "config/json_file.h"
 #include "config/number_between.h"
-#include "config/version.h"
+#include "config/program.h"
 #include "sim_server/backend/thread_waits.h"
 #include "sim_server/scene_options.h"
 #include "sim_server/solver/plan.h"
@@ -216,8 +215,7 @@ int run(const Arguments& a) {
 
 int main(int argc, char** argv) {
   palp::wait_asleep(argv);
-  CLI::App app("Measures the cost of a sub-step against the number of particles.", "palp-bench");
-  app.set_version_flag("--version", palp::version_of("palp-bench"));
+  CLI::App app("Measures the cost of a sub-step against the number of particles.");
   Arguments a;
   palp::add_backend_option(app, a.backend);
   app.add_option("--scene", a.scenes, "Scenes instead of cubes of fluid: files, or names of those in config/scenes")
@@ -233,11 +231,5 @@ int main(int argc, char** argv) {
   app.add_option("--sub-steps", a.sub_steps, "Sub-steps in a haptic step (10 of cubes, a scene's own)")
       ->check(CLI::Range(1, 100));
   app.add_option("--out", a.out, "JSON file (default: standard output)");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    return run(a);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "palp-bench: {}\n", error.what());
-    return 1;
-  }
+  return palp::run_program("palp-bench", app, argc, argv, [&] { return run(a); });
 }

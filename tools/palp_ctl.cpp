@@ -2,13 +2,12 @@
 // Exit status: 0 done, 1 refused or nobody answered, 2 bad usage.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "config/number_between.h"
-#include "config/version.h"
+#include "config/program.h"
 #include "idl/bus_options.h"
 #include "idl/clock.h"
 #include "tools/control_client.h"
@@ -169,22 +168,11 @@ int run(const CLI::App& app, const Arguments& a) {
 }  // namespace palp
 
 int main(int argc, char** argv) {
-  CLI::App app("Says who is on palp's bus and how they fare, and gives commands to palp-sim-server.", "palp-ctl");
-  app.set_version_flag("--version", palp::version_of("palp-ctl"));
+  CLI::App app("Says who is on palp's bus and how they fare, and gives commands to palp-sim-server.");
   app.footer(
       "Exit status: 0 done, 1 refused or nobody answered, 2 bad usage.\n"
       "Example: palp-ctl set gravity 0 0 -5");
   palp::Arguments arguments;
   palp::declare(app, arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  try {
-    return palp::run(app, arguments);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "palp-ctl: {}\n", error.what());
-    return 1;
-  }
+  return palp::run_program("palp-ctl", app, argc, argv, [&] { return palp::run(app, arguments); });
 }

@@ -2,16 +2,11 @@
 // simulated arm in a simulated hand. One table, each result beside its reference and target.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <omp.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <functional>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
@@ -19,11 +14,12 @@
 #include "config/data_dir.h"
 #include "config/json_file.h"
 #include "config/number_between.h"
-#include "config/version.h"
+#include "config/program.h"
 #include "idl/bus.h"
 #include "sim_server/scene_options.h"
 #include "tools/haptic_bench/bench_scenes.h"
 #include "tools/haptic_bench/bus_time.h"
+#include "tools/haptic_bench/jobs.h"
 #include "tools/haptic_bench/metrics.h"
 #include "tools/haptic_bench/results.h"
 #include "tools/haptic_bench/tick_cost.h"
@@ -50,49 +46,6 @@ struct Arguments {
   std::string part;  // "k/n"
   std::vector<std::string> merge;
 };
-
-struct Job {
-  std::size_t number = 0;  // in the whole table, from 1 on; 0: it is not done in parts
-  std::string what;
-  std::function<std::vector<Row>()> work;
-};
-
-// Independent jobs, each simulation on one thread. Rows in the order of the jobs, whoever ends first.
-std::vector<Row> work_off(const std::vector<Job>& jobs, unsigned threads) {
-  std::vector<std::vector<Row>> rows(jobs.size());
-  std::atomic<std::size_t> next{0};
-  std::mutex talk;
-  std::size_t done = 0;
-  std::exception_ptr failure;
-  const auto serve = [&] {
-    omp_set_num_threads(1);
-    for (std::size_t k; (k = next++) < jobs.size();) {
-      const auto begin = std::chrono::steady_clock::now();
-      try {
-        rows[k] = jobs[k].work();
-        for (Row& r : rows[k]) r.job = jobs[k].number;
-      } catch (...) {
-        const std::lock_guard lock(talk);
-        failure = std::current_exception();
-        next = jobs.size();
-        return;
-      }
-      const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-      const std::lock_guard lock(talk);
-      fmt::print(stderr, "{}/{} {} ({:.1f} s)\n", ++done, jobs.size(), jobs[k].what, took);
-      for (const Row& r : rows[k])
-        fmt::print(stderr, "    {}: {:.3g} {}{} {}\n", r.metric, r.result, r.unit,
-                   r.pass ? (*r.pass ? ", pass" : ", FAIL") : "", r.note);
-    }
-  };
-  std::vector<std::thread> pool;
-  for (unsigned k = 0; k < threads; ++k) pool.emplace_back(serve);
-  for (std::thread& t : pool) t.join();
-  if (failure) std::rethrow_exception(failure);
-  std::vector<Row> all;
-  for (std::vector<Row>& r : rows) all.insert(all.end(), r.begin(), r.end());
-  return all;
-}
 
 Variant variant_from(const std::string& name) {
   return name == "ours" ? Variant::ours : name == "held" ? Variant::held : Variant::spring;
@@ -187,8 +140,8 @@ DeviceProfile profile_of(const Arguments& a) {
   return profile;
 }
 
-// What is measured on further links that nobody asked for by name: no baselines, and only the fastest rate, or that and
-// the slowest.
+// Returns whether a further link, which nobody asked for by name, is measured at this rate and with this variant: no
+// baselines are, and only the fastest rate is, or that and the slowest.
 bool on_further_link(const Arguments& a, const Metric& metric, double rate, const std::string& variant) {
   return variant == "ours" &&
          (rate == a.rates.front() || (metric.where == Where::more_links && rate == a.rates.back()));
@@ -271,19 +224,6 @@ std::vector<std::string> preface(const Arguments& a, const std::vector<Row>& row
       "Links, times in ms, each way: " + links + "."};
 }
 
-// Of the parts "k/n" of all jobs, every n-th from the k-th on; parts of one table take about equally long.
-std::vector<Job> part_of(std::vector<Job> jobs, const std::string& part) {
-  if (part.empty()) return jobs;
-  for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].number = k + 1;
-  std::size_t k = 0, n = 0;
-  char end = 0;
-  if (std::sscanf(part.c_str(), "%zu/%zu%c", &k, &n, &end) != 2 || k < 1 || k > n)
-    throw std::invalid_argument("the part '" + part + "' is not of the form 2/5, from 1/5 to 5/5");
-  std::vector<Job> some;
-  for (std::size_t i = k - 1; i < jobs.size(); i += n) some.push_back(jobs[i]);
-  return some;
-}
-
 std::vector<Row> measured(const Arguments& a, const Scenes& scenes) {
   std::vector<Job> jobs;
   for (const Metric& m : metrics())
@@ -291,24 +231,6 @@ std::vector<Row> measured(const Arguments& a, const Scenes& scenes) {
       for (const Cell& c : cells_of(a, m))
         jobs.push_back({0, fmt::format("{}, {}", m.name, name_of(c)), [&, c] { return m.rows(scenes, c, a); }});
   return work_off(part_of(std::move(jobs), a.part), a.jobs);
-}
-
-// The rows of several parts in the order that the whole would have; those of other files in the order of the files.
-std::vector<Row> merged(const std::vector<std::string>& files, std::string& commands) {
-  std::vector<Row> all;
-  for (const std::string& file : files) {
-    std::ifstream in(file);
-    if (!in) throw std::invalid_argument("cannot read '" + file + "': give JSON files that --json has written");
-    try {
-      const Json part = Json::parse(in);
-      commands += (commands.empty() ? "" : "`, `") + part.at("command").get<std::string>();
-      for (Row& r : rows_from(part.at("rows"))) all.push_back(std::move(r));
-    } catch (const Json::exception& error) {
-      throw std::invalid_argument(fmt::format("{}: {}; give JSON files that --json has written", file, error.what()));
-    }
-  }
-  std::stable_sort(all.begin(), all.end(), [](const Row& x, const Row& y) { return x.job < y.job; });
-  return all;
 }
 
 int measure(Arguments a) {
@@ -349,8 +271,7 @@ int measure(Arguments a) {
 }  // namespace palp::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Measures the haptic loop in lock-step over the full system.", "palp-haptic-bench");
-  app.set_version_flag("--version", palp::version_of("palp-haptic-bench"));
+  CLI::App app("Measures the haptic loop in lock-step over the full system.");
   palp::bench::Arguments a;
   app.add_flag("--quick", a.quick, "One seed, one damping, coarse steps, coarse trays");
   std::vector<std::string> names;
@@ -394,18 +315,14 @@ int main(int argc, char** argv) {
   app.add_option("--part", a.part, "k/n: every n-th job from the k-th on; with --json, to be merged");
   app.add_option("--merge", a.merge, "JSON files of parts: their table, and nothing is measured")
       ->check(CLI::ExistingFile);
-  CLI11_PARSE(app, argc, argv);
-  if (a.quick) {
-    if (app.count("--seeds") == 0) a.seeds = 1;
-    if (app.count("--damping") == 0) a.dampings = {5};
-    if (!a.accuracy) a.accuracy = palp::Accuracy::fast;
-  }
-  a.command = "palp-haptic-bench";
-  for (int k = 1; k < argc; ++k) a.command += std::string(" ") + argv[k];
-  try {
+  return palp::run_program("palp-haptic-bench", app, argc, argv, [&] {
+    if (a.quick) {
+      if (app.count("--seeds") == 0) a.seeds = 1;
+      if (app.count("--damping") == 0) a.dampings = {5};
+      if (!a.accuracy) a.accuracy = palp::Accuracy::fast;
+    }
+    a.command = "palp-haptic-bench";
+    for (int k = 1; k < argc; ++k) a.command += std::string(" ") + argv[k];
     return palp::bench::measure(a);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "palp-haptic-bench: {}\n", error.what());
-    return 1;
-  }
+  });
 }

@@ -3,26 +3,15 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
-#include <csignal>
-
 #include "config/csv_file.h"
-#include "config/error.h"
 #include "config/number_between.h"
-#include "config/version.h"
+#include "config/program.h"
+#include "config/stop_signal.h"
 #include "sim_server/backend/thread_waits.h"
 #include "sim_server/scene_options.h"
 #include "tools/run_scene.h"
 
 namespace {
-
-std::atomic<int> g_stop{0};
-static_assert(std::atomic<int>::is_always_lock_free);
-// The first signal stops the run between two steps; a second one ends the program at once.
-void on_signal(int signal) {
-  g_stop = signal;
-  std::signal(signal, SIG_DFL);
-}
 
 struct Arguments {
   palp::SceneOptions scene;
@@ -45,15 +34,14 @@ int run(Arguments& a) {
   a.scene.scene = palp::find_scene_file(a.scene.scene);
   palp::make_folder(a.run.out);  // before the scene is sampled, which may take long
   const auto simulation = palp::open_simulation(a.scene);
-  // until here, which may take long, a signal simply ends the process
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
+  // until here, which may take long, a signal simply ends the process; now it stops the run between two steps
+  palp::catch_stop_signals(palp::SecondSignal::ends_at_once);
   const palp::Scene& scene = simulation->scene();
   if (a.scene.particles) fmt::print(stderr, "{}\n", palp::particle_choice(scene, *a.scene.particles));
   fmt::print(stderr, "{}: {} particles, {}; {}\n", scene.config.name, scene.position.size(), simulation->backend_name(),
              simulation->numerics());
   a.run.progress = isatty(STDERR_FILENO) != 0 ? palp::ProgressOn::terminal : palp::ProgressOn::log;
-  a.run.stop = &g_stop;
+  a.run.stop = &palp::stop_signal();
   const palp::RunResult result = palp::run_scene(*simulation, a.run);
   fmt::print(stderr, "{} steps, {:g} s simulated in {:.2f} s; results in {}\n", result.steps, result.time,
              result.wall_time, a.run.out);
@@ -68,22 +56,8 @@ int run(Arguments& a) {
 
 int main(int argc, char** argv) {
   palp::wait_asleep(argv);
-  CLI::App app("Runs a scene as fast as it goes and writes its probes and particles as CSV.", "palp-run");
-  app.set_version_flag("--version", palp::version_of("palp-run"));
+  CLI::App app("Runs a scene as fast as it goes and writes its probes and particles as CSV.");
   Arguments arguments;
   declare(app, arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  try {
-    return run(arguments);
-  } catch (const palp::ConfigError& error) {
-    for (const std::string& fault : error.faults()) fmt::print(stderr, "palp-run: {}\n", fault);
-    return 2;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "palp-run: {}\n", error.what());
-    return 1;
-  }
+  return palp::run_program("palp-run", app, argc, argv, [&] { return run(arguments); });
 }

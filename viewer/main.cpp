@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstdlib>
 #include <ctime>
 #include <exception>
@@ -21,6 +20,8 @@
 #include <osgViewer/ViewerEventHandlers>
 
 #include "config/json_file.h"
+#include "config/program.h"
+#include "config/stop_signal.h"
 #include "idl/clock.h"
 #include "viewer/capture.h"
 #include "viewer/feed.h"
@@ -30,9 +31,6 @@
 
 namespace palp {
 namespace {
-
-volatile std::sig_atomic_t stop_wanted = 0;
-void on_stop_signal(int) { stop_wanted = 1; }
 
 // Takes little of the machine; called before any other thread starts, so that all of them are as modest.
 void be_modest(const ViewerOptions& options) {
@@ -147,7 +145,7 @@ int run(const ViewerOptions& options) {
   double reported = -1;
   for (bool last = false; !last;) {
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    last = stop_wanted != 0 || stage.viewer().done() || (options.seconds > 0 && seconds >= options.seconds);
+    last = stop_asked() || stage.viewer().done() || (options.seconds > 0 && seconds >= options.seconds);
     const FeedView view = feed.view();
     session.update(view, now_ns());
     const bool wanted = recorder.wants(seconds, last, session.take_screenshot_wish());
@@ -185,17 +183,12 @@ int run(const ViewerOptions& options) {
 }  // namespace palp
 
 int main(int argc, char** argv) {
-  int exit_code = 0;
-  const auto options = palp::parse_viewer_options(argc, argv, exit_code);
-  if (!options) return exit_code;
   spdlog::set_default_logger(spdlog::stderr_color_mt("viewer"));
-  std::signal(SIGINT, palp::on_stop_signal);
-  std::signal(SIGTERM, palp::on_stop_signal);
-  palp::be_modest(*options);
-  try {
-    return palp::run(*options);
-  } catch (const std::exception& error) {
-    spdlog::critical("{}", error.what());
-    return 1;
-  }
+  return palp::run_program("palp-viewer", [&] {
+    const palp::ParsedViewerOptions parsed = palp::parse_viewer_options(argc, argv);
+    if (!parsed.options) return parsed.exit_status;
+    palp::catch_stop_signals();
+    palp::be_modest(*parsed.options);
+    return palp::run(*parsed.options);
+  });
 }

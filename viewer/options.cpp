@@ -6,10 +6,8 @@
 #include <map>
 #include <stdexcept>
 
-#include <CLI/CLI.hpp>
-
 #include "config/number_between.h"
-#include "config/version.h"
+#include "config/program.h"
 #include "idl/bus_options.h"
 
 namespace palp {
@@ -38,11 +36,23 @@ struct CommandLine {
   CLI::Option *color_given = nullptr, *png_at_given = nullptr, *png_every_given = nullptr;
 };
 
+// Returns what is wrong with a size as --size takes it, or nothing.
+std::string fault_of_size(std::string& text) {
+  try {
+    parse_size(text);
+    return {};
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+}
+
 void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   app.add_flag("--headless", o.stage.headless, "draw off-screen through EGL; the default where there is no DISPLAY");
   app.add_option("--gpu", o.stage.gpu, "off-screen: auto, cpu (software) or egl:N (N-th EGL device)")
       ->capture_default_str();
-  app.add_option("--size", line.size, "of the picture, WIDTHxHEIGHT in pixels")->capture_default_str();
+  app.add_option("--size", line.size, "of the picture, WIDTHxHEIGHT in pixels")
+      ->check(CLI::Validator(fault_of_size, ""))
+      ->capture_default_str();
   app.add_option("--fps", o.rate_hz, "pictures per second at most (60; off-screen 30 with --video, else 5)")
       ->check(number_between(0.1, 1000.0));
   app.add_option("--samples", line.samples, "samples per pixel against jagged edges (4; off-screen 0)")
@@ -97,23 +107,13 @@ std::pair<int, int> parse_size(const std::string& text) {
   return {width, height};
 }
 
-std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* argv, int& exit_code) {
+ParsedViewerOptions parse_viewer_options(int argc, const char* const* argv) {
   ViewerOptions o;
-  CLI::App app("Shows a palp simulation: particles, surfaces, forces. It may start before or after palp-sim-server.",
-               "palp-viewer");
-  app.set_version_flag("--version", version_of("palp-viewer"));
+  CLI::App app("Shows a palp simulation: particles, surfaces, forces. It may start before or after palp-sim-server.");
   CommandLine line;
   add_options(app, o, line);
-  try {
-    app.parse(argc, argv);
-    std::tie(o.stage.width, o.stage.height) = parse_size(line.size);
-  } catch (const CLI::ParseError& error) {
-    exit_code = app.exit(error);
-    return std::nullopt;
-  } catch (const std::invalid_argument& error) {
-    exit_code = app.exit(CLI::ValidationError("--size", error.what()));
-    return std::nullopt;
-  }
+  if (const auto status = read_command_line(app, "palp-viewer", argc, argv)) return {std::nullopt, *status};
+  std::tie(o.stage.width, o.stage.height) = parse_size(line.size);
   o.stage.headless = o.stage.headless || !has_display();
   o.stage.samples = line.samples >= 0 ? line.samples : o.stage.headless ? 0 : 4;
   o.nice = line.nice >= 0 ? line.nice : o.stage.headless ? 10 : 0;
@@ -121,7 +121,7 @@ std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* a
   if (line.png_at_given->count() > 0) o.png_at = line.png_at;
   if (line.png_every_given->count() > 0) o.png_every = line.png_every;
   if (o.rate_hz == 0) o.rate_hz = default_rate(o);
-  return o;
+  return {o, 0};
 }
 
 }  // namespace palp

@@ -26,9 +26,12 @@ struct ViewerOptions {
   std::string shader_directory;
 };
 
-// Reads the command line. Empty when the process shall end at once (help, or an error, told on the terminal); exit_code
-// then says how.
-std::optional<ViewerOptions> parse_viewer_options(int argc, const char* const* argv, int& exit_code);
+// Without options the process is to end with the exit status: help was asked for, or a fault was told on the terminal.
+struct ParsedViewerOptions {
+  std::optional<ViewerOptions> options;
+  int exit_status = 0;
+};
+ParsedViewerOptions parse_viewer_options(int argc, const char* const* argv);
 
 // Reads "1280x720". Throws std::invalid_argument saying what is accepted: 16x16 .. 8192x8192.
 std::pair<int, int> parse_size(const std::string& text);

@@ -12,9 +12,10 @@ namespace {
 std::optional<ViewerOptions> parse(std::vector<const char*> arguments, int& code) {
   arguments.insert(arguments.begin(), "palp-viewer");
   testing::internal::CaptureStderr();
-  auto options = parse_viewer_options(static_cast<int>(arguments.size()), arguments.data(), code);
+  const auto parsed = parse_viewer_options(static_cast<int>(arguments.size()), arguments.data());
   testing::internal::GetCapturedStderr();
-  return options;
+  code = parsed.exit_status;
+  return parsed.options;
 }
 
 TEST(Options, OffScreenIsModestUnlessTold) {

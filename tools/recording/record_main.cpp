@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -11,12 +10,12 @@
 
 #include "config/json_file.h"
 #include "config/number_between.h"
-#include "config/version.h"
+#include "config/program.h"
+#include "config/stop_signal.h"
 #include "idl/bus_options.h"
 #include "tools/recording/info.h"
 #include "tools/recording/recorder.h"
 #include "tools/recording/recovery.h"
-#include "tools/recording/stop_flag.h"
 #include "tools/recording/topic_choice.h"
 
 namespace palp {
@@ -123,19 +122,13 @@ int record(const Options& o) {
   return 0;
 }
 
-int run(int argc, char** argv) {
-  CLI::App app("Records what palp's processes say to each other to an MCAP file, or repairs a recording.",
-               "palp-record");
-  app.set_version_flag("--version", version_of("palp-record"));
-  Options o;
-  add_options(app, o);
-  CLI11_PARSE(app, argc, argv);
+int run(Options& o) {
   if (!o.info.empty()) {
     fmt::print("{}", describe_recording(o.info));
     return 0;
   }
   if (!o.recover.empty()) return recover(o);
-  if (o.recorder.path.empty()) throw std::invalid_argument("--out FILE is needed: where the recording goes");
+  if (o.recorder.path.empty()) throw ConfigError("--out FILE is needed: where the recording goes");
   o.recorder.topics = choose_topics(o.topics);
   o.recorder.decimation = parse_decimation(o.decimation);
   o.recorder.queue_bytes = static_cast<std::size_t>(o.queue_mb * 1e6);
@@ -146,10 +139,8 @@ int run(int argc, char** argv) {
 }  // namespace palp
 
 int main(int argc, char** argv) {
-  try {
-    return palp::run(argc, argv);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "palp-record: {}\n", error.what());
-    return 1;
-  }
+  CLI::App app("Records what palp's processes say to each other to an MCAP file, or repairs a recording.");
+  palp::Options options;
+  palp::add_options(app, options);
+  return palp::run_program("palp-record", app, argc, argv, [&] { return palp::run(options); });
 }

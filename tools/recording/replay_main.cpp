@@ -3,17 +3,16 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "config/number_between.h"
-#include "config/version.h"
+#include "config/program.h"
+#include "config/stop_signal.h"
 #include "idl/bus_options.h"
 #include "tools/recording/replayer.h"
-#include "tools/recording/stop_flag.h"
 #include "tools/recording/topic_choice.h"
 
 namespace palp {
@@ -41,14 +40,7 @@ void check_whole(const ReplayCounts& counts, const std::string& path) {
       counts.lost_chunks, counts.lost_chunks == 1 ? "" : "s", path));
 }
 
-int run(int argc, char** argv) {
-  CLI::App app(
-      "Plays a recording back onto the bus, byte for byte: into viewers, bridges, servers and recorders of the same "
-      "domain.",
-      "palp-replay");
-  app.set_version_flag("--version", version_of("palp-replay"));
-  ReplayOptions options;
-  std::vector<std::string> topics;
+void declare(CLI::App& app, ReplayOptions& options, std::vector<std::string>& topics) {
   app.add_option("file", options.path, "a recording (.mcap)")->required();
   auto* rate = app.add_option("--rate", options.rate, "times the original pace; 0: as fast as possible")
                    ->check(number_between(0.0, 1e6))
@@ -67,7 +59,9 @@ int run(int argc, char** argv) {
       ->check(number_between(0.0, 1e6))
       ->capture_default_str();
   add_bus_options(app, options.bus);
-  CLI11_PARSE(app, argc, argv);
+}
+
+int run(ReplayOptions& options, const std::vector<std::string>& topics) {
   options.topics = choose_topics(topics);
   catch_stop_signals();
   const auto say_damage = [](const std::string& damage) {
@@ -88,10 +82,11 @@ int run(int argc, char** argv) {
 }  // namespace palp
 
 int main(int argc, char** argv) {
-  try {
-    return palp::run(argc, argv);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "palp-replay: {}\n", error.what());
-    return 1;
-  }
+  CLI::App app(
+      "Plays a recording back onto the bus, byte for byte: into viewers, bridges, servers and recorders of the same "
+      "domain.");
+  palp::ReplayOptions options;
+  std::vector<std::string> topics;
+  palp::declare(app, options, topics);
+  return palp::run_program("palp-replay", app, argc, argv, [&] { return palp::run(options, topics); });
 }
