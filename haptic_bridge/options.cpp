@@ -5,11 +5,10 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
+#include "config/command_line.h"
 #include "config/error.h"
 #include "config/number_between.h"
-#include "config/program.h"
 #include "haptic_bridge/device/drivers.h"
 #include "idl/bus_options.h"
 #include "idl/convert.h"

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace palp {
@@ -32,6 +33,16 @@ constexpr std::optional<ScalarField> scalar_field_from(std::string_view name) {
   for (std::size_t i = 0; i < kScalarFields.size(); ++i)
     if (kScalarFields[i].name == name) return static_cast<ScalarField>(i);
   return std::nullopt;
+}
+
+// Returns the names of all fields as a sentence lists them: "none, speed, density, pressure or temperature".
+inline std::string names_of_scalar_fields() {
+  std::string text;
+  for (std::size_t i = 0; i < kScalarFields.size(); ++i) {
+    if (i > 0) text += i + 1 < kScalarFields.size() ? ", " : " or ";
+    text += kScalarFields[i].name;
+  }
+  return text;
 }
 
 }  // namespace palp

@@ -5,9 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "config/command_line.h"
 #include "config/json_file.h"
 #include "config/number_between.h"
-#include "config/program.h"
 #include "config/stop_signal.h"
 #include "idl/bus_options.h"
 #include "sim_server/backend/thread_waits.h"

@@ -216,8 +216,7 @@ class Server {
   std::string set_parameter(const std::string& name, const std::string& value) {
     if (name == "stream.scalar") {
       const std::optional<ScalarField> field = scalar_field_from(value);
-      if (!field)
-        throw ConfigError("stream.scalar is '" + value + "'; expected none, speed, density, pressure or temperature");
+      if (!field) throw ConfigError("stream.scalar is '" + value + "'; expected " + names_of_scalar_fields());
       frames_.set_scalar(*field);
     } else if (name == "stream.particle_rate_hz") {
       frames_.set_rate(parse_parameter(parameter_row(name), name, value).at(0));

@@ -12,9 +12,9 @@
 #include <random>
 #include <thread>
 
+#include "config/command_line.h"
 #include "config/json_file.h"
 #include "config/number_between.h"
-#include "config/program.h"
 #include "sim_server/backend/thread_waits.h"
 #include "sim_server/scene_options.h"
 #include "sim_server/solver/plan.h"

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "config/command_line.h"
 #include "config/number_between.h"
-#include "config/program.h"
 #include "idl/bus_options.h"
 #include "idl/clock.h"
 #include "tools/control_client.h"

@@ -11,10 +11,10 @@
 #include <set>
 #include <thread>
 
+#include "config/command_line.h"
 #include "config/data_dir.h"
 #include "config/json_file.h"
 #include "config/number_between.h"
-#include "config/program.h"
 #include "idl/bus.h"
 #include "sim_server/scene_options.h"
 #include "tools/haptic_bench/bench_scenes.h"

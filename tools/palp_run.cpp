@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "config/command_line.h"
 #include "config/csv_file.h"
 #include "config/number_between.h"
-#include "config/program.h"
 #include "config/stop_signal.h"
 #include "sim_server/backend/thread_waits.h"
 #include "sim_server/scene_options.h"

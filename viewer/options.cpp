@@ -6,8 +6,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "config/command_line.h"
 #include "config/number_between.h"
-#include "config/program.h"
 #include "idl/bus_options.h"
 
 namespace palp {

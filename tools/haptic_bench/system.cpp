@@ -71,7 +71,7 @@ class BenchServer {
     input_[0] = tracker_.input(clock(t_ns), step_, output().proxies[0].state);
     simulation_->step(input_);
     ProxySample s = make_proxy_sample(output().proxies[0], 0, tracker_.sample(), tracker_.engaged(),
-                           output().health.ok ? ServerState::running : ServerState::fault, output().time);
+                                      output().health.ok ? ServerState::running : ServerState::fault, output().time);
     s.header = {kProtocolVersion, kServerSession, 0, t_ns};
     return s;
   }

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <string>
 
-#include "config/program.h"
+#include "config/command_line.h"
 #include "tools/recording/info.h"
 
 int main(int argc, char** argv) {

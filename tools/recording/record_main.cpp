@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "config/command_line.h"
 #include "config/json_file.h"
 #include "config/number_between.h"
-#include "config/program.h"
 #include "config/stop_signal.h"
 #include "idl/bus_options.h"
 #include "tools/recording/info.h"
