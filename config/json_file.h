@@ -1,4 +1,4 @@
-// What programs tell of themselves in JSON: summaries and results.
+// The JSON in which programs tell of themselves: summaries and results.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,7 +9,7 @@ namespace palp {
 
 using Json = nlohmann::ordered_json;  // its fields stay in the order they were given
 
-// The value as indented lines. Bytes that are no UTF-8 become U+FFFD, numbers that are not finite become null.
+// Returns the value as indented lines. Bytes that are no UTF-8 become U+FFFD, numbers that are not finite become null.
 std::string json_text(const Json& json);
 
 // Writes json_text to a file, which it replaces. Throws std::runtime_error when it cannot.

@@ -18,22 +18,23 @@ struct ParameterRow {
   const char* reason;  // for the bounds
 };
 
-// All rows, in the order of a scene file.
+// Returns all rows, in the order of a scene file.
 const std::vector<ParameterRow>& parameter_rows();
 
-// The row of a key as the table has it. Throws std::logic_error when there is none.
+// Returns the row of a key as the table has it. Throws std::logic_error when there is none.
 const ParameterRow& parameter_row(std::string_view key);
 inline const Range& range_of(std::string_view key) { return parameter_row(key).range; }
 
-// What can be changed while a simulation runs, as commands name it: "material.NAME.viscosity" for each material.
+// A parameter that can be changed while a simulation runs, as commands name it: "material.NAME.viscosity" for each
+// material.
 struct ChangeableParameter {
   std::string name;
   const ParameterRow* row;
 };
 std::vector<ChangeableParameter> changeable_parameters(const std::vector<std::string>& materials);
 
-// The numbers of a command's value, separated by blanks. Throws ConfigError when they are not as many as the row says
-// or one is out of range.
+// Returns the numbers of a command's value, which blanks separate. Throws ConfigError when they are not as many as the
+// row says or one is out of range.
 std::vector<double> parse_parameter(const ParameterRow& row, const std::string& name, const std::string& value);
 
 }  // namespace palp

@@ -87,8 +87,8 @@ void read_shapes(TomlTable& table, const SceneConfig& scene, BodyConfig& body) {
   if (shapes.empty()) table.fault("", "shape is missing, expected at least one shape under [[body.shape]]");
 }
 
-// What only elastic bodies have: a stiffness, and bodies that they hold on to, which are declared before them. A fluid
-// that can become elastic may hold on, too.
+// Reads bonded_to, the bodies that an elastic body holds on to, which are declared before it; a fluid that can become
+// elastic may hold on, too. Checks that the material of an elastic body gives a stiffness.
 void read_elastic(TomlTable& table, const SceneConfig& scene, const std::optional<std::size_t>& type,
                   BodyConfig& body) {
   body.bonded_to = table.texts("bonded_to");

@@ -89,11 +89,12 @@ struct ProxyConfig {
   std::string where;
 };
 
-// What the air takes from free surfaces, and how often heat is computed.
+// The heat that the air takes from free surfaces, and how often heat is computed.
 struct HeatConfig {
   double loss_to_air = 0;        // [W/(m^2 K)]
   double air_temperature = 293;  // [K]
-  // At least this often, or as often as there are haptic steps; unset: 20, or 100 where something changes state.
+  // Heat is computed at least this often, or as often as there are haptic steps; unset: 20, or 100 where something
+  // changes state.
   std::optional<double> rate_hz;
 };
 

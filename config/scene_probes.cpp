@@ -12,12 +12,12 @@ namespace {
 const std::vector<std::string> kQuantities{"pressure", "density",  "velocity", "temperature", "front",
                                            "energy",   "extremes", "body",     "heat",        "pieces"};
 
-// What cannot be read is nowhere, so that nothing is said of where it lies.
+// A point that cannot be read is put nowhere, so that no fault is added about where it lies.
 const Eigen::Vector3d kNowhere = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 
 bool is_field(Quantity quantity) { return quantity <= Quantity::temperature; }
 
-// Points of `point` or `line`, from first to last.
+// Reads the points of `point` or `line`, from first to last.
 std::vector<Eigen::Vector3d> read_points(TomlTable& table) {
   std::vector<Eigen::Vector3d> points;
   if (table.has("point")) points.push_back(read_vector(table, "point", "m", kNowhere));
@@ -34,7 +34,7 @@ std::vector<Eigen::Vector3d> read_points(TomlTable& table) {
   return points;
 }
 
-// What a probe needs and what it must not have, by its quantity.
+// Adds a fault for each key that a probe of this quantity needs and lacks, or has and must not have.
 void check_keys(TomlTable& table, const ProbeConfig& probe) {
   const std::string& quantity = kQuantities[static_cast<std::size_t>(probe.quantity)];
   const bool field = is_field(probe.quantity), front = probe.quantity == Quantity::front;
@@ -68,7 +68,7 @@ void check_body(TomlTable& table, const SceneConfig& scene, bool known_quantity,
   }
 }
 
-// The points of a probe lie inside the domain.
+// Checks that the points of a probe lie inside the domain.
 void check_place(TomlTable& table, const SceneConfig& scene, const ProbeConfig& probe) {
   const Eigen::Array3d low = scene.domain_min, high = scene.domain_max, slack = 1e-9 * (high - low);
   for (const Eigen::Vector3d& p : probe.points) {
@@ -82,7 +82,7 @@ void check_place(TomlTable& table, const SceneConfig& scene, const ProbeConfig& 
   }
 }
 
-// The scene has the quantity that is to be measured.
+// Checks that the scene has the quantity that is to be measured.
 void check_quantity(TomlTable& table, const SceneConfig& scene, const ProbeConfig& probe) {
   const bool of_heat =
       probe.quantity == Quantity::temperature || probe.quantity == Quantity::heat || probe.quantity == Quantity::pieces;

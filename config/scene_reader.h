@@ -19,21 +19,22 @@ void read_probes(TomlTable& root, SceneConfig& scene);
 // that the scene names are missing.
 void find_files(TomlTable& root, SceneConfig& scene);
 
-// The keys of a [[material]] and of a [[body]], all but these read, that concern heat.
+// Read the keys of a [[material]] and of a [[body]] that concern heat, when the other keys have been read.
 void read_heat_keys(TomlTable& table, MaterialConfig& material);
 bool read_hold_temperature(TomlTable& table, const BodyConfig& body);
-// Whether some body has a temperature; a file of particles may bring one.
+// Returns whether some body has a temperature, or a file of particles that may bring one.
 bool has_temperature(const SceneConfig& scene);
-// The body that a table names, or null. A name of no body is a fault.
+// Returns the body that a table names, or null. A name of no body is a fault.
 const BodyConfig* read_body_name(TomlTable& table, const SceneConfig& scene, Need need);
 
-// Orientation from `orientation` (quaternion x y z w) or `rotation_deg` (axis and angle), else none.
+// Returns the orientation from `orientation` (quaternion x y z w) or `rotation_deg` (axis and angle), else no rotation.
 Eigen::Quaterniond read_orientation(TomlTable& table);
 Eigen::Vector3d read_vector(TomlTable& table, std::string_view key, const char* unit, const Eigen::Vector3d& fallback,
                             Need need = Need::optional);
 Eigen::Vector3d read_vector(TomlTable& table, std::string_view key, const Range& range, const Eigen::Vector3d& fallback,
                             Need need = Need::optional);
-// A name fit for messages, tables and (file_name) files, not taken yet; titles the table "<kind> '<name>'".
+// Returns a name that is fit for messages, tables and (file_name) files and not taken yet, and titles the table
+// "<kind> '<name>'".
 std::string read_name(TomlTable& table, const std::string& kind, const std::vector<std::string>& taken, bool file_name);
 
 }  // namespace palp

@@ -21,7 +21,7 @@
 
 namespace palp {
 
-// What a number must be. Non-finite numbers are always refused.
+// The unit of a number and the bounds that it must keep. Non-finite numbers are always refused.
 struct Range {
   const char* unit = "";  // "kg/m^3"; empty: a pure number
   double min = -std::numeric_limits<double>::infinity();
@@ -32,10 +32,10 @@ struct Range {
 inline Range positive(const char* unit) { return {unit, 0, std::numeric_limits<double>::infinity(), true}; }
 inline Range not_negative(const char* unit) { return {unit, 0, std::numeric_limits<double>::infinity(), false}; }
 
-// Whether a number is finite and within the range.
+// Returns whether a number is finite and within the range.
 bool is_in(double value, const Range& range);
 
-// "a number in m from 1 to 2"
+// Returns words for a range: "a number in m from 1 to 2".
 std::string describe(const Range& range);
 
 enum class Need { optional, required };

@@ -85,7 +85,8 @@ int rerun(const std::string& path) {
   return result.differs_at == 0 ? 0 : kExitFailed;
 }
 
-// What DDS receives goes through threads of its own: on a busy machine samples would be old before ours see them.
+// Opens the bus with its threads at this priority: DDS receives in threads of its own, and on a busy machine samples
+// would be old before ours see them.
 std::unique_ptr<Bus> bus_at(int priority, const BusOptions& options) {
   const PriorityHere its_threads(priority);
   return open_bus(options);

@@ -1,5 +1,5 @@
-// What the bridge makes ready before its loop runs: the device's request, the supervisor, room for its files, a test of
-// this machine.
+// Makes ready what the bridge needs before its loop runs: the device's request, the supervisor, room for its files, a
+// test of this machine.
 #pragma once
 
 #include <memory>
@@ -23,7 +23,8 @@ std::size_t logged_ticks(const BridgeOptions& o);
 // ConfigError or std::runtime_error.
 DeviceRequest make_request(const BridgeOptions& o);
 
-// What cannot be written is told before the run, not at its end. Throws ConfigError.
+// Reserves room for the bridge's files, so that one that cannot be written is told of before the run, not at its end.
+// Throws ConfigError.
 std::unique_ptr<LogRoom> room_for_files(const BridgeOptions& o);
 
 // If this process dies, a device with motors is powered off from outside, and the log is written there. The request and

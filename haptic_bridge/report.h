@@ -1,4 +1,4 @@
-// What the bridge tells of itself: metrics for its Status and its summary, sentences for its states.
+// Makes what the bridge tells of itself: metrics for its Status and its summary, sentences for its states.
 #pragma once
 
 #include <string>
@@ -11,15 +11,15 @@
 
 namespace palp {
 
-// The figures of a run so far; rate_hz is given by who measures it. Any thread.
+// Returns the figures of a run so far; rate_hz is given by who measures it. Any thread.
 std::vector<Metric> bridge_metrics(const LoopReport& report, const LoopPorts& ports, const BusLink& link,
                                    double rate_hz);
 
-// One sentence about what is not as it should be, or empty: a peer with another protocol version first, then a server
-// that follows another bridge, then the state.
+// Returns one sentence about what is not as it should be, or empty: a peer with another protocol version first, then a
+// server that follows another bridge, then the state.
 std::string bridge_trouble(const LoopReport& report, const BusLink& link);
 
-// What is printed at the end and written beside the flight log.
+// The summary of a run, printed at its end and written beside the flight log.
 struct Summary {
   std::string process;  // "haptic_bridge 0"
   std::string device;

@@ -13,7 +13,7 @@
 
 namespace palp {
 
-// What the loop shares with other threads. Each mailbox has one writer and one reader.
+// The data that the loop shares with other threads. Each mailbox has one writer and one reader.
 struct LoopPorts {
   Latest<IncomingProxy> incoming;         // written by the bus's receiver
   Latest<DeviceSample> outgoing;          // read by the bus's sender
@@ -29,7 +29,7 @@ struct LoopPorts {
   std::atomic<std::int64_t> cpu_ns{0};    // that the loop's thread used from first to last tick; 0 until it ends
 };
 
-// Ticks until stop is set, a fault occurs, or max_ticks (0: no end) are done. A tick that is late by whole periods
+// Runs ticks until stop is set, a fault occurs, or max_ticks (0: no end) are done. A tick that is late by whole periods
 // skips them and never catches up in a burst. A loop whose heartbeat was taken for dead, or that nobody guards any
 // more, ends with a fault in its next tick. Whatever ends it, the device is left without force. No allocation, no lock,
 // no throw, no print; system calls: the clock, the device's, and the futex of sample_ready, which does not block.

@@ -28,14 +28,14 @@ struct BusOptions {
   int socket_buffer_bytes = 0;     // receive buffer to ask the system for; 0: 64 MB, of which it gives what it allows
 };
 
-// What a reader knows of a sample beside its content.
+// A sample as a reader hands it on: its content, and when it came.
 template <class T>
 struct Received {
   T message;
   std::int64_t t_receive_ns = 0;  // CLOCK_MONOTONIC of this host, when it was taken from the vendor
 };
 
-// What a reader refused. A refused sample is counted and dropped, never handed on.
+// Counts what a reader refused. A refused sample is counted and dropped, never handed on.
 struct DropCounts {
   std::uint64_t wrong_version = 0;
   std::uint64_t not_finite = 0;     // NaN or infinity anywhere
@@ -57,12 +57,12 @@ template <class T>
 class Reader {
  public:
   virtual ~Reader() = default;
-  // The newest sample that has arrived since the last call, whatever its key; older ones are passed over, also those of
-  // other keys: with several devices or processes use take_all. Newest is by the senders' clocks across keys. False if
-  // none.
+  // Takes the newest sample that has arrived since the last call, whatever its key; older ones are passed over, also
+  // those of other keys: with several devices or processes use take_all. Newest is by the senders' clocks across keys.
+  // False if none.
   virtual bool take_latest(Received<T>& out) = 0;
-  // Everything that has arrived, oldest first, appended to out. Returns how many. How much is kept until taken is the
-  // reader depth of topics.h, for each key.
+  // Takes everything that has arrived, oldest first, and appends it to out. Returns how many. How much is kept until
+  // taken is the reader depth of topics.h, for each key.
   virtual std::size_t take_all(std::vector<Received<T>>& out) = 0;
   // Waits until a sample may be there or the time is up. True if one may be there.
   virtual bool wait(std::chrono::nanoseconds timeout) = 0;

@@ -7,14 +7,14 @@
 
 namespace palp {
 
-// CLOCK_MONOTONIC of this host [ns]. No allocation, no lock; safe in a real-time thread.
+// Returns the CLOCK_MONOTONIC of this host [ns]. No allocation, no lock; safe in a real-time thread.
 inline std::int64_t now_ns() {
   timespec t;
   clock_gettime(CLOCK_MONOTONIC, &t);
   return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
 }
 
-// Of a time or a duration that is not negative [ns].
+// Converts a time or a duration that is not negative [ns].
 inline timespec to_timespec(std::int64_t ns) { return {ns / 1'000'000'000, ns % 1'000'000'000}; }
 
 }  // namespace palp

@@ -38,7 +38,7 @@ struct PoseD {
   bool operator==(const PoseD&) const = default;
 };
 
-// Linear part at the point that the pose names.
+// A velocity, whose linear part is that of the point that the pose names.
 struct TwistD {
   std::array<double, 3> linear{};   // [m/s]
   std::array<double, 3> angular{};  // [rad/s]
@@ -72,7 +72,7 @@ struct DeviceSample {
   CouplingGains gains;  // proposed
 };
 
-// At the haptic rate, server to bridge. Key: device.
+// The server's answer to a bridge, sent at the haptic rate. Key: device.
 struct ProxySample {
   Header header;
   std::uint32_t device = 0;
@@ -125,7 +125,7 @@ struct ProxyDescription {
   PoseD pose;              // of the handle at the start
 };
 
-// Sent once, kept for late joiners.
+// The scene as it is at the start, sent once and kept for late joiners.
 struct SceneDescription {
   Header header;
   std::string name;
@@ -156,7 +156,7 @@ struct Metric {
   double value = 0;
 };
 
-// Every process, a few times a second. Key: process.
+// The state of a process, which every process sends a few times a second. Key: process.
 struct Status {
   Header header;
   std::string process;  // "sim_server", "haptic_bridge 0", "viewer"
@@ -186,7 +186,7 @@ enum class CommandKind : std::uint32_t {
   get_parameter = 6  // name empty: all of them
 };
 
-// Anyone to the server. Reliable. The reply carries the same session and sequence.
+// A request that anyone may send to the server. Reliable. The reply carries the same session and sequence.
 struct Command {
   Header header;
   CommandKind kind = CommandKind::pause;
@@ -199,8 +199,8 @@ struct CommandReply {
   std::uint64_t command_session = 0;
   std::uint64_t command_sequence = 0;
   bool ok = false;
-  // What was done, or why not. To get_parameter: a line for each parameter, with name, value, unit, lowest and highest
-  // value between tabs.
+  // Says what was done, or why not. The reply to get_parameter has a line for each parameter, with name, value, unit,
+  // lowest and highest value between tabs.
   std::string text;
 };
 

@@ -31,7 +31,7 @@ constexpr std::uint32_t particles_in_chunk(std::uint32_t particle_count, std::ui
   return std::min(kChunkParticles, particle_count - i * kChunkParticles);
 }
 
-// Whether a chunk says consistently which part of its frame it is, and holds as many values as it says.
+// Returns whether a chunk says consistently which part of its frame it is, and holds as many values as it says.
 inline bool well_placed(const ParticleChunk& c) {
   if (c.chunk_count != chunks_of(c.particle_count) || c.chunk >= c.chunk_count) return false;
   const std::size_t n = particles_in_chunk(c.particle_count, c.chunk);

@@ -30,9 +30,9 @@ class ParticleSender {
   ParticleSender(const ParticleSender&) = delete;
   ParticleSender& operator=(const ParticleSender&) = delete;
 
-  // Whether anyone listens, as of at most 100 ms ago. Frames are dropped while nobody does.
+  // Returns whether anyone listens, as of at most 100 ms ago. Frames are dropped while nobody does.
   bool wanted() const { return wanted_.load(std::memory_order_relaxed); }
-  // The frame to fill; it holds what some earlier frame left there (set every field that is sent).
+  // Returns the frame to fill; it holds what some earlier frame left there (set every field that is sent).
   ParticleFrame& frame() { return frames_.back(); }
   // Hands frame() over. If the thread is still busy with an earlier frame, it finishes that and takes the latest then.
   void submit();

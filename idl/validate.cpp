@@ -49,8 +49,8 @@ struct Finite {
   // NOLINTEND(bugprone-macro-parentheses)
 };
 
-// What is checked beyond finite numbers: each is_sound says what a message's values must be. Their lengths first:
-// nothing of a message may be used as an index before.
+// Each is_sound checks what a message must hold beyond finite numbers. Lengths come first: nothing of a message may be
+// used as an index before.
 
 bool is_name(const std::string& s) { return !s.empty() && s.size() <= kMaxName; }
 bool is_text(const std::string& s) { return s.size() <= kMaxText; }

@@ -1,5 +1,5 @@
-// What a DDS vendor must offer to the bus. bus.cpp puts validation, stamping and counting on top; nothing else includes
-// this.
+// The functions that a DDS vendor must offer to the bus. bus.cpp puts validation, stamping and counting on top; nothing
+// else includes this header.
 #pragma once
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// What kinds of bodies there are and which scalar of the particles is sent and drawn: one enumeration and one table of
+// The kinds of bodies, and the scalars of the particles that can be sent and drawn: one enumeration and one table of
 // names for each, from the scene file through the kernels to the viewer's legend. Host and device.
 #pragma once
 
@@ -12,7 +12,8 @@ namespace palp {
 
 enum class BodyKind : std::uint32_t { fluid = 0, rigid = 1, fixed = 2, elastic = 3 };
 
-// Its name in scene files, by value. A body that never moves is `fixed` here, as `static` is a word of C++.
+// The name of each kind of body in scene files, by value. A body that never moves is `fixed` here, as `static` is a
+// word of C++.
 inline constexpr std::array<std::string_view, 4> kBodyKindNames{"fluid", "rigid", "static", "elastic"};
 
 enum class ScalarField : std::uint32_t { none = 0, speed = 1, density = 2, pressure = 3, temperature = 4 };
@@ -22,7 +23,7 @@ struct ScalarFieldRow {
   std::string_view unit;  // for people
 };
 
-// By value.
+// The name and unit of each scalar, by value.
 inline constexpr std::array<ScalarFieldRow, 5> kScalarFields{
     {{"none", ""}, {"speed", "m/s"}, {"density", "kg/m³"}, {"pressure", "Pa"}, {"temperature", "K"}}};
 

@@ -22,7 +22,7 @@ constexpr std::size_t kMostCommands = 64;  // that wait; a peer that sends more,
 
 std::uint64_t refused(const DropCounts& d) { return d.wrong_version + d.not_finite + d.malformed; }
 
-// Of posts that came meanwhile only the newest matters.
+// Takes the posts that have piled up meanwhile: one is enough, as only the newest data matters.
 void swallow_posts(sem_t& semaphore) {
   while (sem_trywait(&semaphore) == 0) {
   }
@@ -35,7 +35,7 @@ void wait_for(sem_t& semaphore) {
   swallow_posts(semaphore);
 }
 
-// The same, but not past a time on the monotonic clock. False: there was no post.
+// Waits for a post, but not past a time on the monotonic clock. False: there was no post.
 bool wait_until(sem_t& semaphore, std::int64_t t_ns) {
   const timespec until = to_timespec(t_ns);
   while (sem_clockwait(&semaphore, CLOCK_MONOTONIC, &until) != 0)

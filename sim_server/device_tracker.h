@@ -27,9 +27,9 @@ inline constexpr double kStrongestPull = 100.0;  // [N]
 class DeviceTracker {
  public:
   void receive(const DeviceSample& sample, std::int64_t t_receive_ns);
-  // What the simulation gets for its next step: the newest sample, moved on with its twist for as long as it has waited
-  // here, by the receiver's own clock. How long it was on its way is not known: the clocks of two hosts differ. proxy:
-  // where the handle is.
+  // Returns what the simulation gets for its next step: the newest sample, moved on with its twist for as long as it
+  // has waited here, by the receiver's own clock. How long it was on its way is not known: the clocks of two hosts
+  // differ. proxy: where the handle is.
   DeviceInput input(std::int64_t now_ns, double step, const RigidState& proxy);
   const DeviceSample& sample() const { return sample_; }
   bool engaged() const { return held_for_ > 0; }

@@ -18,7 +18,7 @@ struct ServerOptions {
   bool start_paused = false;
 };
 
-// What a run was like, for the summary and for the exit status.
+// The figures of a run, for the summary and for the exit status.
 struct ServerSummary {
   std::uint64_t steps = 0;
   double sim_time = 0, wall_time = 0;  // [s] stepped, across resets; and of the clock, while not paused

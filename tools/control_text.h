@@ -1,4 +1,4 @@
-// What palp-ctl prints: one line each for people, or JSON.
+// The output of palp-ctl: one line each for people, or JSON.
 #pragma once
 
 #include <string>

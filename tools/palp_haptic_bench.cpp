@@ -165,7 +165,7 @@ std::vector<Cell> cells_of(const Arguments& a, const Metric& metric) {
   return cells;
 }
 
-// One press of the first cell, tick by tick.
+// Writes one press of the first cell, tick by tick.
 void write_press(const Arguments& a, const Scene& wall) {
   const Cell cell = cells_of(a, metrics().front()).front();
   const Trace trace = run(wall_press(wall, cell, cell.profile.loop.gains.stiffness, a.dampings.front(), a.seed));
@@ -182,7 +182,7 @@ void write_press(const Arguments& a, const Scene& wall) {
              trace.trouble.empty() ? "" : ", " + trace.trouble);
 }
 
-// Beside each stiffness of ours how many times the held wrench's that is.
+// Notes beside each stiffness of ours how many times the held wrench's that is.
 void compare(std::vector<Row>& rows) {
   for (Row& r : rows) {
     if (r.variant != to_string(Variant::ours) || (r.unit != "kN/m" && r.unit != "N m/rad")) continue;
@@ -200,7 +200,7 @@ std::string processor_name() {
   return "unknown";
 }
 
-// The link of that name as the command line has it.
+// Returns the link of that name as the command line has it.
 std::string spelled(const Arguments& a, const std::string& name) {
   for (const std::string& text : a.link_names)
     if (text.substr(0, text.find(':')) == name) return text;

@@ -21,7 +21,7 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-// One file per snapshot, and a list of them with their times.
+// Writes one file per snapshot, and a list of them with their times.
 class SnapshotFiles {
  public:
   SnapshotFiles(const Scene& scene, const std::string& folder)
@@ -63,7 +63,7 @@ class SnapshotFiles {
   std::size_t count_ = 0;
 };
 
-// What the driven proxy feels, step by step.
+// Writes what the driven proxy feels, step by step.
 class ProxyFile {
  public:
   explicit ProxyFile(const std::string& folder)
@@ -106,7 +106,7 @@ class ProxyFile {
   CsvFile file_;
 };
 
-// How far the run has come and how long it will still take, on stderr.
+// Tells on stderr how far the run has come and how long it will still take.
 class Progress {
  public:
   Progress(const RunOptions& options, double duration, std::size_t particles)
@@ -171,7 +171,7 @@ Json json_of(const Simulation& simulation, const RunResult& result, const Health
           {"particles_non_finite", health.non_finite}};
 }
 
-// Index of the proxy that device 0 drives.
+// Returns the index of the proxy that device 0 drives.
 std::optional<std::size_t> driven_proxy(const Scene& scene, const RunOptions& options) {
   if (options.path.empty()) return {};
   for (std::size_t i = 0; i < scene.proxies.size(); ++i) {

@@ -1,5 +1,5 @@
-// What the bridge knows of a kind of device before one is open: its name, what it needs, its options, how it is opened
-// and how its power is taken off. Each driver fills in one of these; drivers.h has the table of them.
+// Describes to the bridge a kind of device before one is open: its name, what it needs, its options, how it is opened
+// and how its power is taken off. Each driver fills in one of these descriptions; drivers.h has the table of them.
 #pragma once
 
 #include <map>
@@ -19,10 +19,11 @@ struct DriverOption {
   const char* help;
 };
 
-// Those that were given, by name; a flag's text is empty.
+// The options that were given, by name; a flag's text is empty.
 using DriverOptions = std::map<std::string, std::string>;
 
-// What a device is opened with. Its loop has the limits, gains and period that the bridge will run with.
+// The request that a device is opened with. The loop in its profile has the limits, gains and period that the bridge
+// will run with.
 struct DeviceRequest {
   DeviceProfile profile;
   std::string profile_file;  // empty: the built-in defaults
@@ -35,7 +36,7 @@ struct DeviceRequest {
   }
 };
 
-// Where a handle without a place of its own begins, world frame.
+// The place where a handle without one of its own begins, world frame.
 struct HandleStart {
   RigidState home;  // the pose of the proxy in the scene, or the one that --home gave
   RigidState at;    // where the server holds the proxy now

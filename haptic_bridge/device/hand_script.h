@@ -1,4 +1,5 @@
-// What a simulated hand does, read strictly from TOML. The grammar, units and ranges stand in config/hands/README.md.
+// The script of a simulated hand, which says what the hand does. It is read strictly from TOML; the grammar, units and
+// ranges stand in config/hands/README.md.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// What the motors of a simulated arm make of the wrench that they are told to render: no more than they can, and half
-// of it while they are too warm. They warm with the mean square of their load over ten seconds, and are cool again at
-// four fifths of what they can hold for ever. No allocation, no lock, no throw.
+// The motors of a simulated arm render the wrench that they are told to, but no more than they can, and half of it
+// while they are too warm. They warm with the mean square of their load over ten seconds, and are cool again at four
+// fifths of what they can hold for ever. No allocation, no lock, no throw.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ struct MotorRating {
 
 class Motors {
  public:
-  // What is rendered for the next dt [s].
+  // Returns the wrench that the motors render for the next dt [s], and lets them warm from it.
   Wrench<double> render(const Wrench<double>& wanted, const MotorRating& rating, double dt) {
     constexpr double kRounding = 1 + 1e-6;
     overloaded_ =

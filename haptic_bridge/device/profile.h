@@ -11,12 +11,13 @@
 
 namespace palp {
 
-// Without a file: limits that suit any arm.
+// The profile of a device. Without a file it has limits that suit any arm.
 struct DeviceProfile {
   std::string name = "built-in defaults";
   LoopConfig loop;  // its limits, gains, safety, passivity and workspace
 
-  // What the profile says of one kind of device, by the type of that device's setup, which its driver reads.
+  // Returns what the profile says of one kind of device. The type of that device's setup, which its driver reads, is
+  // the key.
   template <class Setup>
   Setup& setup() {
     std::any& slot = setups_[typeid(Setup)];

@@ -36,7 +36,8 @@ Trajectory make_script(const HandScript& script, const RigidState& home) {
   return Trajectory(std::move(path), script.interpolation, script.loop);
 }
 
-// From where the handle is to where the script begins; of no length when it is there already.
+// Returns the path from where the handle is to where the script begins; it has no length when the handle is there
+// already.
 Trajectory make_approach(const RigidState& start, const Keyframe& first) {
   const double distance = (first.x - start.position).norm(),
                angle = rotation_between(start.orientation, first.q).norm();
@@ -60,8 +61,8 @@ Vec3 friction_force(Vec3& bristle, const Vec3& velocity, double friction, double
   return saturated(Vec3(-stiffness * bristle - std::sqrt(stiffness * mass) * rate), friction);
 }
 
-// What a constant force F and a viscous friction do to a mass m within dt, exactly: v' = decay v + reach F / m and
-// x' = x + reach v + way F / m. rate: of the friction, over the mass [1/s].
+// The exact effect of a constant force F and a viscous friction on a mass m within dt: v' = decay v + reach F / m and
+// x' = x + reach v + way F / m. hold() takes the rate of the friction: its coefficient over the mass [1/s].
 struct Hold {
   double decay, reach, way;
 };
@@ -177,7 +178,8 @@ void SimulatedDevice::sub_step(double middle, double dt) noexcept {
   state_.angular = angular.decay * state_.angular + angular.reach / inertia * torque;
 }
 
-// Of the stops on the arm, along each axis: a stiff spring that is damped on the way in and lets go on the way out.
+// Returns the force of the stops on the arm, along each axis: a stiff spring that is damped on the way in and lets go
+// on the way out.
 Vec3 SimulatedDevice::stop_force(const Vec3& from_home, const Vec3& velocity, const Vec3& reach, double stiffness,
                                  double mass) noexcept {
   Vec3 force = Vec3::Zero();
@@ -190,7 +192,7 @@ Vec3 SimulatedDevice::stop_force(const Vec3& from_home, const Vec3& velocity, co
   return force;
 }
 
-// A resonance at 10 Hz driven by white noise, scaled to the wanted rms.
+// Returns the force of the hand's tremor: a resonance at 10 Hz driven by white noise, scaled to the wanted rms.
 Vec3 SimulatedDevice::tremor(double dt) noexcept {
   if (hand_.noise <= 0) return Vec3::Zero();
   const double kick = hand_.noise * std::sqrt(4 * kTremorDamping * kTremorRate * kTremorRate * kTremorRate * dt);
@@ -202,7 +204,7 @@ Vec3 SimulatedDevice::tremor(double dt) noexcept {
   return tremor_x_;
 }
 
-// What the encoders show, and the velocity that a controller makes of it.
+// Sets the measured state to what the encoders show, with the velocity that a controller makes of it.
 void SimulatedDevice::measure(double dt) noexcept {
   const RigidState before = measured_;
   for (int i = 0; i < 3; ++i) measured_.position[i] = rounded(state_.position[i], arm_.resolution);

@@ -12,7 +12,8 @@
 
 namespace palp {
 
-// What ended the use of the arm. Plain data: the loop's thread fills it, others read it after the loop has ended.
+// The trouble that ended the use of the arm. Plain data: the loop's thread fills it, others read it after the loop has
+// ended.
 struct VirtuoseTrouble {
   const char* call = nullptr;  // that failed; null: none did, what says it
   int code = 0;                // of the call

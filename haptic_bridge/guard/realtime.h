@@ -1,5 +1,5 @@
-// What the operating system must grant a 1 kHz loop: priority, locked memory, a core of its own, absolute sleep.
-// Everything is tried, nothing is required, and what was granted is said in one line.
+// Asks the operating system for what a 1 kHz loop needs: priority, locked memory, a core of its own, absolute sleep.
+// Everything is tried, nothing is required, and one line says what was granted.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +31,8 @@ void lock_memory(const RealtimeOptions& options, RealtimeReport& report);
 // Makes the calling thread a real-time one, on its core, and touches its stack. Never fails, as above.
 void make_realtime(const RealtimeOptions& options, RealtimeReport& report);
 
-// While one lives, the calling thread and all threads that it starts have this priority, where that is allowed: those
-// of a library keep it. 0: nothing changes.
+// While an object of this class lives, the calling thread and all threads that it starts have this priority, where that
+// is allowed: those of a library keep it. 0: nothing changes.
 class PriorityHere {
  public:
   explicit PriorityHere(int priority);
@@ -49,9 +49,9 @@ struct Lateness {
   double seconds = 0;  // of the test; 0: none was made
   double p50_us = 0, p999_us = 0, max_us = 0;
 };
-// In a thread of its own with the loop's priority and core, for so many seconds.
+// Measures in a thread of its own, with the loop's priority and core, for so many seconds.
 Lateness measure_lateness(const RealtimeOptions& options, std::int64_t period_ns, double seconds);
-// Later than this in one of a thousand ticks, a machine is not to be trusted with an arm's full force [us].
+// A machine that is later than this in one of a thousand ticks is not to be trusted with an arm's full force [us].
 inline constexpr double kTrustedLateness = 500;
 
 // The loop's time. No allocation, no lock, no throw.

@@ -29,7 +29,7 @@ class FlightLog {
   std::size_t capacity() const { return ring_.size() - 1; }
   // The i-th oldest record still held.
   const TickRecord& at(std::size_t i) const { return ring_[place(i)]; }
-  // What that tick took in.
+  // Returns what the tick of the i-th oldest record took in.
   const TickInput& input_at(std::size_t i) const { return inputs_[place(i)]; }
 
   // Writes what is held, oldest first, to PATH.part and renames that: the path holds either the whole log or what was
@@ -38,7 +38,8 @@ class FlightLog {
   // PATH.part. Not while add() may be called.
   void write_csv(const std::string& path) const;
 
-  // Whether it has been written out, for whoever else might; in all processes that share it.
+  // Returns whether the log has been written out, so that nobody else writes it; all processes that share the log see
+  // it.
   bool is_written() const { return state_[0].written.load(std::memory_order_acquire); }
   void set_written() const { state_[0].written.store(true, std::memory_order_release); }
 

@@ -202,13 +202,14 @@ std::string text_of(const TickResult& r) {
                      vector(r.sent.torque), r.gains_share);
 }
 
-// A sample's own stamps are not looked at: they came from the bus, and the loop's gate judges them.
+// Checks a time that the loop computes with. A sample's own stamps are not checked: they came from the bus, and the
+// loop's gate judges them.
 bool is_time(std::int64_t ns) { return -kLatestNs <= ns && ns <= kLatestNs; }
 bool has_times(const TickInput& i) {
   return is_time(i.now_ns) && is_time(i.lateness_ns) && (!i.came || is_time(i.incoming.t_receive_ns));
 }
 
-// Whether each number of a configuration is one that a profile could have given: none is negative.
+// Checks that each number of a configuration is one that a profile could have given: none is negative.
 struct Plausible {
   template <class T>
   void operator()(const T& value) {

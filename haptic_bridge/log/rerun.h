@@ -18,18 +18,18 @@ namespace palp {
 // while the loop runs.
 void write_ticks(const FlightLog& log, const LoopConfig& config, const std::string& path);
 
-// The file of a run beside its flight log: the same name with .ticks.
+// Returns the path of a run's file beside its flight log: the same name with .ticks.
 std::string ticks_beside(const std::string& flight_log);
 
-// The flight log as CSV, and the run beside it; the log knows it then. Throws as write_ticks.
+// Writes the flight log as CSV and the run beside it, and marks the log as written. Throws as write_ticks.
 void write_log_and_run(const FlightLog& log, const LoopConfig& config, const std::string& flight_log);
-// Room on the disk for both, of so many ticks.
+// Reserves room on the disk for the flight log and the run, of so many ticks.
 struct LogRoom {
   LogRoom(const std::string& flight_log, std::size_t ticks);
   ReservedRoom csv, run;
 };
 
-// What came of a tick.
+// The outcome of a tick, which a second run must give again.
 struct TickResult {
   Wrench<double> sent = zero_wrench();
   LoopState state = LoopState::waiting;
@@ -43,7 +43,7 @@ struct KeptRun {
   std::vector<TickResult> results;
 };
 
-// Throws ConfigError with one sentence about what is wrong with the file.
+// Reads the file of a run. Throws ConfigError with one sentence about what is wrong with it.
 KeptRun read_ticks(const std::string& path);
 
 struct Rerun {

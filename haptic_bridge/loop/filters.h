@@ -26,8 +26,8 @@ inline Eigen::Vector3d slewed(const Eigen::Vector3d& previous, const Eigen::Vect
   return previous + saturated(wanted - previous, max_step);
 }
 
-// What to do with data of a given age. Until fade_start the newest local model is used as it is; then it fades into
-// plain damping, which is all that is left at fade_end; from zero_at on the wrench is zero.
+// The ages of data at which the wrench changes. Until fade_start the newest local model is used as it is; then it fades
+// into plain damping, which is all that is left at fade_end; from zero_at on the wrench is zero.
 struct StaleTimes {
   std::int64_t fade_start_ns = 20'000'000;
   std::int64_t fade_end_ns = 60'000'000;
@@ -106,7 +106,7 @@ class SlewLimit {
     return {slewed(previous.force, toward.force, limits.force_slew * dt),
             slewed(previous.torque, toward.torque, limits.torque_slew * dt)};
   }
-  // What became of the step.
+  // Remembers how far the wrench sent fell behind the wanted one in this step.
   void note(const Wrench<double>& wanted, const Wrench<double>& sent) {
     arrears_ = {wanted.force - sent.force, wanted.torque - sent.torque};
   }
@@ -131,15 +131,15 @@ inline Wrench<double> power_limited(const Wrench<double>& w, const RigidState& s
   return {share * w.force, share * w.torque};
 }
 
-// What an arm's motors stand: the mean square of a force over some seconds stays below the square of what they can hold
-// for ever. The largest force allowed sinks from the peak to that while the mean comes near, early enough for a force
-// that may only fall at a slope.
+// Keeps an arm's motors within what they stand: the mean square of a force over some seconds stays below the square of
+// what they can hold for ever. The largest force allowed sinks from the peak to that while the mean comes near, early
+// enough for a force that may only fall at a slope.
 class ThermalLimit {
  public:
   // continuous: for ever [N, N m]. time: of the mean [s]. slope: at which the force can fall [N/s, N m/s].
   ThermalLimit(double continuous, double time, double slope) : continuous_(continuous), time_(time), slope_(slope) {}
 
-  // Of peak [N, N m], what is allowed now.
+  // Returns how much of a peak [N, N m] is allowed now.
   double allowed(double peak) const {
     if (peak <= continuous_) return peak;
     const double square = continuous_ * continuous_, left = std::max(0.0, square - mean_square_);
@@ -148,7 +148,7 @@ class ThermalLimit {
     const double last_moment = std::cbrt(square * continuous_ + 3 * kSure * slope_ * time_ * left);
     return std::min(fading, last_moment);
   }
-  // So much was sent for dt [s].
+  // Counts a force or torque of this size [N, N m], sent for dt [s].
   void note(double sent, double dt) { mean_square_ += dt / time_ * (sent * sent - mean_square_); }
 
  private:

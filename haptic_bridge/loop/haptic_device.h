@@ -17,7 +17,7 @@ struct DeviceInfo {
   bool renders_force = true;  // false: a wrench has no effect (replay)
 };
 
-// World frame, about the handle.
+// The state of a device as it was read, world frame, about the handle.
 struct DeviceReading {
   RigidState state;
   bool dead_man = false;      // the hand holds the handle
@@ -34,15 +34,16 @@ class HapticDevice {
  public:
   virtual ~HapticDevice() = default;
   virtual const DeviceInfo& info() const noexcept = 0;
-  // The state at now_ns (the loop's clock; a real arm reads its own). False: no reading this tick.
-  // Simulated devices: no allocation, no lock, no system call.
+  // Gives the state at now_ns (the loop's clock; a real arm reads its own). False: no reading this tick. Simulated
+  // devices: no allocation, no lock, no system call.
   virtual bool read(std::int64_t now_ns, DeviceReading& out) noexcept = 0;
-  // The wrench on the hand until the next call. False: it was not taken.
+  // Sets the wrench on the hand until the next call. False: it was not taken.
   virtual bool write(const Wrench<double>& wrench) noexcept = 0;
-  // After the last tick, whatever ended the loop: no force, and no power where there are motors. The log is written
-  // afterwards, and an arm would hold its last wrench meanwhile.
+  // Leaves the hand without force after the last tick, whatever ended the loop, and takes the power off where there are
+  // motors. The log is written afterwards, and an arm would hold its last wrench meanwhile.
   virtual void release() noexcept { write({Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()}); }
-  // What the loop makes of this tick, after write: the lamp of an arm, the eyes of a simulated hand. As read.
+  // Shows the device what the loop makes of this tick, after write: the lamp of an arm, the eyes of a simulated hand.
+  // Simulated devices: no allocation, no lock, no system call.
   virtual void show(LoopState) noexcept {}
   // One sentence about what went wrong with the device itself, or empty. Not while a loop runs.
   virtual std::string trouble() const { return {}; }

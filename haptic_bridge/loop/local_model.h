@@ -1,8 +1,9 @@
-// What the bridge renders between two samples of the server: the wrench of the newest sample, corrected to first order
-// for what the device has done since (intermediate representation: Adachi, Kumano & Ogino 1995; Mark et al. 1996).
-//   W = W0 - L [K (x - x0) + B (v - v0)], and the same for rotation with rotation vectors
-// With L = 1 (rigid contact) this is the spring to the proxy, held here; with L = 0 it is the server's wrench, held.
-// No allocation, no lock, no throw.
+// The local model is what the bridge renders between two samples of the server: the wrench of the newest sample,
+// corrected to first order for what the device has done since (intermediate representation: Adachi, Kumano & Ogino
+// 1995; Mark et al. 1996).
+//  W = W0 - L [K (x - x0) + B (v - v0)], and the same for rotation with rotation vectors
+// With L = 1 (rigid contact) this is the spring to the proxy, held here; with L = 0 it is the server's wrench, held. No
+// allocation, no lock, no throw.
 #pragma once
 
 #include "haptic_bridge/loop/filters.h"
@@ -53,7 +54,7 @@ class BlendedModel {
     const Wrench<double> w = evaluate(model_, device);
     return {w.force + residual_.force, w.torque + residual_.torque};
   }
-  // Once a tick.
+  // Lets the residual decay; to be called once a tick.
   void decay() {
     residual_.force *= decay_;
     residual_.torque *= decay_;

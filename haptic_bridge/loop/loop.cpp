@@ -30,7 +30,8 @@ const char* to_string(LoopFault fault) {
 
 namespace {
 
-// What the server is asked for, so that the hand feels the stiffness and damping that were configured.
+// Returns the gains that the server is asked for, so that the hand feels the stiffness and damping that were
+// configured.
 CouplingGains scene_gains(const LoopConfig& c) {
   const double f = c.workspace.force_scale, sf = c.workspace.motion_scale * f;
   return {c.gains.stiffness / sf, c.gains.damping / sf, c.gains.angular_stiffness / f, c.gains.angular_damping / f};
@@ -43,7 +44,7 @@ double share_for(const DeviceReading& r) { return r.strained ? 0.5 : 1; }
 
 constexpr double kFarthest = 1e3;  // from the origin: a handle further away than this is a broken reading [m]
 
-// How much of a vector another one renders, 0..1.
+// Returns how much of one vector another one renders, 0..1.
 double share_of(const Eigen::Vector3d& sent, const Eigen::Vector3d& wanted, double where_none) {
   const double n = wanted.squaredNorm();
   return n < 1e-12 ? where_none : std::clamp(sent.dot(wanted) / n, 0.0, 1.0);
@@ -193,7 +194,7 @@ void HapticLoop::take_sample(const IncomingProxy& in, bool begins, std::int64_t 
   record_.proxy = proxy_.position;
 }
 
-// Whether the hand holds the tool, and where its space lies in the scene.
+// Finds whether the hand holds the tool, and where the arm's workspace lies in the scene.
 void HapticLoop::follow_hand() {
   if (record_.good_reading) interlock_.update(reading_);
   if (reading_.shifted) shifted_ = true;
@@ -208,7 +209,7 @@ void HapticLoop::follow_hand() {
   middle_.orientation = rotation_by(0.5 * period_ * tool_.angular) * tool_.orientation;
 }
 
-// How old the data is, whether it may be felt, and how much of it.
+// Finds how old the data is, whether it may be felt, and how much of it.
 void HapticLoop::follow_link(std::int64_t now_ns) {
   bool stale = false;
   if (have_sample_) {
@@ -256,8 +257,8 @@ LoopState HapticLoop::find_state(bool willing) const {
   return record_.age_ns > config_.stale.fade_start_ns ? LoopState::degraded : LoopState::engaged;
 }
 
-// What the hand got and gave since the last tick, and what the simulation did. While less is sent than the coupling
-// asks for, the simulation's work counts for the same share: the hand did not feel the rest.
+// Accounts for the energy that the hand got and gave since the last tick, and for the simulation's work. While less is
+// sent than the coupling asks for, the simulation's work counts for the same share: the hand did not feel the rest.
 void HapticLoop::observe_energy() {
   const Eigen::Vector3d moved = reading_.state.position - before_.position,
                         turned = rotation_between(before_.orientation, reading_.state.orientation);
@@ -341,7 +342,7 @@ void HapticLoop::send(const Wrench<double>& wrench) {
   angular_thermal_limit_.note(last_sent_.torque.norm(), elapsed_);
 }
 
-// What the server, the log and the people get to know of this tick.
+// Fills in what the server, the log and the people get to know of this tick.
 void HapticLoop::describe(std::int64_t now_ns) {
   const bool healthy = fault_ == LoopFault::none && record_.good_reading;
   const bool holds = healthy && reading_.engaged() && interlock_.held() && referenced_;

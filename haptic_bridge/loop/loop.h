@@ -17,7 +17,7 @@
 
 namespace palp {
 
-// Past these the force ends until the hand has let go and taken hold again, or becomes damping.
+// The bounds past which the force ends until the hand has let go and taken hold again, or becomes damping.
 struct SafetyConfig {
   std::int64_t overrun_ns = 5'000'000;  // a tick that is this late; 0: never
   int late_ticks = 20;                  // that many ticks in a row late by half a period; 0: never
@@ -26,7 +26,7 @@ struct SafetyConfig {
   double tool_turn = 6;                 // [rad/s]
 };
 
-// Of the motors, for their continuous rating [s].
+// The time over which the motors warm, for their continuous rating [s].
 inline constexpr double kWarmingTime = 10;
 
 struct LoopConfig {
@@ -126,18 +126,20 @@ class HapticLoop {
   // system call but the device's. Same calls, same wrenches, bit for bit.
   void tick(std::int64_t now_ns, std::int64_t lateness_ns, std::uint32_t missed, const IncomingProxy* incoming);
 
-  // So many samples of the server have come since the last tick that were too malformed to be handed on.
+  // Tells the loop of so many samples of the server that have come since the last tick and were too malformed to be
+  // handed on.
   void note_refused(std::uint64_t samples) { refused_ += samples; }
   // Ends the force with the next tick, for good.
   void fail(LoopFault fault) { fault_ = fault; }
-  // After the last tick: leaves the device without force.
+  // Leaves the device without force, after the last tick.
   void release() noexcept { device_.release(); }
 
-  // Of the last tick. The bus numbers and stamps the sample when it sends it. worth_sending: the device has been read.
+  // The results of the last tick. The bus numbers and stamps the sample when it sends it. worth_sending: the device has
+  // been read.
   const DeviceSample& sample() const { return sample_; }
   bool worth_sending() const { return have_reading_; }
   const TickRecord& record() const { return record_; }
-  // What the last tick took in: the same inputs in the same order give the same wrenches (rerun.h).
+  // Returns what the last tick took in: the same inputs in the same order give the same wrenches (rerun.h).
   const TickInput& input() const { return input_; }
   const LoopReport& report() const { return report_; }
   const LoopConfig& config() const { return config_; }

@@ -1,4 +1,4 @@
-// What the loop is doing, in words that the log, the status and the device share.
+// The states and faults of the loop, in words that the log, the status and the device share.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ enum class LoopFault : std::uint32_t {
   taken_for_dead,  // it stood still, so the supervisor took the arm's power
   unguarded,       // the supervisor has died or was stopped
 };
-// One sentence, for people.
+// Returns one sentence about the fault, for people.
 const char* to_string(LoopFault fault);
 
 }  // namespace palp

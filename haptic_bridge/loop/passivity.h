@@ -13,7 +13,7 @@
 
 namespace palp {
 
-// Of a spring that pulls with so much [N, N m] at this stiffness [N/m, N m/rad], in J.
+// Returns the energy [J] of a spring of this stiffness [N/m, N m/rad] that pulls with so much [N, N m].
 inline double spring_energy(const Eigen::Vector3d& pull, double stiffness) {
   return stiffness > 0 ? pull.squaredNorm() / (2 * stiffness) : 0;
 }
@@ -31,7 +31,7 @@ class PassivityController {
  public:
   explicit PassivityController(const PassivityConfig& config) : config_(config), energy_(config.start) {}
 
-  // Force has ended, or begins anew.
+  // Begins anew, when force has ended or comes back.
   void reset() {
     energy_ = config_.start;
     damping_ = 0;

@@ -17,7 +17,7 @@ class Workspace {
  public:
   explicit Workspace(const WorkspaceConfig& config) : config_(config) {}
 
-  // From now on the arm at this pose means the tool at that pose.
+  // Lays down that from now on the arm at this pose means the tool at that pose.
   void reference(const RigidState& arm, const RigidState& tool) {
     offset_ = tool.position - config_.motion_scale * arm.position;
     turn_ = (arm.orientation.conjugate() * tool.orientation).normalized();
@@ -29,7 +29,7 @@ class Workspace {
   Wrench<double> to_arm(const Wrench<double>& w) const {
     return {config_.force_scale * w.force, config_.force_scale * w.torque};
   }
-  // Of the hand's work over the simulation's.
+  // The ratio of the hand's work to the simulation's.
   double linear_work() const { return config_.force_scale / config_.motion_scale; }
   double angular_work() const { return config_.force_scale; }
   const WorkspaceConfig& config() const { return config_; }

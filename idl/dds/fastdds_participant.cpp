@@ -20,7 +20,7 @@ using eprosima::fastrtps::types::ReturnCode_t;
 
 constexpr std::uint32_t kMaxParticipantsPerHost = 60;
 
-// Fast DDS wants an address where a person may give a name.
+// Returns the address of an interface: Fast DDS wants an address where a person may give a name.
 std::string address_of(const std::string& interface) {
   in_addr ignored;
   if (inet_pton(AF_INET, interface.c_str(), &ignored) == 1) return interface;
@@ -134,8 +134,8 @@ dds::Topic* FastddsParticipant::topic(const TopicRow& row, const dds::TypeSuppor
 
 namespace {
 
-// What writers and readers have in common. Memory for samples is taken when they come and used again: the types have
-// unbounded sequences and a deep history must not cost anything while it is empty.
+// Returns the settings that writers and readers have in common. Memory for samples is taken when they come and used
+// again: the types have unbounded sequences and a deep history must not cost anything while it is empty.
 template <class Qos>
 Qos endpoint_qos(const TopicRow& topic, int depth) {
   Qos qos;

@@ -208,7 +208,7 @@ Solid alone(const Part& part) {
   return solid;
 }
 
-// Whether a point of the part's surface is on the solid's.
+// Returns whether a point of the part's surface is on the solid's, too.
 bool on_surface(const Solid& solid, const Part& part, const Eigen::Vector3d& x) {
   constexpr double kBit = 1e-6;
   const Eigen::Vector3d middle = part.bounds.center();

@@ -19,13 +19,13 @@ struct Moments {
 
   Eigen::Vector3d center() const { return first / volume; }
 
-  // Inertia about the centre for unit density [m^5].
+  // Returns the inertia about the centre for unit density [m^5].
   Eigen::Matrix3d inertia() const {
     const Eigen::Matrix3d s = second - first * first.transpose() / volume;
     return s.trace() * Eigen::Matrix3d::Identity() - s;
   }
 
-  // Of the same solid, each of its points x moved to pose * x.
+  // Returns the moments of the same solid with each of its points x moved to pose * x.
   Moments moved(const Eigen::Isometry3d& pose) const {
     const Eigen::Matrix3d r = pose.linear();
     const Eigen::Vector3d t = pose.translation(), rf = r * first;
@@ -34,7 +34,7 @@ struct Moments {
   }
 };
 
-// About the solid's own centre, along its own axes.
+// Return the moments of a solid about its own centre, along its own axes.
 inline Moments box_moments(const Eigen::Vector3d& size) {
   const double v = size.prod();
   return {v, Eigen::Vector3d::Zero(), (v / 12 * size.cwiseProduct(size)).asDiagonal()};

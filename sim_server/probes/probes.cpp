@@ -120,7 +120,7 @@ std::vector<ProbeRow> ProbeSampler::evaluate(const ProbeConfig& probe) const {
   return rows;
 }
 
-// Whether its particles move each on its own.
+// Returns whether the particles of a body move each on its own.
 static bool is_deformable(const Body& body) { return body.type == BodyKind::fluid || body.type == BodyKind::elastic; }
 
 ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d& point) const {
@@ -249,7 +249,7 @@ ProbeRow ProbeSampler::heat(const ProbeConfig& probe) const {
   return {finite(flows ? taken_up : NAN), finite(low), finite(mean / mass), finite(high), finite(liquid / melting)};
 }
 
-// Of matter that changes state: how many pieces it is solid in, and the mass of the largest.
+// Returns, for matter that changes state, how many pieces it is solid in, and the mass of the largest.
 ProbeRow ProbeSampler::pieces(const ProbeConfig& probe) const {
   std::map<std::uint32_t, double> mass;
   double largest = 0;

@@ -1,5 +1,5 @@
-// What a scene's [[probe]]s measure, on the host, from one state of the simulation. See config/scenes/README.md for the
-// quantities. Not for the real-time thread: a snapshot waits for the device.
+// Measures on the host what a scene's [[probe]]s ask for, from one state of the simulation. See config/scenes/README.md
+// for the quantities. Not for the real-time thread: a snapshot waits for the device.
 #pragma once
 
 #include <optional>
@@ -13,9 +13,9 @@ namespace palp {
 
 using ProbeRow = std::vector<std::optional<double>>;  // a missing value: nothing there to measure
 
-// Column names with units, the time first.
+// Returns the names of the columns with units, the time first.
 std::vector<std::string> probe_columns(const ProbeConfig& probe);
-// False when StepOutput alone gives the probe's values.
+// Returns whether a probe needs a snapshot; false when StepOutput alone gives its values.
 bool needs_snapshot(const ProbeConfig& probe);
 
 // Evaluates probes on one state. Fields at a point are interpolated over the fluid particles (temperature: over all)
@@ -28,7 +28,7 @@ class ProbeSampler {
   // Before the first step give an output without bodies: their initial state is taken from the scene.
   // `snapshot` may be null when no probe to be evaluated needs it. Both must outlive the evaluation.
   void load(const Snapshot* snapshot, const StepOutput& output);
-  // One row, or for a line one per point.
+  // Returns one row, or for a line one per point.
   std::vector<ProbeRow> evaluate(const ProbeConfig& probe) const;
 
  private:
@@ -55,7 +55,7 @@ class ProbeRecorder {
  public:
   // Keeps a reference to the scene. Throws std::runtime_error when a file cannot be made.
   ProbeRecorder(const Scene& scene, const std::string& folder);
-  // Whether some probe is due after step `step` (0: the initial state), and whether it needs a snapshot.
+  // Returns whether some probe is due after step `step` (0: the initial state), and whether it needs a snapshot.
   bool due(std::uint64_t step) const;
   bool due_with_snapshot(std::uint64_t step) const;
   // Writes the probes that are due after output.step. Throws when the disk is full.

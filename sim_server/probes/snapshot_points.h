@@ -6,12 +6,12 @@
 
 namespace palp {
 
-// x y z of a particle [m].
+// Returns the place of a particle, x y z [m].
 inline Eigen::Vector3d place_of(const Snapshot& s, std::size_t particle) {
   return Eigen::Map<const Eigen::Vector3f>(&s.position[3 * particle]).cast<double>();
 }
 
-// Whether it has left the domain.
+// Returns whether a particle has left the domain.
 inline bool is_inactive(const Snapshot& s, std::size_t particle) {
   return !s.inactive.empty() && s.inactive[particle] != 0;
 }
@@ -20,7 +20,7 @@ inline const MaterialConfig& material_of(const Scene& scene, std::size_t particl
   return scene.config.materials[scene.bodies[scene.body[particle]].material];
 }
 
-// What it fills at its density [m^3].
+// Returns the volume that a particle fills at its density [m^3].
 inline double volume_of(const Scene& scene, const Snapshot& s, std::size_t particle) {
   const double density = s.density[particle];
   return density > 0 ? scene.volume[particle] * material_of(scene, particle).density / density : scene.volume[particle];

@@ -35,7 +35,7 @@ std::string too_many(const SceneConfig& config, double needed, std::size_t max_p
       1.05 * spacing * std::cbrt(needed / static_cast<double>(max_particles)));
 }
 
-// Null where it is not declared.
+// Returns the material of a body, or null where it is not declared.
 const MaterialConfig* material_of(const SceneConfig& config, const BodyConfig& body) {
   const auto found = std::find_if(config.materials.begin(), config.materials.end(),
                                   [&](const MaterialConfig& item) { return item.name == body.material; });
@@ -80,7 +80,7 @@ void move(Particles& particles, const Eigen::Isometry3d& pose) {
   for (Eigen::Vector3d& v : particles.velocity) v = pose.linear() * v;
 }
 
-// Whether any solid, or what can become one, can run into another.
+// Returns whether any solid, or what can become one, can run into another.
 bool something_moves(const SceneConfig& config) {
   std::size_t moving = 0, solids = 0;
   for (const BodyConfig& body : config.bodies) {

@@ -1,4 +1,4 @@
-// What a sampled scene must satisfy. Each check gives one sentence per fault, beginning with file:line of the body.
+// The checks that a sampled scene must pass. Each gives one sentence per fault, beginning with file:line of the body.
 #pragma once
 
 #include <optional>

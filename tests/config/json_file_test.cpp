@@ -1,4 +1,4 @@
-// What is written as JSON is JSON, whatever the words and numbers in it.
+// Tests that what is written as JSON is JSON, whatever the words and numbers in it.
 #include "config/json_file.h"
 
 #include <gtest/gtest.h>

@@ -5,7 +5,7 @@
 namespace palp {
 namespace {
 
-// What the program says of an option with this value; empty: it takes it.
+// Returns what the program says of an option with this value; empty when it takes the value.
 std::string refusal(const std::string& value) {
   CLI::App app;
   double number = -1;

@@ -1,4 +1,4 @@
-// What the strict scene reader takes.
+// Tests what the strict scene reader takes; scene_faults_test.cpp tests what it refuses.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -150,7 +150,7 @@ TEST(SceneReader, OverridesWinAndChangeTheHash) {
   EXPECT_EQ(faults_of(kScene, overrides).size(), 1u);
 }
 
-// The keys that README.md documents: its headings name tables, its rows begin with a key.
+// Returns the keys that README.md documents: its headings name tables, its rows begin with a key.
 std::set<std::string> documented_keys() {
   std::ifstream in(PALP_SOURCE_DIR "/config/scenes/README.md");
   std::set<std::string> keys;

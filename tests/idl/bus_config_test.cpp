@@ -1,4 +1,4 @@
-// What people give the bus: options, and the vendors' own configuration.
+// Tests what people give the bus: options, and the vendors' own configuration.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -28,7 +28,7 @@ std::string file_with(const std::string& name, const std::string& text) {
   return path.string();
 }
 
-// The sentence that open_bus throws, or "" if it does not.
+// Returns the sentence that open_bus throws, or "" if it does not.
 std::string refusal(const BusOptions& options) {
   try {
     open_bus(options);

@@ -11,7 +11,7 @@
 namespace palp::test {
 namespace {
 
-// What a fake writer keeps, shared with the test.
+// The chunks that a fake writer keeps, and how it behaves, shared with the test.
 struct Wire {
   std::mutex mutex;
   std::vector<ParticleChunk> chunks;

@@ -1,4 +1,4 @@
-// What the tests of the bus share.
+// Helpers that the tests of the bus share.
 #pragma once
 
 #include <unistd.h>
@@ -16,7 +16,7 @@ namespace palp::test {
 
 using namespace std::chrono_literals;
 
-// A domain that no other test running at the same time is likely to use.
+// Returns a domain that no other test running at the same time is likely to use.
 inline int test_domain() { return 100 + static_cast<int>(getpid() % 101); }
 
 inline BusOptions options_for(Vendor vendor) {

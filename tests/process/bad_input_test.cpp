@@ -1,5 +1,5 @@
-// What a person may get wrong in a scene or on the command line: one clear message and status 2, from the server and
-// from palp-run alike.
+// Tests what a person may get wrong in a scene or on the command line: one clear message and status 2, from the server
+// and from palp-run alike.
 #include <cstdlib>
 
 #include "tests/process/running_system.h"
@@ -20,7 +20,7 @@ int lines_with(const std::string& text, const std::string& word) {
   return count;
 }
 
-// Line of small_tray.toml where the text begins, plus so many.
+// Returns "scene.toml:LINE" for the line where the text begins, plus so many.
 std::string at_line(const std::string& scene, const std::string& text, int more = 0) {
   const std::size_t at = scene.find(text);
   return "scene.toml:" +
@@ -49,7 +49,7 @@ class BadInput : public testing::TestWithParam<std::string> {
     said_ = child.output();
     return status;
   }
-  // One fault, told in one message that holds all of the texts.
+  // Expects one fault, told in one message that holds all of the texts.
   void expect_one_message(const std::vector<std::string>& texts) {
     const std::string mark = GetParam() == "palp-run" ? "palp-run: " : "[error]";
     EXPECT_EQ(lines_with(said_, mark), 1) << said_;

@@ -1,5 +1,6 @@
-// What the bus brings is not trusted: samples that are of another version, not finite or otherwise wrong are counted
-// and dropped by the server and by the bridge, and never become a force. They are sent below the checks of the bus.
+// Tests that what the bus brings is not trusted: samples that are of another version, not finite or otherwise wrong are
+// counted and dropped by the server and by the bridge, and never become a force. They are sent below the checks of the
+// bus.
 #include <cmath>
 #include <limits>
 
@@ -33,7 +34,7 @@ class BadPeers : public RunningSystem, public testing::WithParamInterface<Vendor
     const double before = watcher.metric(process, "dropped_samples");
     return watcher.sees([&] { return (send(), watcher.metric(process, "dropped_samples") > before); });
   }
-  // Bytes that are no sample: cut off after the key.
+  // Sends bytes that are no sample: cut off after the key.
   template <class T>
   bool refuses_fragments(Watcher& watcher, const std::string& process) {
     const auto bus = open_raw_bus(on(GetParam()));
@@ -88,7 +89,7 @@ TEST_P(BadPeers, TheServerDropsBadDeviceSamplesAndEngagesOnNone) {
   EXPECT_GE(number_in_json(summary("palp-sim-server"), "dropped_samples"), static_cast<double>(faults.size()));
 }
 
-// A pull by a server that answers this very bridge.
+// Returns a pull by a server that answers this very bridge.
 ProxySample pull(const DeviceSample& d) {
   ProxySample s;
   s.header.session = 77;

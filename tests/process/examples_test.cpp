@@ -1,5 +1,5 @@
-// What tools/examples shows runs: beside a real server, in C++ and, where its module is built, in Python. And every
-// program says its name and version.
+// Tests that what tools/examples shows runs: beside a real server, in C++ and, where its module is built, in Python.
+// Also tests that every program says its name and version.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace palp::test {
 namespace {
 
-// The number behind `word` in each line that has both.
+// Returns the number behind `word` in each line that has both.
 std::vector<double> numbers_behind(const std::string& text, const std::string& word) {
   std::vector<double> numbers;
   std::istringstream lines(text);
@@ -27,7 +27,7 @@ std::vector<double> numbers_behind(const std::string& text, const std::string& w
 
 class Examples : public RunningSystem, public testing::WithParamInterface<std::string> {
  protected:
-  // What an example printed.
+  // Runs an example, which must succeed, and returns what it printed.
   std::string run(const std::string& name, const std::vector<std::string>& arguments) {
     std::vector<std::string> command{PALP_EXAMPLES_DIR "/" + name};
     if (GetParam() == "python")

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kHalf = 0.0005;  // [s], see ArmEvent
 
-// Where the row's event meets a force: when it comes and how much is allowed.
+// A row of the table of faults whose event meets a force: when it comes and how much is allowed.
 struct ArmRow {
   std::string row;
   ArmEvent event;
@@ -34,7 +34,8 @@ class FaultArm : public FaultSystem {
     add_same_tick(times, flight, time_of(device, row.event), row.more_ticks);
     times.tell();
   }
-  // Half of what the coupling asks for, as fast as the slew limit allows, once the bits were read in their turn.
+  // Expects half of what the coupling asks for, as fast as the slew limit allows, once the bits were read in their
+  // turn.
   void judge_half(int device, const Flight& flight, const ArmRow& row) const {
     RowTimes times(row.row, row.event.name + " bits");
     const std::int64_t t = time_of(device, row.event);
@@ -51,14 +52,14 @@ class FaultArm : public FaultSystem {
   }
 };
 
-// How late the ticks were from t on, all together [ms].
+// Returns how late the ticks were from t on, all together [ms].
 double late_after(const Flight& flight, std::int64_t t_ns) {
   double late = 0;
   for (std::size_t i = tick_at(flight, t_ns); i < flight.size(); ++i) late += flight[i].late_ms;
   return late;
 }
 
-// What may happen at any time: the hand opens, for any time.
+// Draws when the hand opens and for how long: it may do so at any time.
 std::vector<ArmEvent> random_releases(unsigned seed, double from, double to) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> pause(0.02, 0.7), open(0.002, 0.2);
@@ -139,7 +140,8 @@ TEST_F(FaultArm, SwitchesAlarmsAndReadings) {
   EXPECT_TRUE(watcher.has_event("at a bound, too warm or saturated")) << said_by(0);
 }
 
-// From the tick that is too fast on the force goes to the damping as fast as the slew limit allows, and stays there.
+// Expects that from the tick that is too fast on the force goes to the damping as fast as the slew limit allows, and
+// stays there.
 void judge_fast(const Flight& flight, const std::string& row, const std::function<bool(const FlightTick&)>& too_fast) {
   RowTimes times(row, "a hand that throws the handle");
   const double step = FlightLimits{}.force_step;
@@ -195,7 +197,7 @@ struct Failure {
 
 class FaultArmFails : public FaultArm {
  protected:
-  // Of a bridge that has met its failure. False: no force was felt when it came.
+  // Judges how a bridge ends that has met its failure. False: no force was felt when it came.
   bool judge_end(int device, const Failure& f) {
     EXPECT_EQ(bridge(device).wait(), 1) << said_by_all();
     EXPECT_NE(said_by(device).find(f.told), std::string::npos) << said_by(device);

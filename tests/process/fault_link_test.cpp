@@ -18,7 +18,7 @@ double oldest(const Flight& flight, std::size_t from, std::size_t to) {
   return age;
 }
 
-// Everywhere in a log: how much of the coupling is rendered follows from the sample's age alone.
+// Checks everywhere in a log that how much of the coupling is rendered follows from the sample's age alone.
 void expect_age_obeyed(const Flight& flight) {
   for (const FlightTick& t : flight) {
     if (t.state == "waiting") continue;
@@ -36,7 +36,7 @@ void expect_age_obeyed(const Flight& flight) {
   }
 }
 
-// When something stood still or went, and the tick before which it came back.
+// The time when something stood still or went, and how long it was gone.
 struct Silence {
   std::int64_t t_ns = 0;
   double for_ms = 0;
@@ -52,7 +52,7 @@ class FaultLink : public FaultSystem {
     server_->send_signal(SIGCONT);
     return {t, ms_between(t, now_ns())};
   }
-  // When it was asked for.
+  // Asks the server for a reset; returns when it asked.
   std::int64_t reset() {
     Client client(watch().bus());
     EXPECT_TRUE(client.reaches_server()) << said();
@@ -68,7 +68,8 @@ struct AgeRows {
   RowTimes damping{"60 to 95 ms: damping only", "server stopped for 80 ms"};
   RowTimes silent{"older: no force", "server stopped for 300 ms"};
 
-  // By the age that samples came to, which is never exactly what was wanted. Times are since the server stopped.
+  // Judges a silence by the age that samples came to, which is never exactly what was wanted. Times are since the
+  // server stopped.
   void judge(const Flight& flight, const Silence& s) {
     const std::size_t begin = tick_at(flight, s.t_ns);
     const std::size_t end = tick_at(flight, s.t_ns + static_cast<std::int64_t>(1e6 * (s.for_ms + 20)));
@@ -92,11 +93,11 @@ struct AgeRows {
   void tell() const {
     for (const RowTimes* row : {&young, &fading, &damping, &silent}) row->tell();
   }
-  // What was under way when the server stopped still comes in [ms].
+  // The time in which samples that were under way when the server stopped still come in [ms].
   static constexpr double kInFlight = 3;
 };
 
-// The force begins anew: it falls as fast as the slew limit allows, and comes back on the ramp.
+// Expects the force to begin anew: it falls as fast as the slew limit allows, and comes back on the ramp.
 void judge_new_begin(const Flight& flight, RowTimes row, std::size_t at) {
   ASSERT_GT(at, 0u);
   ASSERT_LT(at + 1000, flight.size());

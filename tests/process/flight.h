@@ -67,7 +67,7 @@ inline Flight flight_of(const std::string& file) {
   return flight;
 }
 
-// Of the profile that these tests give the bridge.
+// The limits of the profile that these tests give the bridge.
 struct FlightLimits {
   double force = 10, torque = 1;                // [N], [N m]
   Vec3 axis_force{9, 9, 8};                     // [N]
@@ -77,8 +77,8 @@ struct FlightLimits {
 inline constexpr const char* kFlightLimits =
     "[limits]\nforce = 10\ntorque = 1\naxis_force = [9, 9, 8]\nforce_slew = 300\ntorque_slew = 30\npower = 5\n";
 
-// What a handle is to feel that is too fast or has only old samples: damping of 3 N s/m within the limits, so far as it
-// is engaged, and no more.
+// Returns what a handle is to feel that is too fast or has only old samples: damping of 3 N s/m within the limits, so
+// far as it is engaged, and no more.
 inline Vec3 damping_only(const FlightTick& t) {
   const FlightLimits most;
   Vec3 force = scaled(-3, t.velocity);
@@ -86,7 +86,7 @@ inline Vec3 damping_only(const FlightTick& t) {
   return scaled(t.engagement * std::min(1.0, most.force / std::max(most.force, length(force))), force);
 }
 
-// No tick breaks a limit, and no tick without a hand, a reading or health has any force.
+// Expects that no tick breaks a limit, and that no tick without a hand, a reading or health has any force.
 inline void expect_limits_held(const Flight& flight, const FlightLimits& most = {}) {
   constexpr double kRounding = 1e-6;  // the log has nine digits
   FlightTick before;
@@ -109,7 +109,7 @@ inline void expect_limits_held(const Flight& flight, const FlightLimits& most = 
   }
 }
 
-// Index of the first tick that begins at or after t; flight.size() if there is none.
+// Returns the index of the first tick that begins at or after t; flight.size() if there is none.
 inline std::size_t tick_at(const Flight& flight, std::int64_t t_ns) {
   return static_cast<std::size_t>(
       std::lower_bound(flight.begin(), flight.end(), t_ns,
@@ -121,7 +121,8 @@ inline double ms_between(std::int64_t from_ns, std::int64_t to_ns) {
   return 1e-6 * static_cast<double>(to_ns - from_ns);
 }
 
-// One line of the table of measured times, for people; with PALP_RESULTS=DIR also at the end of DIR/fault_times.md.
+// Prints one line of the table of measured times, for people; with PALP_RESULTS=DIR also at the end of
+// DIR/fault_times.md.
 inline void tell_row(const std::string& row, const std::string& provoked_by, double measured_ms, double allowed_ms) {
   std::array<char, 512> line{};
   std::snprintf(line.data(), line.size(), "| %s | %s | %.2f | %.2f |", row.c_str(), provoked_by.c_str(), measured_ms,

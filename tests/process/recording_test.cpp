@@ -11,7 +11,7 @@ const TopicRow* const kWatched[] = {&topic_of<SceneDescription>(), &topic_of<Pro
 
 class Recording : public RunningSystem, public testing::WithParamInterface<Vendor> {
  protected:
-  // Of a run in which the hand felt the fluid.
+  // Records a run in which the hand felt the fluid, to run.mcap.
   void record() {
     Watcher& watcher = watch();
     auto recorder = start_tool("palp-record", other(), {"--out", folder_ / "run.mcap"});

@@ -22,7 +22,8 @@ using namespace std::chrono_literals;
 inline const std::string kBin = PALP_BIN_DIR "/";
 inline const std::string kHere = PALP_SOURCE_DIR "/tests/process/";
 
-// Long enough for a machine with two slow cores and another build on it; nothing waits for it when all is well.
+// The time that suffices for a machine with two slow cores and another build on it; nothing waits for it when all is
+// well.
 inline constexpr auto kPatience = std::chrono::milliseconds(30'000);
 
 inline bool holds_within(std::chrono::milliseconds limit, const std::function<bool()>& condition) {
@@ -39,7 +40,7 @@ inline std::string text_of(const std::string& file) {
   return {bytes.begin(), bytes.end()};
 }
 
-// Columns of the bridge's flight log, as text.
+// Returns the columns of the bridge's flight log, as text.
 inline std::map<std::string, std::vector<std::string>> read_flight(const std::string& file) {
   std::ifstream in(file);
   const auto cells = [](const std::string& line) {
@@ -60,10 +61,10 @@ inline std::map<std::string, std::vector<std::string>> read_flight(const std::st
   return columns;
 }
 
-// Not std::stod, which throws at a force that has faded below the smallest normal number.
+// Reads a number; std::stod would throw at a force that has faded below the smallest normal number.
 inline double number_in(const std::string& cell) { return std::strtod(cell.c_str(), nullptr); }
 
-// Force and torque of a tick of a flight log, their lengths added up.
+// Returns force and torque of a tick of a flight log, their lengths added up.
 inline double felt_in(const std::map<std::string, std::vector<std::string>>& log, std::size_t tick) {
   const auto length = [&](const std::string& vector) {
     const auto along = [&](const char* axis) { return number_in(log.at(vector + axis)[tick]); };
@@ -72,14 +73,14 @@ inline double felt_in(const std::map<std::string, std::vector<std::string>>& log
   return length("force") + length("torque");
 }
 
-// The number behind "name": in JSON text; NaN where there is none.
+// Returns the number behind "name": in JSON text; NaN where there is none.
 inline double number_in_json(const std::string& json, const std::string& name) {
   const std::string key = "\"" + name + "\": ";
   const std::size_t at = json.find(key);
   return at == std::string::npos ? std::nan("") : std::strtod(json.c_str() + at + key.size(), nullptr);
 }
 
-// What the processes say, as anyone on the bus hears it. One thread.
+// Watches what the processes say, as anyone on the bus hears it. One thread.
 class Watcher {
  public:
   explicit Watcher(const BusOptions& options)
@@ -113,7 +114,7 @@ class Watcher {
     return sees([&] { return status[process].header.sequence >= now + 2; });
   }
   bool says(const std::string& process, const std::string& state) { return status[process].state == state; }
-  // Of the newest status; 0 where there is none.
+  // Returns a metric of the newest status; 0 where there is none.
   double metric(const std::string& process, const std::string& name) {
     for (const Metric& m : status[process].metrics)
       if (m.name == name) return m.value;
@@ -149,7 +150,7 @@ class Client {
     return holds_within(kPatience,
                         [&] { return !ask(CommandKind::set_parameter, "are you there", "", 200ms).text.empty(); });
   }
-  // The reply to exactly this command; not ok and empty when none came.
+  // Returns the reply to exactly this command; not ok and empty when none came.
   CommandReply ask(CommandKind kind, const std::string& name = {}, const std::string& value = {},
                    std::chrono::milliseconds limit = kPatience) {
     Command command;
@@ -187,7 +188,7 @@ class RunningSystem : public testing::Test {
     options.domain = domain_;
     return options;
   }
-  // The same watcher for the whole test.
+  // Returns the same watcher for the whole test.
   Watcher& watch(Vendor vendor = Vendor::cyclone) {
     if (!watcher_) watcher_ = std::make_unique<Watcher>(on(vendor));
     return *watcher_;
@@ -209,7 +210,7 @@ class RunningSystem : public testing::Test {
     return tool;
   }
 
-  // The hand feels the simulation: the server answers this bridge and the bridge pushes.
+  // Waits until the hand feels the simulation: the server answers this bridge and the bridge pushes.
   bool force_is_felt(Watcher& watcher) {
     return watcher.sees([&] {
       return (watcher.proxy.flags & kEngaged) != 0 && watcher.says("haptic_bridge 0", "engaged") &&

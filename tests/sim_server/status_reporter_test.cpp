@@ -1,4 +1,4 @@
-// What a slow server advises.
+// Tests what a slow server advises.
 #include "sim_server/status_reporter.h"
 
 #include <gtest/gtest.h>

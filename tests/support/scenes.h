@@ -28,7 +28,7 @@ inline std::uint32_t add_material(Scene& scene, double density, double viscosity
   return static_cast<std::uint32_t>(scene.config.materials.size() - 1);
 }
 
-// Of the pose and the wrench of a body.
+// Returns a probe of the pose and the wrench of a body.
 inline ProbeConfig probe_of(const std::string& body) {
   ProbeConfig probe;
   probe.quantity = Quantity::body;

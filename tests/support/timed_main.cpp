@@ -18,8 +18,8 @@ namespace {
 using namespace std::chrono_literals;
 using std::chrono::steady_clock;
 
-// The longest that any core kept a thread waiting that goes before all others. Where a process may not go before
-// others, a busy machine counts as one that stands still.
+// Finds the longest time that any core kept a thread waiting that goes before all others. Where a process may not go
+// before others, a busy machine counts as one that stands still.
 class Witness {
  public:
   Witness() {
@@ -56,8 +56,8 @@ class Witness {
   std::vector<std::thread> threads_;
 };
 
-// What these tests measure has bounds of a few milliseconds; two virtual machines that share a core take each other's
-// time by tens.
+// A stand-still of this length spoils a test: what these tests measure has bounds of a few milliseconds, and two
+// virtual machines that share a core take each other's time by tens.
 constexpr auto kStill = 10ms;
 constexpr int kTrials = 3;
 constexpr const char* kTrial = "PALP_TEST_TRIAL";

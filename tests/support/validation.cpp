@@ -18,7 +18,7 @@ struct Reported {
   double share = 0;  // of the tolerance
 };
 
-// Of the running test, by name and method.
+// The reports of the running test, by name and method.
 struct Reports {
   const ::testing::TestInfo* test = nullptr;
   std::map<std::pair<std::string, Method>, Reported> reported;

@@ -1,5 +1,5 @@
-// What tools/validate tabulates: a test that judges a validation case reports it with the same call, so that the table
-// shows the numbers that were judged. The reports are GoogleTest properties (--gtest_output=json).
+// Reports for the table of tools/validate: a test that judges a validation case reports it with the same call, so that
+// the table shows the numbers that were judged. The reports are GoogleTest properties (--gtest_output=json).
 #pragma once
 
 #include <string>
@@ -21,14 +21,14 @@ struct ValidationCase {
   // Why method "paper" is known to miss the reference; null: it is judged like any other. Known misses are measured and
   // shown, and do not fail the test unless they are no numbers.
   const char* paper_is_off = nullptr;
-  // The same of both methods: why a case is known to miss the reference.
+  // Why both methods are known to miss the reference, as above.
   const char* is_off = nullptr;
 };
 
 // within(residual, tolerance), and reported. Of several reports of one case in a test the worst counts.
 ::testing::AssertionResult within(double residual, const Tolerance& tolerance, const ValidationCase& reported);
 
-// Under tools/validate, which sets PALP_VALIDATE.
+// Returns whether the test runs under tools/validate, which sets PALP_VALIDATE.
 bool validating();
 
 // The methods that a case is run in: "accurate", and under tools/validate "paper", too. For

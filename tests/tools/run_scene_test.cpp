@@ -1,4 +1,4 @@
-// What palp-run does around a simulation, on one whose every step is known.
+// Tests what palp-run does around a simulation, on one whose every step is known.
 #include "tools/run_scene.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What the metrics share: a run's set-up in a cell, and a row of the table for it.
+// Helpers that the metrics share: a run's set-up in a cell, and a row of the table for it.
 #pragma once
 
 #include <cmath>
@@ -43,7 +43,8 @@ inline Row judged(const Cell& cell, Row r, bool good, const std::string& trouble
   return r;
 }
 
-// By how much what is felt is off from what it should be: at most 5 %, the target of all rendering.
+// Returns a row that says by how much what is felt is off from what it should be: at most 5 %, the target of all
+// rendering.
 inline Row error_row(const Cell& cell, const std::string& what, double felt, double exact, const std::string& reference,
                      const std::string& note, const std::string& trouble) {
   const double error = 100 * std::abs(felt / exact - 1);

@@ -101,7 +101,7 @@ Play play(const Scene& scene, const Cell& cell) {
   return p;
 }
 
-// The force across the way's direction and time: how straight it grows, and what it is in the end.
+// Describes the force across the way's direction and time: how straight it grows, and what it is in the end.
 std::string aside_in_words(const Play& p) {
   const auto across = [&](double from, double to) {
     return mean(taken(p.trace, from, to, [&](const Tick& t) { return t.force.x() - p.air.x(); }));
@@ -114,7 +114,7 @@ std::string aside_in_words(const Play& p) {
       -across(p.ends - 0.1, p.ends), normal);
 }
 
-// Of the upward force on the way aside, of its mean [%].
+// Returns the ripple of the upward force on the way aside, in per cent of its mean.
 double ripple(const Play& p) {
   const Series up = taken(p.trace, p.reached + kSettled, p.ends, [&](const Tick& t) { return vertical(t, p.air); });
   return 100 * rms_above(up, kRippleHz) / mean(up);

@@ -32,21 +32,21 @@ struct LinkPair {
 // "local", "lan", "far", ... (link_names) or "name:delay=2,jitter=1,loss=0.02,..." with times in ms; a key beginning
 // with up_ or down_ sets one way only. Throws std::invalid_argument with one sentence.
 LinkPair link_from(const std::string& text);
-// What a link's name stands for, in the same form.
+// Returns what a link's name stands for, in the same form.
 std::string description_of(const std::string& text);
-// Those of the specification, then those that are worse.
+// The names of the links of the specification, then those of links that are worse.
 const std::vector<std::string>& listed_links();
 const std::vector<std::string>& further_links();
 
-// Which of the samples sent arrive, and when. The same seed and times give the same arrivals.
+// Decides which of the samples sent arrive, and when. The same seed and times give the same arrivals.
 class Link {
  public:
   Link(const LinkConfig& config, std::uint64_t seed) : config_(config), random_(seed) {}
 
-  // A sample sent at t_ns; index: the caller's own, growing from sample to sample.
+  // Sends a sample at t_ns; index: the caller's own, growing from sample to sample.
   void send(std::int64_t t_ns, std::uint64_t index);
-  // The sample that is in the mailbox at t_ns: of all that have arrived since the last call, the last. False: none.
-  // A best-effort reader hands on nothing older than what it has handed on, in both bus vendors, so late ones are
+  // Takes the sample that is in the mailbox at t_ns: of all that have arrived since the last call, the last. False:
+  // none. A best-effort reader hands on nothing older than what it has handed on, in both bus vendors, so late ones are
   // dropped; those of `reorder` get past it.
   bool take(std::int64_t t_ns, std::uint64_t& index, std::int64_t& t_receive_ns);
 

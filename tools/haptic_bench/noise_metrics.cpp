@@ -1,4 +1,4 @@
-// Whether what should be calm is: a hand at rest, a minute of use, the age of what is rendered.
+// Measures whether what should be calm is: a hand at rest, a minute of use, the age of what is rendered.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -28,7 +28,7 @@ double travel(const Trace& trace, double from, double to) {
   return size.norm();
 }
 
-// A round of half a minute over jelly and stone, from and to the place above the jelly.
+// Returns the path of half a minute of use over jelly and stone, from and to the place above the jelly.
 HandScript round_of_use(const HandModel& hand) {
   HandScript script;
   script.hand = hand;

@@ -1,4 +1,4 @@
-// What the hand should feel, and does: free space, spring and damper, jelly, a current.
+// Measures what the hand should feel, and does: free space, spring and damper, jelly, a current.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 const Eigen::Vector3d kX = Eigen::Vector3d::UnitX(), kZ = Eigen::Vector3d::UnitZ();
 
-// The static force of the solver on a device that stays at an offset from where the handle was at the start.
+// Returns the static force of the solver on a device that stays at an offset from where the handle was at the start.
 double static_force(const Scene& scene, const CouplingGains& gains, const Eigen::Vector3d& offset, double seconds) {
   const auto simulation = make_simulation(scene, Backend::cpu);
   StepInput input{};

@@ -23,14 +23,14 @@ struct Row {
 
 std::string markdown(const std::vector<Row>& rows, const std::vector<std::string>& preface);
 Json json_of(const std::vector<Row>& rows);
-// Of a file as json_of made it. Throws what the JSON library throws where it is another.
+// Reads the rows of a file as json_of made it. Throws what the JSON library throws where it is another.
 std::vector<Row> rows_from(const Json& list);
 
 // Replaces the file, or leaves it as it was. Throws std::runtime_error with one sentence.
 void write_text(const std::string& what, const std::string& path, const std::string& text);
 
-// Made before hours of measuring, to find out whether the results can be written where they are to go. Empty paths are
-// skipped. Throws as write_text.
+// Reserves room before hours of measuring, to find out whether the results can be written where they are to go. Empty
+// paths are skipped. Throws as write_text.
 class RoomForResults {
  public:
   explicit RoomForResults(const std::vector<std::string>& paths);

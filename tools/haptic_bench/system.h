@@ -14,8 +14,9 @@
 
 namespace palp::bench {
 
-// What is rendered: the loop as it is; the server's wrench held (samples with blend 0), or a spring to the held pose of
-// the proxy (blend 1), both without smoothing. The baselines differ in the samples and in LoopConfig, not in code.
+// Names what is rendered: the loop as it is; the server's wrench held (samples with blend 0), or a spring to the held
+// pose of the proxy (blend 1), both without smoothing. The baselines differ in the samples and in LoopConfig, not in
+// code.
 enum class Variant { ours, held, spring };
 const char* to_string(Variant variant);
 

@@ -1,5 +1,5 @@
-// What a tick of the bridge's loop costs: run_loop on a clock that does not wait, each tick measured in CPU time of its
-// thread.
+// Measures what a tick of the bridge's loop costs: run_loop on a clock that does not wait, each tick measured in CPU
+// time of its thread.
 #pragma once
 
 #include <cstddef>
@@ -19,12 +19,12 @@ struct TickCost {
   double share_felt = 0;  // of the ticks, with force
 };
 
-// Of the loop alone (a device that does nothing) and with the simulated arm, the simulated Virtuose (library: a path)
-// and a replayed path. Each tick has a new sample of a wall that the tool is pressed into; motion and force are scaled,
-// and every limit is on. Throws what the devices throw.
+// Returns the cost of the loop alone (a device that does nothing) and with the simulated arm, the simulated Virtuose
+// (library: a path) and a replayed path. Each tick has a new sample of a wall that the tool is pressed into; motion and
+// force are scaled, and every limit is on. Throws what the devices throw.
 std::vector<TickCost> tick_costs(const DeviceProfile& profile, const std::string& virtuose_library, std::size_t ticks);
 
-// As a table.
+// Returns the costs as a table.
 std::string markdown(const std::vector<TickCost>& costs);
 
 }  // namespace palp::bench

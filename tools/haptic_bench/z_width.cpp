@@ -16,7 +16,7 @@ constexpr double kReach = 0.5;    // the way there [s]
 constexpr double kHold = 4;       // [s]
 constexpr double kBehind = 0.02;  // the wall [m]
 
-// Of a series about its mean, and how often that is crossed.
+// The rms of a series about its mean, and the frequency that its crossings of the mean give.
 struct Wobble {
   double rms = 0, hz = 0;
 };
@@ -135,8 +135,8 @@ ZWidth z_width(const Scene& wall, const Cell& cell, double damping, bool fine) {
 
 namespace {
 
-// What theory leaves a spring that is rendered at once, and one that is rendered after the delay: b > K (T/2 + t) + |B|
-// with the damping b of arm and hand (Colgate & Schenkel 1997; Diolaiti et al. 2006).
+// Returns in words the stiffness that theory allows a spring that is rendered at once, and one that is rendered after
+// the delay: b > K (T/2 + t) + |B| with the damping b of arm and hand (Colgate & Schenkel 1997; Diolaiti et al. 2006).
 std::string lines(const Cell& cell, double damping, double delay) {
   const double b = cell.profile.setup<ArmModel>().damping + cell.hand.model.damping - damping;
   if (b <= 0) return fmt::format("passive: none, as b < B; hard surface 0.8 to 1");

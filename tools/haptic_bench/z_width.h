@@ -9,7 +9,7 @@
 
 namespace palp::bench {
 
-// Where a metric is measured.
+// The place where a metric is measured: hand, link, rate and what is rendered.
 struct Cell {
   NamedHand hand;
   double rate_hz = 1000;
@@ -21,7 +21,7 @@ struct Cell {
   bool controller = true;  // passivity control, and gains that follow the delay
 };
 
-// What the last second of a press was like.
+// The figures of the last second of a press on a wall.
 struct Press {
   bool stable = false;
   double rms = 0;         // of the place [m]
@@ -38,7 +38,7 @@ struct Press {
 inline constexpr double kStableRms = 0.05e-3;  // [m]
 inline constexpr double kStableTurn = 1e-3;    // [rad]: the same at 5 cm from the handle
 
-// The run behind press_wall.
+// Returns the run that press_wall makes.
 RunSetup wall_press(const Scene& wall, const Cell& cell, double stiffness, double damping, std::uint64_t seed);
 Press judge(const Trace& trace);
 // Presses on the wall with the hand's intent 20 mm behind it, for four seconds.
@@ -51,22 +51,23 @@ struct ZWidth {
   Press first_unstable;    // of the next one
   double unstable_at = 0;  // 0: none up to the largest
 };
-// Where to look: upwards from `likely` if that is stable, else downwards, in steps of two that are then narrowed down.
+// Says where to look: upwards from `likely` if that is stable, else downwards, in steps of two that are then narrowed
+// down.
 struct Search {
   double least, likely, most;
   bool fine;  // down to 9 %, else to 20 %
   int seeds;  // the first narrows down, the others then have to bear what it found, or take it down
 };
-// press: with a stiffness, and the seed of that number.
+// Finds the largest stable stiffness. press: makes a press with a stiffness and the seed of that number.
 ZWidth widest(const Search& search, const std::function<Press(double stiffness, int seed)>& press);
 inline constexpr double kLeastStiffness = 250, kLikelyStiffness = 4000, kMostStiffness = 32000;  // [N/m]
 
 ZWidth z_width(const Scene& wall, const Cell& cell, double damping, bool fine);
 
-// As a row of the table. scale: from N/m or N m/rad to the unit; wanted: at least, in that unit.
+// Returns the width as a row of the table. scale: from N/m or N m/rad to the unit; wanted: at least, in that unit.
 Row width_row(const Cell& cell, const ZWidth& z, double scale, const std::string& metric, const std::string& unit,
               const std::string& reference, double wanted);
-// As rows of the table, one a damping.
+// Returns the widths as rows of the table, one a damping.
 std::vector<Row> z_width_rows(const Scene& wall, const Cell& cell, const std::vector<double>& dampings, bool fine);
 
 }  // namespace palp::bench

@@ -17,7 +17,7 @@ namespace palp::fake {
 using Pose = std::array<float, 7>;
 using Vector = std::array<float, 6>;
 
-// What a client has commanded at a time.
+// The last command of a client: forces, and the target of the virtual mechanism.
 struct Command {
   double time = 0;
   Vector force{};
@@ -26,7 +26,7 @@ struct Command {
   Vector target_speed{};
 };
 
-// Of a script's number, which may be negative.
+// Returns the bits that a number of a script stands for; the number may be negative.
 inline unsigned bits_of(double value) { return static_cast<unsigned>(static_cast<long long>(value)); }
 
 class Arm {
@@ -37,10 +37,10 @@ class Arm {
   void advance_to(double t);
   double measured_at() const { return 1e-3 * static_cast<double>(t_measured_); }
   double time() const { return 1e-3 * static_cast<double>(ticks_); }
-  // Whether an event of this kind is on; its value, if it is.
+  // Returns whether an event of this kind is on, and sets value to the event's if it is.
   bool is_on(EventKind kind, double* value = nullptr) const;
 
-  // As the library shows them, at the last step.
+  // The values at the last step, as the library shows them.
   const Pose& avatar() const { return shown_.avatar; }
   const Pose& physical() const { return shown_.physical; }
   const Vector& speed() const { return shown_.speed; }

@@ -1,4 +1,4 @@
-// What the functions of the C interface share: the one connection, and how each call is made.
+// The parts that all functions of the C interface share: the one connection, and how each call is made.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 #define PALP_EXPORT extern "C" __attribute__((visibility("default")))
 
-// What the driver calls is declared by the driver's own list, so a definition with other arguments does not compile.
+// The driver's own list declares what it calls, so a definition here with other arguments does not compile.
 #define PALP_DECLARE(name, symbol, ...) PALP_EXPORT int symbol(palp::VirtContext __VA_OPT__(, ) __VA_ARGS__);
 PALP_VIRTUOSE_CALLS(PALP_DECLARE)
 #undef PALP_DECLARE

@@ -1,5 +1,5 @@
-// What the simulated Virtuose is, what its hand does, and what goes wrong when: read from a TOML file.
-// config/devices/README.md has the keys.
+// The script of a simulated Virtuose, read from a TOML file: what the arm is, what its hand does, and what goes wrong
+// when. config/devices/README.md has the keys.
 #pragma once
 
 #include <string>

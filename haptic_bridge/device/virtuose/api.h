@@ -32,7 +32,7 @@ enum VirtError : int {
   kVirtAlreadyCalled = 22,
 };
 
-// Of virtGetAlarm; virtIsInBounds uses the bits below kVirtOverheat.
+// The bits that virtGetAlarm returns; virtIsInBounds uses the bits below kVirtOverheat.
 enum VirtAlarm : unsigned {
   kVirtOverheat = 0x4000,        // a motor is too hot: the controller reduces the force by itself
   kVirtSaturated = 0x8000,       // the motor currents are at their maximum

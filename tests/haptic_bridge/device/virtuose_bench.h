@@ -46,7 +46,7 @@ class VirtuoseBench : public ::testing::Test {
     std::filesystem::remove_all(folder_);
   }
 
-  // A script of the simulated arm, with what every test wants; returns its file.
+  // Writes a script of the simulated arm, with what every test wants; returns its file.
   std::string script(const std::string& more) {
     std::string file = (folder_ / "script.toml").string();
     std::ofstream(file) << "clock = \"lock_step\"\nregrip = false\nlog = \"calls.log\"\ntrace = \"trace.csv\"\n"
@@ -97,14 +97,14 @@ class VirtuoseBench : public ::testing::Test {
     device_->write(wrench);
     return good;
   }
-  // Ticks that must all succeed; the last reading.
+  // Ticks so many times, all of which must succeed, and returns the last reading.
   DeviceReading ticks(int n, const Wrench<double>& wrench = zero_wrench()) {
     DeviceReading reading;
     for (int i = 0; i < n; ++i) EXPECT_TRUE(tick(reading, wrench)) << device_->trouble();
     return reading;
   }
 
-  // What the simulated arm heard. Closes the device.
+  // Closes the device and returns the calls that the simulated arm got.
   std::vector<LoggedCall> calls() {
     device_.reset();
     std::vector<LoggedCall> all;
@@ -125,7 +125,8 @@ class VirtuoseBench : public ::testing::Test {
     for (const LoggedCall& c : calls) out.push_back(c.name);
     return out;
   }
-  // Columns of what the simulated arm rendered: time, dead_man, powered, chain_closed, shifted, alarms, 6 of force.
+  // Returns what the simulated arm rendered, in columns: time, dead_man, powered, chain_closed, shifted, alarms, 6 of
+  // force.
   std::vector<std::vector<double>> trace() {
     device_.reset();
     std::vector<std::vector<double>> rows;

@@ -13,7 +13,7 @@ namespace {
 constexpr double kRounding = 1e-9;       // [N]
 constexpr float kFloatRounding = 2e-6F;  // of ten newtons in float
 
-// What goes wrong in a run of a few seconds, drawn.
+// Returns script lines for what goes wrong in a run of a few seconds, drawn at random.
 std::string mishaps(std::mt19937& random,
                     const std::function<std::string(const std::string&, double, double, const std::string&)>& event) {
   const auto between = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
@@ -84,11 +84,11 @@ class VirtuoseLoop : public VirtuoseBench {
     before_ = w;
   }
   bool faulty() const { return loop_->report().fault != LoopFault::none; }
-  // Until a fault or the end; as run_loop does.
+  // Ticks until a fault or the end, as run_loop does.
   void run(int n) {
     for (int i = 0; i < n && !faulty() && !HasFatalFailure(); ++i) tick();
   }
-  // The simulated arm's own view: it rendered nothing past the limits, and nothing without a hand or power.
+  // Checks the simulated arm's own view: it rendered nothing past the limits, and nothing without a hand or power.
   void check_rendered() {
     loop_.reset();
     for (const std::vector<double>& row : trace()) {
@@ -100,7 +100,7 @@ class VirtuoseLoop : public VirtuoseBench {
       }
     }
   }
-  // The arm was left as it must be.
+  // Checks that the arm was left as it must be.
   void check_left_safe() {
     loop_.reset();
     const std::vector<LoggedCall> all = calls();

@@ -16,7 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// What two processes see.
+// The times and the supervisor's process id, in memory that both processes see.
 struct Shared {
   std::atomic<std::int64_t> t_off_ns{0};   // when the arm was powered off
   std::atomic<std::int64_t> t_dead_ns{0};  // when the bridge was about to end

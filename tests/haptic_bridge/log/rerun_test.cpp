@@ -79,7 +79,7 @@ class TroubledDevice final : public HapticDevice {
   std::int64_t last_ = kStart;
 };
 
-// Mostly in time, sometimes late by a few periods.
+// A clock that is mostly in time and sometimes late by a few periods.
 class UnsteadyClock final : public Clock {
  public:
   explicit UnsteadyClock(unsigned seed) : random_(seed) {}
@@ -102,7 +102,7 @@ class RunAgain : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  // The way to the file of a run of this device.
+  // Runs the loop with this device and returns the path of the run's file.
   std::string keep(HapticDevice& device, std::size_t ticks = 9000, std::size_t room = 9000) {
     LoopConfig config;
     config.own_session = kBridgeSession;
@@ -126,7 +126,7 @@ class RunAgain : public ::testing::Test {
     write_ticks(log, loop.config(), path);
     return path;
   }
-  // Of several runs each is the same, and together they have seen everything.
+  // Expects each of several runs to be the same when it is run again, and all together to have seen everything.
   void expect_same(const std::function<std::unique_ptr<HapticDevice>()>& make) {
     for (const unsigned first = seed_; seed_ != first + 8; ++seed_) {
       SCOPED_TRACE("seed " + std::to_string(seed_));
@@ -182,7 +182,8 @@ TEST_F(RunAgain, AReplayedPathsRunIsTheSameBitForBit) {
   expect_same([&] { return std::make_unique<ReplayDevice>((folder_ / "path.csv").string(), true); });
 }
 
-// A tick in which the hand presses and the force changes more slowly than its slope limit: there it follows the place.
+// Returns the index of a tick in which the hand presses and the force changes more slowly than its slope limit, so that
+// it follows the place; 0 where there is none.
 std::size_t pressed_tick(const KeptRun& run) {
   for (std::size_t k = 2300; k < run.results.size(); ++k) {
     const TickResult &now = run.results[k], &before = run.results[k - 1];
@@ -233,7 +234,7 @@ std::string bytes_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// Of times that no clock shows the loop's differences would overflow.
+// With times that no clock shows, the loop's differences would overflow.
 TEST_F(RunAgain, TimesThatCannotBeAreRefused) {
   SimulatedDevice arm(ArmModel{}, pressing_hand(), kHome, kHome);
   const std::string path = keep(arm, 40, 40);

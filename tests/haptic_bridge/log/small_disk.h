@@ -9,7 +9,7 @@
 
 namespace palp::test {
 
-// Of so many megabytes, where this test may make one.
+// A disk of so many megabytes, if this test may make one. there: it could.
 class SmallDisk {
  public:
   SmallDisk(std::filesystem::path at, int megabytes) : path(std::move(at)) {

@@ -56,7 +56,7 @@ class FaultInjector {
 
   std::int64_t wait_ns() { return chance(late_) ? std::llround(60e6 * unit() * unit()) + kMillisecond : kMillisecond; }
 
-  // What comes in this tick, if anything.
+  // Gives the sample that comes in this tick. False: none comes.
   bool next(const DeviceSample& device, std::int64_t now, IncomingProxy& in) {
     heard_.push_back(device);
     if (heard_.size() > delay_ + 1) heard_.pop_front();
@@ -84,7 +84,7 @@ class FaultInjector {
     return true;
   }
 
-  // What the switches of the arm say, and what its readings become. True: the arm gave a reading.
+  // Sets what the switches of the arm say, and what its readings become. True: the arm gave a reading.
   bool trouble(DeviceReading& r, bool regrip) {
     follow(lifted_, lift_, 0.3);
     follow(shifted_, shift_, 0.1);
@@ -105,7 +105,7 @@ class FaultInjector {
     return lull() != 1;
   }
   bool takes_wrench() { return !chance(refuse_); }
-  // The hand throws the arm about, up to this speed [m/s]; 0: it is held.
+  // Returns the speed up to which the hand throws the arm about [m/s]; 0: it is held.
   double speed() const { return speed_; }
   double swing() { return normal_(random_); }
 

@@ -1,4 +1,4 @@
-// What the loop does when something is wrong: one test for each row of the table of faults in ARCHITECTURE.md.
+// Tests what the loop does when something is wrong: one test for each row of the table of faults in ARCHITECTURE.md.
 #include <gtest/gtest.h>
 
 #include "tests/haptic_bridge/loop/loop_bench.h"
@@ -32,7 +32,7 @@ struct FaultTable : ::testing::Test {
     ASSERT_NEAR(b.felt(), 4, kRounding);
     b.device.regrips = false;  // a hand that does not let go by itself
   }
-  // No force, however long all is well again, until the hand has let go.
+  // Expects no force, however long all is well again, until the hand has let go.
   void expect_locked() {
     b.ticks(1000);
     EXPECT_EQ(b.felt(), 0);
@@ -209,7 +209,7 @@ TEST_F(FaultTable, AStrainedArmGetsHalfTheForce) {
   EXPECT_NEAR(b.felt(), 4, kRounding);
 }
 
-// Also of a force that the limit holds.
+// A force that the limit holds is halved, too.
 TEST_F(FaultTable, AStrainedArmGetsHalfOfTheLargestForce) {
   b.force = {0, 0, 100};
   b.ticks(50);

@@ -106,7 +106,7 @@ TEST(SlewLimit, NeverStepsFurtherThanAllowedNorLeavesTheLimits) {
   }
 }
 
-// What it still has to go back by, it does not carry past the limits when what is wanted rises again.
+// The limiter must not carry what it still has to go back by past the limits when what is wanted rises again.
 TEST(SlewLimit, KeepsTheLimitsWhileItGoesOnWithArrears) {
   Sloped s(kLeak);
   for (int k = 0; k < 100; ++k) s.send({{8, 0, 0}, {0, 0.5, 0}});
@@ -143,7 +143,7 @@ TEST(SlewLimit, TurnsInTheStepInWhichWhatItFollowsTurns) {
   EXPECT_GT(turns_after(1), 3) << "the plain limiter goes on until what is wanted has come down to it";
 }
 
-// Of what oscillates far beyond the slope, the fundamental arrives in phase.
+// The fundamental of what oscillates far beyond the slope must arrive in phase.
 TEST(SlewLimit, DelaysNoOscillation) {
   const auto lag_deg = [](double leak) {
     Sloped s(leak);
@@ -161,7 +161,8 @@ TEST(SlewLimit, DelaysNoOscillation) {
   EXPECT_GT(lag_deg(1), 45) << "the plain limiter";
 }
 
-// What is wanted and stays so is reached as soon as the slope allows, but for the time that it takes to see that.
+// The limiter reaches what is wanted and stays so as soon as the slope allows, but for the time that it takes to see
+// that.
 TEST(SlewLimit, FollowsWhatIsCalmAsFastAsItMay) {
   Sloped s(kLeak);
   int steps = 0;

@@ -14,7 +14,7 @@ class Invariants {
  public:
   explicit Invariants(const LoopConfig& config) : c_(config) {}
 
-  // What is wrong with this tick, or null. loop: after the tick.
+  // Returns what is wrong with this tick, or null. loop: after the tick.
   const char* judge(const HapticLoop& loop, const Wrench<double>& sent) {
     const TickInput& in = loop.input();
     const double dt = seconds(std::max(c_.period_ns, in.now_ns - t_last_ns_));
@@ -36,7 +36,7 @@ class Invariants {
   static bool plain(double x) { return x - x == 0; }
   static bool plain(const Eigen::Vector3d& v) { return plain(v.x()) && plain(v.y()) && plain(v.z()); }
 
-  // A pose that a hand can have reached since the last good one.
+  // Takes the reading as good when it is a pose that a hand can have reached since the last good one.
   void follow_reading(const TickInput& in) {
     const RigidState& s = in.reading.state;
     const double length = s.orientation.coeffs().stableNorm();
@@ -61,7 +61,7 @@ class Invariants {
     q_ = s.orientation.normalized();
   }
 
-  // The hand has let go, with all well, since whatever ended the force.
+  // Finds whether the hand has let go, with all well, since whatever ended the force.
   void follow_switches(const TickInput& in) {
     if (!good_) return;
     const bool on = in.reading.powered && in.reading.chain_closed;
@@ -129,8 +129,8 @@ class Invariants {
     return judge_sample(loop);
   }
 
-  // The mean square over ten seconds stays within what the motors hold for ever. What a wrench does for as long as the
-  // loop is late nobody could have foreseen.
+  // Checks that the mean square over ten seconds stays within what the motors hold for ever. What a wrench does for as
+  // long as the loop is late nobody could have foreseen.
   bool judge_motors(const Wrench<double>& sent, double dt) {
     constexpr double kTime = 10, kRounding = 1.02;  // [s]
     const auto mean = [&](double& square, double now) {
@@ -143,8 +143,8 @@ class Invariants {
            warm_torque_ <= kRounding * l.continuous_torque * l.continuous_torque + kSlack;
   }
 
-  // Of data older than 60 ms, or while the arm is too fast, nothing is left but damping, once the slope has had its
-  // time.
+  // Checks that nothing is left but damping with data older than 60 ms, or while the arm is too fast, once the slope
+  // has had its time.
   bool judge_damping(const TickInput& in, const Wrench<double>& sent, double period) {
     const bool old = in.now_ns - t_good_sample_ns_ >= 60 * kMillisecond;
     const bool fast = v_.norm() > c_.safety.tool_speed || w_.norm() > c_.safety.tool_turn;
@@ -154,7 +154,7 @@ class Invariants {
     return damped_ticks_ <= needed + 1 || sent.force.norm() <= c_.fade_damping * fastest_ + kSlack;
   }
 
-  // What the server is told.
+  // Returns what is wrong with the sample that the server is told, or null.
   const char* judge_sample(const HapticLoop& loop) const {
     const DeviceSample& s = loop.sample();
     double sum = 0;

@@ -74,7 +74,7 @@ Outcome run_schedule(std::uint64_t seed, int ticks) {
   return outcome;
 }
 
-// What the schedules have to have reached, or they prove nothing.
+// Expects that the schedules have reached all that they are to test, or they prove nothing.
 void expect_all_reached(const std::map<std::string, int>& reached, const std::vector<std::string>& rare = {}) {
   for (const char* what :
        {"waiting",   "ready",        "engaged",     "idle",         "degraded",    "stale",        "locked",

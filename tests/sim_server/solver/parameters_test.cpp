@@ -19,7 +19,7 @@ std::string digits(double value) {
   return text;
 }
 
-// Whether a scene that holds the value, else nothing of note, is refused because of it.
+// Returns whether a scene that holds the value, else nothing of note, is refused because of it.
 bool file_refuses(const ParameterRow& row, double value) {
   const std::string key = row.key, name = key.substr(key.find('.') + 1);
   const std::string table = key.find('.') == std::string::npos ? "scene" : key.substr(0, key.find('.'));
