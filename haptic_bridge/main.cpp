@@ -20,7 +20,6 @@
 namespace palp {
 namespace {
 
-constexpr std::int64_t kHousekeepingNs = 100'000'000;
 constexpr int kThreadsBelowLoop = 5;  // priority of the bus threads below the loop's
 
 // Runs the loop in a thread of its own, told of by the calling thread until it ends. guard: of a device with motors;

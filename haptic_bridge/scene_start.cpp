@@ -10,8 +10,6 @@ namespace palp {
 
 namespace {
 
-constexpr std::int64_t kHousekeepingNs = 100'000'000;
-
 // Returns the newest scene of that server, or of any where it is not known which one answers; null: none has come.
 const SceneDescription* scene_of(std::uint64_t server, std::vector<Received<SceneDescription>>& scenes) {
   constexpr std::size_t kMost = 8;  // whoever sends more replaces the oldest

@@ -9,6 +9,9 @@
 
 namespace palp {
 
+// The main thread looks this often at what is not the loop's: signals, peers, the scene, what people are told.
+inline constexpr std::int64_t kHousekeepingNs = 100'000'000;
+
 // Waits for the scene that names the home pose, and tells people why it waits. None: stopped before one came.
 std::optional<HandleStart> wait_for_start(Bus& bus, BusLink& link, StatusReporter& reporter,
                                           std::uint32_t device_number);

@@ -34,11 +34,16 @@ logged() {
   fi
 }
 
+# Whether to compile the CUDA back end, which takes minutes: auto where a GPU could run it, else off.
+cuda_where_it_runs() { if nvidia-smi -L >/dev/null 2>&1; then echo auto; else echo off; fi; }
+
 # configure PRESET [cmake options]
 configure() {
   local preset=$1
   shift
   mkdir -p "build/$preset"
+  # a first build is compiled together; a tree that somebody has configured for work on it stays as it is
+  if [ ! -f "build/$preset/CMakeCache.txt" ]; then set -- -DPALP_TOGETHER=ON "$@"; fi
   logged "build/$preset/configure.log" cmake --preset "$preset" -DPALP_WERROR="${PALP_WERROR:-OFF}" "$@"
   sed -n 's/^-- \(CUDA back end: .*\)/\1/p' "build/$preset/configure.log"
 }

@@ -18,10 +18,10 @@ namespace palp {
 
 namespace {
 
-constexpr double kFullPush = 350;     // what the daemon sends when the cap is pushed fully
-constexpr double kDeadZone = 0.05;    // of that: a cap at rest is not quite at rest
-constexpr double kLongestGap = 0.05;  // after a longer pause of the loop the handle stood still [s]
-constexpr double kSettling = 0.03;    // of the speed [s]: the cap moves in steps
+constexpr double kFullPush = 350;       // what the daemon sends when the cap is pushed fully
+constexpr double kDeadZone = 0.05;      // of that: a cap at rest is not quite at rest
+constexpr double kLongestPause = 0.05;  // after a longer pause of the loop the handle stood still [s]
+constexpr double kSettling = 0.03;      // of the speed [s]: the cap moves in steps
 constexpr int kEventsATick = 64;
 constexpr double kForceLimit = 8, kTorqueLimit = 0.5;  // that hold the handle back fully [N], [N m]
 
@@ -102,7 +102,7 @@ bool SpacenavDevice::read(std::int64_t now_ns, DeviceReading& out) noexcept {
   started_ = true;
   take_events();
   if (gone_) return false;
-  move(std::clamp(1e-9 * static_cast<double>(now_ns - t_last_ns_), 0.0, kLongestGap));
+  move(std::clamp(1e-9 * static_cast<double>(now_ns - t_last_ns_), 0.0, kLongestPause));
   t_last_ns_ = now_ns;
   out.state = state_;
   out.dead_man = grip_.holds(now_ns);

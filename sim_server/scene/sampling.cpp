@@ -10,7 +10,7 @@ namespace {
 constexpr double kThinnest = 0.6;  // of a spacing: a stretch between faces that is thinner spoils the lattice of boxes
 constexpr double kMisfit = 0.005;  // of a curved solid's volume, that its particles may lack or exceed
 constexpr int kMostPercent = 4;    // that its lattice is made finer or coarser for it
-constexpr std::size_t kManyParticles = 200000;  // have the solid's volume well enough
+constexpr std::size_t kParticlesForVolume = 200000;  // have the solid's volume well enough
 
 // Cells of one stretch after another along an axis: centre, width, and the first of each stretch, past the last one
 // too.
@@ -124,7 +124,7 @@ Particles fill_curved(const Solid& solid, double volume, double spacing, std::si
   const Part& first = solid.parts.front();
   const Lattice fitted = fitted_lattice(first.bounds, spacing);
   Particles best = fill_lattice(solid, fitted, max_particles);
-  if (first.type == ShapeType::box || best.position.empty() || best.position.size() > kManyParticles) return best;
+  if (first.type == ShapeType::box || best.position.empty() || best.position.size() > kParticlesForVolume) return best;
   const std::size_t empty = empty_parts(solid, best).size();
   const int axes = first.type == ShapeType::cylinder ? 2 : 3;  // the caps of a cylinder stay where they are
   for (int percent = 0; percent <= kMostPercent && misfit(best, volume) > kMisfit; ++percent) {

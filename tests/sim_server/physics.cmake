@@ -40,7 +40,7 @@ set(cpu_vs_cuda_sources backend/cpu_vs_cuda_test.cpp)
 foreach(cases physics_support physics_host physics_unit physics stability physics_sanitized validation cpu_vs_cuda)
   add_library(${cases}_cases OBJECT EXCLUDE_FROM_ALL ${${cases}_sources})
   target_link_libraries(${cases}_cases PRIVATE palp_options ${physics_libs} GTest::gtest)
-  use_test_headers(${cases}_cases)
+  use_precompiled_headers(${cases}_cases test_headers)
   target_compile_definitions(${cases}_cases PRIVATE PALP_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
 endforeach()
 

@@ -13,8 +13,6 @@ using namespace palp::fake;  // the C interface stands outside of every namespac
 
 constexpr int kNoPeriodicFunction = 14;
 
-Device& device() { return *connection().device; }
-
 int read_value(const char* name, VirtContext context, float* out, float Device::*value) {
   return call(name, context, [&](Arm&) {
     *out = device().*value;

@@ -6,8 +6,6 @@ namespace {
 using palp::VirtContext;
 using namespace palp::fake;  // the C interface stands outside of every namespace
 
-Device& device() { return *connection().device; }
-
 template <class T>
 int read(const char* name, VirtContext context, T* out, T (*value)(const Device&)) {
   return call(name, context, [&](Arm&) {

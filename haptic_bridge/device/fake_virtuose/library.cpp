@@ -11,8 +11,6 @@ namespace {
 using palp::VirtContext;
 using namespace palp::fake;  // the C interface stands outside of every namespace
 
-Device& device() { return *connection().device; }
-
 palp::fake::Script script_for(const std::string& address) {
   const std::string ending = ".toml";
   const char* variable = std::getenv("PALP_FAKE_VIRTUOSE");

@@ -27,6 +27,8 @@ struct Connection {
   std::string open_failure;
 };
 Connection& connection();
+// The device that the connection is open to; call it while one is.
+inline Device& device() { return *connection().device; }
 void end_periodic_loop();  // waits for it
 
 template <class Work>
