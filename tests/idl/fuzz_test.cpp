@@ -12,9 +12,9 @@
 
 #include "idl/dds/fastdds_participant.h"
 #include "idl/validate.h"
-#include "tests/idl/support.h"
-#include "tests/idl/valid_messages.h"
+#include "tests/support/bus.h"
 #include "tests/support/seed.h"
+#include "tests/support/valid_messages.h"
 
 namespace palp::test {
 namespace {

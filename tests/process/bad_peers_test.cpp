@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "idl/vendor.h"
-#include "tests/idl/valid_messages.h"
 #include "tests/process/running_system.h"
+#include "tests/support/valid_messages.h"
 #include "tools/recording/raw_bus.h"
 
 namespace palp::test {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "sim_server/messages_from_state.h"
-#include "tests/idl/support.h"
+#include "tests/support/bus.h"
 
 namespace palp {
 namespace {

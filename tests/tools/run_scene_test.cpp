@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "config/error.h"
-#include "tests/sim_server/scene/scene_builder.h"
+#include "tests/support/scene_builder.h"
 
 namespace palp {
 namespace {

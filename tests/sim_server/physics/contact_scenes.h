@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/sim_server/scene/scene_builder.h"
 #include "tests/support/backend.h"
+#include "tests/support/scene_builder.h"
 
 namespace palp::test {
 

@@ -6,8 +6,8 @@
 #include "sim_server/solver/contact_store.h"
 #include "sim_server/solver/plan.h"
 #include "tests/sim_server/geometry/mesh_shape.h"
-#include "tests/sim_server/scene/scene_builder.h"
 #include "tests/support/random_scene.h"
+#include "tests/support/scene_builder.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::test {

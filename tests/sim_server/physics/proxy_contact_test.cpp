@@ -3,9 +3,9 @@
 
 #include "sim_server/solver/plan.h"
 #include "tests/sim_server/physics/contact_scenes.h"
-#include "tests/sim_server/scene/scene_builder.h"
 #include "tests/support/backend.h"
 #include "tests/support/random.h"
+#include "tests/support/scene_builder.h"
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 

@@ -9,7 +9,7 @@
 #include <random>
 #include <sstream>
 
-#include "tests/sim_server/scene/scene_builder.h"
+#include "tests/support/scene_builder.h"
 #include "tests/support/seed.h"
 
 namespace palp {

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "sim_server/geometry/point_grid.h"
-#include "tests/sim_server/scene/scene_builder.h"
+#include "tests/support/scene_builder.h"
 #include "tests/support/seed.h"
 
 namespace palp {

@@ -10,7 +10,7 @@
 
 #include "config/error.h"
 #include "sim_server/scene/particle_count.h"
-#include "tests/sim_server/scene/scene_builder.h"
+#include "tests/support/scene_builder.h"
 #include "tests/support/seed.h"
 
 namespace palp {
