@@ -175,8 +175,9 @@ TEST_F(FaultArm, FastHandles) {
     return "[[keyframe]]\ntime = " + std::to_string(time) + "\nposition = [0.0, 0.0, " + std::to_string(lift) +
            "]\nrotation_deg = [0.0, 0.0, " + std::to_string(turn) + "]\n";
   };
-  write(folder_ / "hand.toml", "grip = \"firm\"\n" + keyframe(0, 0, 0) + keyframe(0.7, 0, 0) + keyframe(0.85, 0.25, 0) +
-                                   keyframe(1.4, 0.25, 0) + keyframe(1.6, 0.25, 100) + keyframe(60, 0.25, 100));
+  write_text(folder_ / "hand.toml", "grip = \"firm\"\n" + keyframe(0, 0, 0) + keyframe(0.7, 0, 0) +
+                                        keyframe(0.85, 0.25, 0) + keyframe(1.4, 0.25, 0) + keyframe(1.6, 0.25, 100) +
+                                        keyframe(60, 0.25, 100));
   start_arm(0, {}, kNeverLate, "hand = \"hand.toml\"\n");
   ASSERT_TRUE(carries(watcher, 0)) << said_by_all();
   std::this_thread::sleep_for(1800ms);
@@ -230,7 +231,7 @@ TEST_F(FaultArmFails, TheRunEnds) {
       {"state that is no longer updated", at(2.1, {"freeze", 0, 0, 0, ""}), "its pose stands still", 52},
   };
   start_weights();
-  write(folder_ / "hand.toml", "[[keyframe]]\ntime = 0\n[[keyframe]]\ntime = 3\nposition = [0.0, 0.0, 0.4]\n");
+  write_text(folder_ / "hand.toml", "[[keyframe]]\ntime = 0\n[[keyframe]]\ntime = 3\nposition = [0.0, 0.0, 0.4]\n");
   // on a busy machine a bridge may not feel its weight in time; it is tried again
   for (int round = 0; round < 5 && !failures.empty(); ++round) {
     const std::size_t n = std::min<std::size_t>(failures.size(), kBridges);
