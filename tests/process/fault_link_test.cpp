@@ -143,6 +143,7 @@ TEST_F(FaultLink, ServersThatStallEndAndComeBack) {
   const std::unique_ptr<ChildProcess> first = std::move(server_);
   start_weights();
   ASSERT_TRUE(watcher.sees([&] { return watcher.proxy.header.session != first_session; })) << said_by_all();
+  ASSERT_TRUE(watcher.sees([&] { return watcher.has_event("two servers answer in this domain"); })) << said_by_all();
   ASSERT_TRUE(carries(watcher, 0, 4.5)) << said_by_all();
   const Silence handover{now_ns(), 300};
   first->stop(SIGKILL);
