@@ -13,10 +13,6 @@ namespace palp::test {
 namespace {
 
 using Eigen::Vector3d;
-using test::body;
-using test::box;
-using test::sphere;
-
 // A plate whose top is z = 0 and a tool above it, so heavy.
 SceneConfig plate_and_tool(const ShapeConfig& shape, double volume, double mass, const Vector3d& place,
                            const Vector3d& velocity) {
