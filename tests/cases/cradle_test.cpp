@@ -7,9 +7,6 @@
 namespace palp::test {
 namespace {
 
-using test::body;
-using test::sphere;
-
 TEST(Cradle, OneBallComesAndOneGoes) {
   constexpr double radius = 0.05, gap = 2e-3, v = 0.5;
   SceneConfig config = contact_scene(0.02, 0, 1);

@@ -11,9 +11,6 @@ namespace palp::test {
 namespace {
 
 using Eigen::Vector3d;
-using test::body;
-using test::box;
-
 constexpr double kSpacing = 0.01, kLine = 1e-3 * kDrawSpeed / kSpacing;  // in cycles a step
 constexpr const char* kPapersLattice =
     "contact is the pressure between two lattices of particles, which is the ripple of the paper's Fig. 4";

@@ -50,8 +50,6 @@ Scene water(double viscosity) {
 
 // A lump of ice that lies on a floor, or was water there until the start.
 Scene frozen(BodyKind type) {
-  using test::body;
-  using test::box;
   SceneConfig config = frozen_scene(0.3);
   config.bodies = {at_temperature(at(body("floor", BodyKind::fixed, box({0.2, 0.2, 0.02})), {0, 0, -0.01}), 280),
                    of_ice(at(body("ice", type, box({0.06, 0.06, 0.06})), {0, 0, 0.03}), 280)};

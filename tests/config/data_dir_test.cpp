@@ -2,15 +2,16 @@
 #include "config/data_dir.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
+#include <filesystem>
 
 #include "config/error.h"
+#include "tests/support/files.h"
+#include "tests/support/process.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -18,20 +19,19 @@ namespace fs = std::filesystem;
 class DataDir : public testing::Test {
  protected:
   DataDir() : before_(fs::current_path()) {
-    fs::create_directories(folder_);
-    fs::current_path(folder_);
+    fs::current_path(folder_.path());
     unsetenv("PALP_DATA_DIR");
     setenv("XDG_DATA_DIRS", (folder_ / "nowhere").c_str(), 1);
   }
   ~DataDir() override {
     fs::current_path(before_);
-    fs::remove_all(folder_);
     unsetenv("PALP_DATA_DIR");
     unsetenv("XDG_DATA_DIRS");
   }
-  void write(const fs::path& file) {
-    fs::create_directories((folder_ / file).parent_path());
-    std::ofstream(folder_ / file) << "duration = 1\n";
+  void write(const std::string& name) {
+    const fs::path file = folder_ / name;
+    fs::create_directories(file.parent_path());
+    write_text(file, "duration = 1\n");
   }
   std::string refusal(const DataKind& kind, const std::string& name) {
     try {
@@ -41,7 +41,7 @@ class DataDir : public testing::Test {
     }
   }
 
-  const fs::path folder_ = fs::temp_directory_path() / ("palp_data_dir_" + std::to_string(getpid()));
+  const ScratchFolder folder_;
   const fs::path before_;
 };
 
@@ -64,18 +64,16 @@ TEST_F(DataDir, AnInstalledProgramFindsWhatIsBesideIt) {
   fs::create_directories(folder_ / "usr/bin");
   const fs::path program = folder_ / "usr/bin/data_dir_test";
   fs::copy_file(fs::read_symlink("/proc/self/exe"), program);
-  FILE* said = popen(("PALP_SAY_DATA_DIR=1 " + program.string() + " --gtest_filter=*BesideIt 2>&1").c_str(), "r");
-  ASSERT_NE(said, nullptr);
-  std::string text(1 << 14, '\0');
-  text.resize(fread(text.data(), 1, text.size(), said));
-  EXPECT_EQ(pclose(said), 0);
-  EXPECT_NE(text.find("data: " + (folder_ / "usr/share/palp").string() + "\n"), std::string::npos) << text;
+  const Outcome installed = run_program({"env", "PALP_SAY_DATA_DIR=1", program.string(), "--gtest_filter=*BesideIt"});
+  EXPECT_EQ(installed.status, 0);
+  EXPECT_NE(installed.output.find("data: " + (folder_ / "usr/share/palp") + "\n"), std::string::npos)
+      << installed.output;
 }
 
 TEST_F(DataDir, TheEnvironmentDecides) {
   write("mine/scenes/pond.toml");
   setenv("PALP_DATA_DIR", (folder_ / "mine").c_str(), 1);
-  EXPECT_EQ(find_data_file(kSceneFiles, "pond"), (folder_ / "mine/scenes/pond.toml").string());
+  EXPECT_EQ(find_data_file(kSceneFiles, "pond"), folder_ / "mine/scenes/pond.toml");
   EXPECT_EQ(refusal(kSceneFiles, "pnd"),
             "pnd: no such scene file, expected a path or one of: pond; did you mean 'pond'?");
   setenv("PALP_DATA_DIR", "/no/such/folder", 1);
@@ -91,4 +89,4 @@ TEST_F(DataDir, PathsAndTheFolderOnesselfIsInComeFirst) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

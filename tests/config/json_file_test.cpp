@@ -2,16 +2,15 @@
 #include "config/json_file.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <sstream>
+#include <stdexcept>
 
-namespace palp {
+#include "tests/support/files.h"
+
+namespace palp::test {
 namespace {
 
 TEST(JsonFile, FieldsStayInOrderAndReadBack) {
@@ -35,13 +34,11 @@ TEST(JsonFile, WhatJsonHasNoWordForIsReplaced) {
 }
 
 TEST(JsonFile, AnOlderFileIsReplaced) {
-  const std::string path = testing::TempDir() + "palp_json_" + std::to_string(getpid()) + ".json";
-  std::ofstream(path) << std::string(1000, '#');
+  const ScratchFolder folder;
+  const std::string path = folder / "summary.json";
+  write_text(path, std::string(1000, '#'));
   write_json(path, {{"steps", 3}});
-  std::stringstream text;
-  text << std::ifstream(path).rdbuf();
-  EXPECT_EQ(text.str(), "{\n  \"steps\": 3\n}\n");
-  std::filesystem::remove(path);
+  EXPECT_EQ(text_of(path), "{\n  \"steps\": 3\n}\n");
 }
 
 TEST(JsonFile, AFileThatCannotBeWrittenIsNamed) {
@@ -56,4 +53,4 @@ TEST(JsonFile, AFileThatCannotBeWrittenIsNamed) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -2,21 +2,17 @@
 #include "config/pose_path.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <filesystem>
-#include <fstream>
 
 #include "config/error.h"
+#include "tests/support/files.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 class PosePath : public ::testing::Test {
  protected:
-  ~PosePath() override { std::filesystem::remove(file_); }
   std::vector<PathPose> read(const std::string& text) {
-    std::ofstream(file_) << text;
+    write_text(file_, text);
     return read_pose_path(file_);
   }
   std::string fault(const std::string& text) {
@@ -28,8 +24,8 @@ class PosePath : public ::testing::Test {
     return "";
   }
   const std::string head_ = "time,x,y,z,qx,qy,qz,qw\n";
-  std::string file_ =
-      (std::filesystem::temp_directory_path() / ("palp_pose_path." + std::to_string(::getpid()) + ".csv")).string();
+  const ScratchFolder folder_;
+  const std::string file_ = folder_ / "path.csv";
 };
 
 TEST_F(PosePath, TakesCommentsBlanksAndLineEndsOfDos) {
@@ -55,4 +51,4 @@ TEST_F(PosePath, FaultsAreNamedWithTheirLine) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

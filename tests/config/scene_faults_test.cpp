@@ -6,12 +6,8 @@
 
 #include "tests/config/spoilt_scene.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
-
-using test::faults_of;
-using test::kScene;
-using test::replaced;
 
 struct BadRow {
   const char *from, *to;
@@ -392,4 +388,4 @@ TEST(SceneFaults, MissingFileAndFolder) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

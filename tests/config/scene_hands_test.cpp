@@ -1,6 +1,5 @@
 // The hands that scenes name: they are found, and what is not found is said.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -10,8 +9,9 @@
 
 #include "config/error.h"
 #include "config/scene_config.h"
+#include "tests/support/files.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -20,15 +20,11 @@ const fs::path kScenes = PALP_SOURCE_DIR "/config/scenes";
 
 class SceneHands : public ::testing::Test {
  protected:
-  SceneHands() : folder_(fs::temp_directory_path() / ("palp_scene_hands." + std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_ / "scenes");
-  }
-  ~SceneHands() override { fs::remove_all(folder_); }
+  SceneHands() { fs::create_directories(folder_ / "scenes"); }
 
   // A scene with one tool, whose hand is what the text says.
   std::string scene_with(const std::string& hand) {
-    const std::string file = (folder_ / "scenes" / "one.toml").string();
+    const std::string file = folder_ / "scenes/one.toml";
     std::ofstream(file) << "[scene]\n[domain]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n[numerics]\nspacing = 0.1\n"
                            "[[material]]\nname = \"steel\"\ndensity = 7800\n"
                            "[[body]]\nname = \"tool\"\ntype = \"rigid\"\nmaterial = \"steel\"\n"
@@ -44,13 +40,14 @@ class SceneHands : public ::testing::Test {
     }
     return {};
   }
-  void write(const fs::path& file) {
-    fs::create_directories((folder_ / file).parent_path());
-    std::ofstream(folder_ / file) << "[[keyframe]]\ntime = 0\n";
+  void write(const std::string& name) {
+    const fs::path file = folder_ / name;
+    fs::create_directories(file.parent_path());
+    write_text(file, "[[keyframe]]\ntime = 0\n");
   }
   std::string hand_of(const std::string& text) { return load_scene(scene_with(text)).proxies.at(0).hand; }
 
-  fs::path folder_;
+  const ScratchFolder folder_;
 };
 
 TEST_F(SceneHands, NoneIsNamed) { EXPECT_EQ(hand_of(""), ""); }
@@ -61,13 +58,13 @@ TEST_F(SceneHands, ANameIsOneOfPalpsHandsWhereverTheSceneLies) {
 
 TEST_F(SceneHands, HandsBesideTheScenesFolderComeFirst) {
   write("hands/stir.toml");
-  EXPECT_TRUE(fs::equivalent(hand_of("hand = \"stir\"\n"), folder_ / "hands" / "stir.toml"));
+  EXPECT_TRUE(fs::equivalent(hand_of("hand = \"stir\"\n"), folder_ / "hands/stir.toml"));
 }
 
 TEST_F(SceneHands, APathBeginsAtTheScenesFolder) {
   write("scenes/mine.toml");
   write("scenes/hands/mine.toml");
-  EXPECT_TRUE(fs::equivalent(hand_of("hand = \"mine.toml\"\n"), folder_ / "scenes" / "mine.toml"));
+  EXPECT_TRUE(fs::equivalent(hand_of("hand = \"mine.toml\"\n"), folder_ / "scenes/mine.toml"));
   EXPECT_TRUE(fs::equivalent(hand_of("hand = \"hands/mine.toml\"\n"), folder_ / "scenes/hands/mine.toml"));
 }
 
@@ -127,4 +124,4 @@ TEST(ScenesOfPalp, NameAHandForEachDeviceAsTheReadmeSays) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -20,13 +20,8 @@
 #include "tests/support/count_allocations.h"
 #include "tests/support/count_locks.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
-
-using test::answer;
-using test::kBridgeSession;
-using test::kMillisecond;
-using test::PuppetDevice;
 
 LoopConfig config_for_tests() {
   LoopConfig config;
@@ -86,15 +81,15 @@ struct ServedLoop {
 
 TEST(Run, AllocatesNothingInTheLoop) {
   ServedLoop served(500);  // goes round twice
-  test::start_counting_allocations();
+  start_counting_allocations();
   served.run(1200);
-  EXPECT_EQ(test::stop_counting_allocations(), 0u);
+  EXPECT_EQ(stop_counting_allocations(), 0u);
   EXPECT_EQ(served.loop.report().state, LoopState::engaged);
   EXPECT_GT(served.loop.report().peak_force, 0.5);
 
-  test::start_counting_allocations();
+  start_counting_allocations();
   const std::vector<int> seen(100);
-  EXPECT_EQ(test::stop_counting_allocations(), 1u);  // the count does count
+  EXPECT_EQ(stop_counting_allocations(), 1u);  // the count does count
 }
 
 void lock_and_unlock() {
@@ -103,14 +98,14 @@ void lock_and_unlock() {
 }
 
 TEST(Run, TakesNoLockInTheLoop) {
-  if (!test::kCountsLocks) GTEST_SKIP() << "the sanitizers count locks themselves";
+  if (!kCountsLocks) GTEST_SKIP() << "the sanitizers count locks themselves";
   constexpr std::uint64_t kTicks = 1200;
   for (const bool honest : {true, false}) {
     ServedLoop served(500);
     if (!honest) served.arm.misdeed = lock_and_unlock;
-    test::start_counting_locks();
+    start_counting_locks();
     served.run(kTicks);
-    EXPECT_EQ(test::stop_counting_locks(), honest ? 0 : kTicks);
+    EXPECT_EQ(stop_counting_locks(), honest ? 0 : kTicks);
     EXPECT_EQ(served.loop.report().state, LoopState::engaged);
   }
 }
@@ -380,4 +375,4 @@ TEST(Realtime, SaysHonestlyWhatItGot) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -173,7 +173,7 @@ TEST(FrameAssembler, TakesMemoryForWhatCameNotForWhatIsClaimed) {
 // Random loss, repetition and reordering: each frame all of whose chunks arrive before newer frames push it out is
 // whole and right, none is ever wrong, and the numbers never go back.
 TEST(FrameAssembler, SurvivesRandomLossAndReordering) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("PALP_SEED=" + std::to_string(seed));
   std::mt19937 random(seed);
   const auto chance = [&](double p) { return std::uniform_real_distribution<double>(0, 1)(random) < p; };

@@ -6,8 +6,8 @@
 #include <fstream>
 
 #include "idl/bus_options.h"
-#include "tests/idl/support.h"
-#include "tests/idl/valid_messages.h"
+#include "tests/support/bus.h"
+#include "tests/support/valid_messages.h"
 
 namespace palp::test {
 namespace {

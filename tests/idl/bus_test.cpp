@@ -9,8 +9,8 @@
 #include "idl/clock.h"
 #include "idl/idl_text.h"
 #include "tests/idl/reflect.h"
-#include "tests/idl/support.h"
-#include "tests/idl/valid_messages.h"
+#include "tests/support/bus.h"
+#include "tests/support/valid_messages.h"
 
 namespace palp::test {
 namespace {

@@ -8,7 +8,7 @@
 #include "haptic_bridge/loop/local_model.h"
 #include "tests/support/seed.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 using Vec3 = Eigen::Vector3d;
@@ -46,7 +46,7 @@ double energy(const Handle& device, const Handle& proxy) {
 }
 
 TEST(Coupling, WrenchIsMinusTheDerivativeOfTheStoredEnergy) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Draw draw(seed);
   std::uniform_real_distribution<double> angles(0.05, kMaxCouplingAngle - 0.05);
@@ -73,7 +73,7 @@ TEST(Coupling, WrenchIsMinusTheDerivativeOfTheStoredEnergy) {
 }
 
 TEST(Coupling, DampersTakeEnergyFromRelativeMotionOnly) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Draw draw(seed);
   for (int i = 0; i < 1000; ++i) {
@@ -196,4 +196,4 @@ TEST(LocalModel, GoesOverToANewSampleWithoutAStep) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

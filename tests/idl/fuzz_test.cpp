@@ -12,9 +12,9 @@
 
 #include "idl/dds/fastdds_participant.h"
 #include "idl/validate.h"
-#include "tests/idl/support.h"
-#include "tests/idl/valid_messages.h"
+#include "tests/support/bus.h"
 #include "tests/support/seed.h"
+#include "tests/support/valid_messages.h"
 
 namespace palp::test {
 namespace {
@@ -170,7 +170,7 @@ class Fuzz : public ::testing::TestWithParam<Vendor> {
 };
 
 TEST_P(Fuzz, HostileBytesNeitherCrashNorStopAReader) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("PALP_SEED=" + std::to_string(seed));
   std::cout << "PALP_SEED=" << seed << '\n';
   std::mt19937 random(seed);

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/idl/reflect.h"
-#include "tests/idl/support.h"
+#include "tests/support/bus.h"
 
 namespace palp::test {
 namespace {

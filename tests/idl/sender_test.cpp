@@ -6,7 +6,7 @@
 
 #include "idl/clock.h"
 #include "idl/frame_assembler.h"
-#include "tests/idl/support.h"
+#include "tests/support/bus.h"
 
 namespace palp::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-#include "tests/idl/valid_messages.h"
+#include "tests/support/valid_messages.h"
 
 namespace palp::test {
 namespace {

@@ -33,7 +33,7 @@ class BadInput : public testing::TestWithParam<std::string> {
 
   // Runs the program on the scene's text with what it needs besides.
   int run(const std::string& scene, std::vector<std::string> more = {}) {
-    write_file(folder_ / "scene.toml", Bytes(scene.begin(), scene.end()));
+    write_text(folder_ / "scene.toml", scene);
     more.insert(more.begin(), folder_ / "scene.toml");
     return run_with(more);
   }
@@ -68,7 +68,7 @@ TEST_P(BadInput, AFaultInTheSceneIsNamedWithItsLine) {
   const std::string fluid = "size = [0.24, 0.24, 0.12]";
   // a tetrahedron without its fourth side
   const std::string open = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n";
-  write_file(folder_ / "open.obj", Bytes(open.begin(), open.end()));
+  write_text(folder_ / "open.obj", open);
   struct Fault {
     std::string from, to;
     std::vector<std::string> expected;

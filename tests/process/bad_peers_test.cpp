@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "idl/vendor.h"
-#include "tests/idl/valid_messages.h"
 #include "tests/process/running_system.h"
+#include "tests/support/valid_messages.h"
 #include "tools/recording/raw_bus.h"
 
 namespace palp::test {
@@ -39,7 +39,7 @@ class BadPeers : public RunningSystem, public testing::WithParamInterface<Vendor
   bool refuses_fragments(Watcher& watcher, const std::string& process) {
     const auto bus = open_raw_bus(on(GetParam()));
     const auto writer = bus->writer(topic_of<T>());
-    EXPECT_TRUE(holds_within(kPatience, [&] { return writer->matched_readers() > 0; }));
+    EXPECT_TRUE(eventually([&] { return writer->matched_readers() > 0; }, kPatience));
     const Bytes fragment{0, 1, 0, 0, 0, 0, 0, 0, 0xff, 0xff, 0xff, 0xff};
     return refused(watcher, process, [&] { writer->write(fragment); });
   }

@@ -73,12 +73,10 @@ std::vector<ArmEvent> random_releases(unsigned seed, double from, double to) {
   return events;
 }
 
-TEST_F(FaultArm, SwitchesAlarmsAndReadings) {
-  const unsigned seed = ::palp::test::drawn_seed();
-  SCOPED_TRACE("PALP_SEED=" + std::to_string(seed));
-  const ArmRow open_hand{"dead-man open", at(1.8, {"dead_man_up", 0, 0.1, 0, ""})};
-  const std::vector<ArmRow> cuts{
-      open_hand,
+// Returns the rows that end the force, in the order of their times.
+std::vector<ArmRow> cut_rows() {
+  return {
+      {"dead-man open", at(1.8, {"dead_man_up", 0, 0.1, 0, ""})},
       {"arm shifted", at(2.6, {"shift", 0, 0.1, 0, ""})},
       {"power off", at(3.3, {"power_off", 0, 0.1, 0, ""})},
       {"emergency stop", at(4.1, {"emergency_stop", 0, 0.1, 0, ""})},
@@ -88,11 +86,33 @@ TEST_F(FaultArm, SwitchesAlarmsAndReadings) {
       {"reading: link error 2", at(6.2, {"error", 0, 0.005, 2, "virtGetSpeed"})},
       {"reading: link error 6 for good", at(7.8, {"error", 0, 0, 6, "virtGetDeadMan"})},
   };
-  const std::vector<ArmRow> halves{
+}
+
+// Returns the rows that halve the force.
+std::vector<ArmRow> half_rows() {
+  return {
       {"arm at a bound", at(6.8, {"bound", 0, 0.1, 1, ""})},
       {"arm too warm", at(7.1, {"alarm", 0, 0.1, 0x4000, ""})},
       {"arm saturated", at(7.4, {"alarm", 0, 0.1, 0x8000, ""})},
   };
+}
+
+// Expects that a process has told the one before the other.
+void expect_told_in_order(const std::vector<Event>& news, const std::string& process, const char* first,
+                          const char* then) {
+  const auto told = [&](const char* text) {
+    return std::find_if(news.begin(), news.end(),
+                        [&](const Event& e) { return e.process == process && e.text.find(text) != std::string::npos; });
+  };
+  ASSERT_NE(told(first), news.end()) << first;
+  ASSERT_NE(told(then), news.end()) << then;
+  EXPECT_LT(told(first), told(then));
+}
+
+TEST_F(FaultArm, SwitchesAlarmsAndReadings) {
+  const unsigned seed = drawn_seed();
+  SCOPED_TRACE("PALP_SEED=" + std::to_string(seed));
+  const std::vector<ArmRow> cuts = cut_rows(), halves = half_rows();
   std::vector<ArmEvent> events;
   for (const ArmRow& row : cuts) events.push_back(row.event);
   for (const ArmRow& row : halves) events.push_back(row.event);
@@ -127,16 +147,11 @@ TEST_F(FaultArm, SwitchesAlarmsAndReadings) {
   any.tell();
 
   expect_limits_held(flight(2));
-  const auto& news = watcher.events;
   watcher.look();
-  const auto told = [&](const char* text) {
-    return std::find_if(news.begin(), news.end(), [&](const Event& e) {
-      return e.process == name_of(2) && e.text.find(text) != std::string::npos;
-    });
-  };
-  ASSERT_NE(told("the hand is off the dead-man switch"), news.end()) << said_by(2);
-  ASSERT_NE(told("motors have no power"), news.end()) << said_by(2);
-  EXPECT_LT(told("the hand is off the dead-man switch"), told("motors have no power"));
+  {
+    SCOPED_TRACE(said_by(2));
+    expect_told_in_order(watcher.events, name_of(2), "the hand is off the dead-man switch", "motors have no power");
+  }
   EXPECT_TRUE(watcher.has_event("at a bound, too warm or saturated")) << said_by(0);
 }
 
@@ -175,8 +190,9 @@ TEST_F(FaultArm, FastHandles) {
     return "[[keyframe]]\ntime = " + std::to_string(time) + "\nposition = [0.0, 0.0, " + std::to_string(lift) +
            "]\nrotation_deg = [0.0, 0.0, " + std::to_string(turn) + "]\n";
   };
-  write(folder_ / "hand.toml", "grip = \"firm\"\n" + keyframe(0, 0, 0) + keyframe(0.7, 0, 0) + keyframe(0.85, 0.25, 0) +
-                                   keyframe(1.4, 0.25, 0) + keyframe(1.6, 0.25, 100) + keyframe(60, 0.25, 100));
+  write_text(folder_ / "hand.toml", "grip = \"firm\"\n" + keyframe(0, 0, 0) + keyframe(0.7, 0, 0) +
+                                        keyframe(0.85, 0.25, 0) + keyframe(1.4, 0.25, 0) + keyframe(1.6, 0.25, 100) +
+                                        keyframe(60, 0.25, 100));
   start_arm(0, {}, kNeverLate, "hand = \"hand.toml\"\n");
   ASSERT_TRUE(carries(watcher, 0)) << said_by_all();
   std::this_thread::sleep_for(1800ms);
@@ -230,7 +246,7 @@ TEST_F(FaultArmFails, TheRunEnds) {
       {"state that is no longer updated", at(2.1, {"freeze", 0, 0, 0, ""}), "its pose stands still", 52},
   };
   start_weights();
-  write(folder_ / "hand.toml", "[[keyframe]]\ntime = 0\n[[keyframe]]\ntime = 3\nposition = [0.0, 0.0, 0.4]\n");
+  write_text(folder_ / "hand.toml", "[[keyframe]]\ntime = 0\n[[keyframe]]\ntime = 3\nposition = [0.0, 0.0, 0.4]\n");
   // on a busy machine a bridge may not feel its weight in time; it is tried again
   for (int round = 0; round < 5 && !failures.empty(); ++round) {
     const std::size_t n = std::min<std::size_t>(failures.size(), kBridges);

@@ -102,7 +102,7 @@ TEST_F(FaultBridge, BridgesThatStandStillOrDie) {
   const std::int64_t t_goes_on = now_ns();
   bridge(0).send_signal(SIGCONT);
   EXPECT_EQ(bridge(0).wait(5s), 1) << said_by(0);
-  EXPECT_TRUE(holds_within(kPatience, [&] { return said_by(1).find("the arm was powered off") != std::string::npos; }))
+  EXPECT_TRUE(eventually([&] { return said_by(1).find("the arm was powered off") != std::string::npos; }, kPatience))
       << said_by(1);
 
   RowTimes hang("bridge stands still: arm without power", "bridge stopped for 200 ms");
@@ -114,7 +114,7 @@ TEST_F(FaultBridge, BridgesThatStandStillOrDie) {
   death.tell();
 
   // the log of the dead one is written for it
-  EXPECT_TRUE(holds_within(kPatience, [&] { return said_by(1).find("flight log was written") != std::string::npos; }))
+  EXPECT_TRUE(eventually([&] { return said_by(1).find("flight log was written") != std::string::npos; }, kPatience))
       << said_by(1);
   const Flight killed = flight(1);
   ASSERT_GT(killed.size(), 500u);

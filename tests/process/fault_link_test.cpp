@@ -115,20 +115,52 @@ void judge_new_begin(const Flight& flight, RowTimes row, std::size_t at) {
   }
 }
 
+void judge_stalls(const Flight& flight, const std::vector<Silence>& stalls) {
+  AgeRows rows;
+  for (const Silence& s : stalls) rows.judge(flight, s);
+  rows.tell();
+}
+
+void judge_death(const Flight& flight, const Silence& death) {
+  AgeRows dead;
+  dead.silent = RowTimes{"older: no force", "server killed (kill -9)"};
+  dead.judge(flight, death);
+  dead.silent.tell();
+}
+
+void judge_reset(const Flight& flight, std::int64_t t_ns) {
+  std::size_t at = tick_at(flight, t_ns);
+  while (at < flight.size() && flight[at].sim_time >= flight[at - 1].sim_time) ++at;
+  judge_new_begin(flight, {"simulation reset", "command"}, at);
+}
+
+// t_second_ns: when the second server began; handover: when the first one was killed.
+void judge_handover(const Flight& flight, std::int64_t t_second_ns, const Silence& handover) {
+  AgeRows second;
+  second.silent = RowTimes{"server restarted", "killed while a second server answers"};
+  second.judge(flight, handover);
+  second.silent.tell();
+  std::size_t at = tick_at(flight, t_second_ns);
+  while (at < flight.size() && flight[at].verdict != "restarted") ++at;
+  ASSERT_LT(at, flight.size());
+  EXPECT_GT(flight[at].t_ns, handover.t_ns) << "the second one was felt while the first one lived";
+  EXPECT_EQ(flight[at].engagement, 0) << "its force begins on a ramp";
+}
+
 TEST_F(FaultLink, ServersThatStallEndAndComeBack) {
   Watcher& watcher = watch();
   start_weights();
   start_simulated(0);
   ASSERT_TRUE(carries(watcher, 0, 4.5)) << said_by_all();
-  std::vector<Silence> silences;
+  std::vector<Silence> stalls;
   for (int i = 0; i < 3; ++i) {
     for (const auto time : {15ms, 40ms, 80ms}) {
-      silences.push_back(stop_server_for(time));
+      stalls.push_back(stop_server_for(time));
       std::this_thread::sleep_for(120ms);
     }
     ASSERT_TRUE(carries(watcher, 0, 4.5)) << said_by_all();
   }
-  silences.push_back(stop_server_for(300ms));
+  stalls.push_back(stop_server_for(300ms));
   watcher.status.clear();
   ASSERT_TRUE(carries(watcher, 0, 4.5)) << said_by_all();
   EXPECT_TRUE(watcher.has_event("the server has fallen silent")) << said_by(0);
@@ -143,6 +175,7 @@ TEST_F(FaultLink, ServersThatStallEndAndComeBack) {
   const std::unique_ptr<ChildProcess> first = std::move(server_);
   start_weights();
   ASSERT_TRUE(watcher.sees([&] { return watcher.proxy.header.session != first_session; })) << said_by_all();
+  ASSERT_TRUE(watcher.sees([&] { return watcher.has_event("two servers answer in this domain"); })) << said_by_all();
   ASSERT_TRUE(carries(watcher, 0, 4.5)) << said_by_all();
   const Silence handover{now_ns(), 300};
   first->stop(SIGKILL);
@@ -158,26 +191,10 @@ TEST_F(FaultLink, ServersThatStallEndAndComeBack) {
   const Flight log = flight(0);
   expect_limits_held(log);
   expect_age_obeyed(log);
-  AgeRows rows;
-  for (const Silence& s : silences) rows.judge(log, s);
-  rows.tell();
-  AgeRows dead;
-  dead.silent = RowTimes{"older: no force", "server killed (kill -9)"};
-  dead.judge(log, death);
-  dead.silent.tell();
-
-  std::size_t reset_at = tick_at(log, t_reset);
-  while (reset_at < log.size() && log[reset_at].sim_time >= log[reset_at - 1].sim_time) ++reset_at;
-  judge_new_begin(log, {"simulation reset", "command"}, reset_at);
-  AgeRows second;
-  second.silent = RowTimes{"server restarted", "killed while a second server answers"};
-  second.judge(log, handover);
-  second.silent.tell();
-  std::size_t second_at = tick_at(log, t_second);
-  while (second_at < log.size() && log[second_at].verdict != "restarted") ++second_at;
-  ASSERT_LT(second_at, log.size());
-  EXPECT_GT(log[second_at].t_ns, handover.t_ns) << "the second one was felt while the first one lived";
-  EXPECT_EQ(log[second_at].engagement, 0) << "its force begins on a ramp";
+  judge_stalls(log, stalls);
+  judge_death(log, death);
+  judge_reset(log, t_reset);
+  judge_handover(log, t_second, handover);
 }
 
 // A server that answers this bridge with a pull, and lies when it is told to. It sends below the checks of the bus.
@@ -264,28 +281,48 @@ void judge_silence(const std::string& row, const Flight& log, std::int64_t t_ns)
   times.tell();
 }
 
+// A way to lie, and when samples were sent that do: a few, which are dropped, and many, which end the force.
+struct LieRow {
+  const char* row;
+  LyingServer::Lie lie;
+  std::vector<std::int64_t> few{}, many{};
+};
+
+void judge_lies(const Flight& flight, const LieRow& lies) {
+  SCOPED_TRACE(lies.row);
+  ASSERT_EQ(lies.few.size() + lies.many.size(), 15u);
+  for (std::size_t i = tick_at(flight, lies.few.front()); i < tick_at(flight, lies.few.back() + 10'000'000); ++i) {
+    ASSERT_FALSE(flight[i].cut) << "three of them are dropped";
+  }
+  std::size_t i = tick_at(flight, lies.many.front());
+  ASSERT_GT(flight[i - 1].felt(), 1);
+  while (i < flight.size() && !flight[i].safe()) ++i;
+  ASSERT_LT(i, flight.size());
+  EXPECT_TRUE(flight[i].cut && flight[i].state == "locked") << flight[i].state;
+  // four make a row; two that come in one tick may count as one
+  RowTimes times(lies.row, "a server that lies");
+  times.add(ms_between(lies.many.front(), flight[i].t_ns),
+            ms_between(lies.many[0], lies.many[7]) + 3 * kTick + flight[i].late_ms);
+  times.tell();
+}
+
 TEST_F(FaultLink, SamplesThatCannotBe) {
   Watcher& watcher = watch();
   start_bridge_of(0, {"--profile", profile(0, kNeverLate), "--home", "0", "0", "0.4"});
   LyingServer server(on(Vendor::cyclone), watcher.bus());
   const double kNan = std::nan("");
-  struct Fault {
-    const char* row;
-    LyingServer::Lie lie;
-    std::vector<std::int64_t> few{}, many{};
-  };
-  std::vector<Fault> faults{
+  std::vector<LieRow> rows{
       {"samples: a force that is no number", [&](ProxySample& s) { s.wrench.force[0] = kNan; }},
       {"samples: no orientation", [](ProxySample& s) { s.proxy_pose.orientation[3] = 0.5; }},
       {"samples: a force of 1e9 N", [](ProxySample& s) { s.wrench.force[1] = 1e9; }},
       {"samples: gains not agreed on", [](ProxySample& s) { s.gains.stiffness *= 10; }},
       {"samples: an answer to the future", [](ProxySample& s) { s.t_device_ns += 3'600'000'000'000; }},
   };
-  for (Fault& f : faults) {
+  for (LieRow& row : rows) {
     ASSERT_TRUE(carries(watcher, 0)) << said_by_all();
-    f.few = server.lie(f.lie, 3);
+    row.few = server.lie(row.lie, 3);
     std::this_thread::sleep_for(60ms);
-    f.many = server.lie(f.lie, 12);
+    row.many = server.lie(row.lie, 12);
     watcher.status.clear();
   }
   ASSERT_TRUE(carries(watcher, 0)) << said_by_all();
@@ -303,22 +340,7 @@ TEST_F(FaultLink, SamplesThatCannotBe) {
   const Flight log = flight(0);
   expect_limits_held(log);
   expect_age_obeyed(log);
-  for (const Fault& f : faults) {
-    SCOPED_TRACE(f.row);
-    ASSERT_EQ(f.few.size() + f.many.size(), 15u);
-    for (std::size_t i = tick_at(log, f.few.front()); i < tick_at(log, f.few.back() + 10'000'000); ++i) {
-      ASSERT_FALSE(log[i].cut) << "three of them are dropped";
-    }
-    std::size_t i = tick_at(log, f.many.front());
-    ASSERT_GT(log[i - 1].felt(), 1);
-    while (i < log.size() && !log[i].safe()) ++i;
-    ASSERT_LT(i, log.size());
-    EXPECT_TRUE(log[i].cut && log[i].state == "locked") << log[i].state;
-    // four make a row; two that come in one tick may count as one
-    RowTimes times(f.row, "a server that lies");
-    times.add(ms_between(f.many.front(), log[i].t_ns), ms_between(f.many[0], f.many[7]) + 3 * kTick + log[i].late_ms);
-    times.tell();
-  }
+  for (const LieRow& row : rows) judge_lies(log, row);
   ASSERT_EQ(reordered.size() + repeated.size(), 208u);
   for (std::size_t i = tick_at(log, reordered.front()); i < tick_at(log, reordered.back()); ++i) {
     ASSERT_FALSE(log[i].cut) << "a link that reorders is no fault";

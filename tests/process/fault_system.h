@@ -57,13 +57,10 @@ class FaultSystem : public RunningSystem {
     server_ = start_tool("palp-sim-server", Vendor::cyclone, {kHere + "four_tools.toml", "--backend", "cpu"});
   }
   std::string file(const std::string& name, int device) const { return folder_ / (name + std::to_string(device)); }
-  static void write(const std::string& name, const std::string& text) {
-    write_file(name, Bytes(text.begin(), text.end()));
-  }
   // The device profile of this bridge.
   std::string profile(int device, const std::string& safety, const std::string& more = "") const {
     std::string name = file("profile", device) + ".toml";
-    write(name, "name = \"test\"\n" + std::string(kFlightLimits) + "[safety]\n" + safety + "\n" + more);
+    write_text(name, "name = \"test\"\n" + std::string(kFlightLimits) + "[safety]\n" + safety + "\n" + more);
     return name;
   }
   // A machine that is busy is late, which is a row of its own: the other rows are judged without it.
@@ -85,7 +82,7 @@ class FaultSystem : public RunningSystem {
     std::string text = "grip_at = 1.1\nrelay_delay = 0.1\nlog = \"calls" + std::to_string(device) + "\"\n" + script;
     for (const ArmEvent& e : events) text += text_of(e);
     const std::string arm = file("arm", device) + ".toml";
-    write(arm, text);
+    write_text(arm, text);
     const std::string mine =
         profile(device, safety, "[workspace]\nreference = \"relative\"\n[virtuose]\nrelay_time = 0.15\n");
     const std::string library = PALP_LIB_DIR "/libvirtuose_sim.so";

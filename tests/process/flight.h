@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/process/running_system.h"
+#include "tests/support/flight_table.h"
 
 namespace palp::test {
 
@@ -36,28 +37,29 @@ struct FlightTick {
 using Flight = std::vector<FlightTick>;
 
 inline Flight flight_of(const std::string& file) {
-  auto log = read_flight(file);
-  const auto number = [&](const std::string& column, std::size_t i) { return number_in(log[column][i]); };
+  const FlightTable log(file);
+  const auto number = [&](const std::string& column, std::size_t i) { return log.number(column, i); };
+  const auto is_on = [&](const std::string& column, std::size_t i) { return log.text(column, i) == "1"; };
   const auto vector = [&](const std::string& column, std::size_t i) {
     return Vec3{number(column + "_x", i), number(column + "_y", i), number(column + "_z", i)};
   };
-  Flight flight(log["t_ns"].size());
+  Flight flight(log.ticks());
   for (std::size_t i = 0; i < flight.size(); ++i) {
     FlightTick& t = flight[i];
-    t.t_ns = std::stoll(log["t_ns"][i]);
+    t.t_ns = log.t_ns(i);
     t.late_ms = 1e-3 * number("lateness_us", i);
     t.age_ms = 1e-3 * number("age_us", i);
     t.stale_scale = number("stale_scale", i);
     t.engagement = number("engagement", i);
     t.sim_time = number("sim_time_s", i);
-    t.sequence = std::stoull(log["sequence"][i]);
-    t.good = log["good_reading"][i] == "1";
-    t.hand_on = log["hand_on"][i] == "1";
-    t.cut = log["cut"][i] == "1";
-    t.reduced = log["reduced"][i] == "1";
+    t.sequence = std::stoull(log.text("sequence", i));
+    t.good = is_on("good_reading", i);
+    t.hand_on = is_on("hand_on", i);
+    t.cut = is_on("cut", i);
+    t.reduced = is_on("reduced", i);
     t.alarms = static_cast<unsigned>(number("alarms", i));
-    t.state = log["state"][i];
-    t.verdict = log["verdict"][i];
+    t.state = log.text("state", i);
+    t.verdict = log.text("verdict", i);
     t.velocity = vector("velocity", i);
     t.turning = vector("angular_velocity", i);
     t.model = vector("model_force", i);

@@ -1,6 +1,7 @@
 // A run of the real processes is recorded and played back with no server: readers of either vendor get every payload in
 // order, and a viewer draws it.
 #include "tests/process/running_system.h"
+#include "tests/support/recordings.h"
 #include "tools/recording/raw_bus.h"
 
 namespace palp::test {
@@ -25,18 +26,11 @@ class Recording : public RunningSystem, public testing::WithParamInterface<Vendo
     stop_server();
   }
   Vendor other() const { return GetParam() == Vendor::cyclone ? Vendor::fastdds : Vendor::cyclone; }
-
-  std::map<std::string, std::vector<Bytes>> recorded() const {
-    const McapReader reader(folder_ / "run.mcap");
-    std::map<std::string, std::vector<Bytes>> out;
-    for (OwnedMessage& m : read_all(reader)) out[m.topic].push_back(std::move(m.data));
-    return out;
-  }
 };
 
 TEST_P(Recording, FeedsReadersAndAViewerWithNoServer) {
   record();
-  auto expected = recorded();
+  auto expected = payloads_by_topic(folder_ / "run.mcap");
   const auto bus = open_raw_bus(on(GetParam()));
   std::vector<std::unique_ptr<RawReader>> readers;
   std::map<std::string, std::vector<Bytes>> heard;
@@ -53,14 +47,14 @@ TEST_P(Recording, FeedsReadersAndAViewerWithNoServer) {
 
   auto replay = start_tool("palp-replay", other(), {folder_ / "run.mcap", "--wait-readers", "10"});
   std::size_t count = 0;
-  EXPECT_TRUE(holds_within(kPatience,
-                           [&] {
-                             for (std::size_t i = 0; i < readers.size(); ++i)
-                               count += readers[i]->take([&](Payload p, std::int64_t) {
-                                 heard[kWatched[i]->name].emplace_back(p.begin(), p.end());
-                               });
-                             return count >= wanted;
-                           }))
+  EXPECT_TRUE(eventually(
+      [&] {
+        for (std::size_t i = 0; i < readers.size(); ++i)
+          count += readers[i]->take(
+              [&](Payload p, std::int64_t) { heard[kWatched[i]->name].emplace_back(p.begin(), p.end()); });
+        return count >= wanted;
+      },
+      kPatience))
       << count << " of " << wanted << "\n"
       << said();
   EXPECT_EQ(replay->wait(), 0) << said();

@@ -1,9 +1,9 @@
 // A process is killed, as by kill -9, while the others run, and started again.
 #include <cmath>
-#include <map>
 
 #include "idl/clock.h"
 #include "tests/process/running_system.h"
+#include "tests/support/flight_table.h"
 
 namespace palp::test {
 namespace {
@@ -29,16 +29,16 @@ TEST_F(Restart, ForceEndsWithin100MsOfTheServersDeathAndComesBackWithTheNextOne)
   stop_bridge();
   stop_server();
 
-  auto log = read_flight(folder_ / "flight.csv");
-  ASSERT_GT(log["t_ns"].size(), 500u);
+  const FlightTable log(folder_ / "flight.csv");
+  ASSERT_GT(log.ticks(), 500u);
   // what was under way when the server died may still come in; from then on the clock runs
   std::int64_t t_lost_ns = t_dead_ns;
   double before = 0, dead = 0, after = 0;
-  for (std::size_t i = 1; i < log["t_ns"].size(); ++i) {
-    const std::int64_t t = std::stoll(log["t_ns"][i]);
-    const double force = felt_in(log, i);
-    ASSERT_TRUE(std::isfinite(force)) << "tick " << log["tick"][i];
-    if (t > t_dead_ns && t < t_again_ns && log["sequence"][i] != log["sequence"][i - 1]) t_lost_ns = t;
+  for (std::size_t i = 1; i < log.ticks(); ++i) {
+    const std::int64_t t = log.t_ns(i);
+    const double force = log.felt(i);
+    ASSERT_TRUE(std::isfinite(force)) << "tick " << log.text("tick", i);
+    if (t > t_dead_ns && t < t_again_ns && log.text("sequence", i) != log.text("sequence", i - 1)) t_lost_ns = t;
     if (t <= t_dead_ns) before = std::max(before, force);
     if (t > t_lost_ns + 100'000'000 && t < t_again_ns) dead = std::max(dead, force);
     if (t >= t_again_ns) after = std::max(after, force);
@@ -66,9 +66,9 @@ TEST_F(Restart, TheServerHoldsTheProxyOfADeadBridgeAndTheNextOneTakesIt) {
   // what it had logged is not lost with it
   EXPECT_TRUE(watcher.sees([&] { return said().find("the flight log was written to") != std::string::npos; }))
       << said();
-  const auto log = read_flight(folder_ / "flight.csv");
-  ASSERT_GT(log.at("tick").size(), 100u);
-  EXPECT_GT(std::abs(number_in(log.at("force_z").back())), 0.1) << "the last tick is that of a bridge at work";
+  const FlightTable log(folder_ / "flight.csv");
+  ASSERT_GT(log.ticks(), 100u);
+  EXPECT_GT(std::abs(log.number("force_z", log.ticks() - 1)), 0.1) << "the last tick is that of a bridge at work";
   ChildProcess again({PALP_BIN_DIR "/palp-haptic-bridge", "--rerun", folder_ / "flight.ticks"}, folder_ / "again.txt");
   EXPECT_EQ(again.wait(), 0) << again.output();
 

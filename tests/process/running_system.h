@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <map>
@@ -11,9 +12,13 @@
 #include <thread>
 #include <vector>
 
+#include <gtest/gtest.h>
+#include <unistd.h>
+
 #include "idl/bus.h"
-#include "tests/tools/child_process.h"
-#include "tests/tools/recording_support.h"
+#include "tests/support/eventually.h"
+#include "tests/support/files.h"
+#include "tests/support/process.h"
 
 namespace palp::test {
 
@@ -25,53 +30,6 @@ inline const std::string kHere = PALP_SOURCE_DIR "/tests/process/";
 // The time that suffices for a machine with two slow cores and another build on it; nothing waits for it when all is
 // well.
 inline constexpr auto kPatience = std::chrono::milliseconds(30'000);
-
-inline bool holds_within(std::chrono::milliseconds limit, const std::function<bool()>& condition) {
-  const auto end = std::chrono::steady_clock::now() + limit;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(5ms);
-  }
-  return true;
-}
-
-inline std::string text_of(const std::string& file) {
-  const Bytes bytes = file_bytes(file);
-  return {bytes.begin(), bytes.end()};
-}
-
-// Returns the columns of the bridge's flight log, as text.
-inline std::map<std::string, std::vector<std::string>> read_flight(const std::string& file) {
-  std::ifstream in(file);
-  const auto cells = [](const std::string& line) {
-    std::vector<std::string> out;
-    std::istringstream row(line);
-    for (std::string cell; std::getline(row, cell, ',');) out.push_back(cell);
-    return out;
-  };
-  std::string line;
-  std::getline(in, line);
-  const std::vector<std::string> names = cells(line);
-  std::map<std::string, std::vector<std::string>> columns;
-  while (std::getline(in, line)) {
-    const std::vector<std::string> row = cells(line);
-    EXPECT_EQ(row.size(), names.size()) << line;
-    for (std::size_t i = 0; i < std::min(row.size(), names.size()); ++i) columns[names[i]].push_back(row[i]);
-  }
-  return columns;
-}
-
-// Reads a number; std::stod would throw at a force that has faded below the smallest normal number.
-inline double number_in(const std::string& cell) { return std::strtod(cell.c_str(), nullptr); }
-
-// Returns force and torque of a tick of a flight log, their lengths added up.
-inline double felt_in(const std::map<std::string, std::vector<std::string>>& log, std::size_t tick) {
-  const auto length = [&](const std::string& vector) {
-    const auto along = [&](const char* axis) { return number_in(log.at(vector + axis)[tick]); };
-    return std::hypot(along("_x"), along("_y"), along("_z"));
-  };
-  return length("force") + length("torque");
-}
 
 // Returns the number behind "name": in JSON text; NaN where there is none.
 inline double number_in_json(const std::string& json, const std::string& name) {
@@ -106,7 +64,7 @@ class Watcher {
   }
   // Looks until the condition holds or patience ends.
   bool sees(const std::function<bool()>& condition, std::chrono::milliseconds limit = kPatience) {
-    return holds_within(limit, [&] { return (look(), condition()); });
+    return eventually([&] { return (look(), condition()); }, limit);
   }
   // Waits for two more statuses: the second was made after the call.
   bool hears_news_of(const std::string& process) {
@@ -147,8 +105,8 @@ class Client {
   // Asks until the server answers. That a writer knows of its reader does not mean that the reader knows of it, and
   // what is sent before it does is lost: only what follows an answer surely arrives.
   bool reaches_server() {
-    return holds_within(kPatience,
-                        [&] { return !ask(CommandKind::set_parameter, "are you there", "", 200ms).text.empty(); });
+    return eventually([&] { return !ask(CommandKind::set_parameter, "are you there", "", 200ms).text.empty(); },
+                      kPatience);
   }
   // Returns the reply to exactly this command; not ok and empty when none came.
   CommandReply ask(CommandKind kind, const std::string& name = {}, const std::string& value = {},
@@ -159,7 +117,7 @@ class Client {
     command.value = value;
     EXPECT_TRUE(commands_->publish(command));
     CommandReply answer;
-    holds_within(limit, [&] {
+    const auto answered = [&] {
       std::vector<Received<CommandReply>> all;
       replies_->take_all(all);
       for (const auto& r : all) {
@@ -167,7 +125,8 @@ class Client {
         if (r.message.command_sequence == command.header.sequence) answer = r.message;
       }
       return !answer.text.empty();
-    });
+    };
+    eventually(answered, limit);
     return answer;
   }
 

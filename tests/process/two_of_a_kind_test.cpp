@@ -2,6 +2,7 @@
 // everybody is told, and no hand feels both.
 #include "idl/clock.h"
 #include "tests/process/running_system.h"
+#include "tests/support/flight_table.h"
 
 namespace palp::test {
 namespace {
@@ -25,16 +26,16 @@ class TwoOfAKind : public RunningSystem, public testing::WithParamInterface<Vend
   }
   // The first bridge alone has moved the tool, and its hand has felt only that.
   void expect_undisturbed(const std::string& flight, std::int64_t from_ns, std::int64_t to_ns) {
-    const auto log = read_flight(folder_ / flight);
+    const FlightTable log(folder_ / flight);
     std::size_t ticks = 0, engaged = 0;
-    for (std::size_t i = 0; i < log.at("t_ns").size(); ++i) {
-      const std::int64_t t = std::stoll(log.at("t_ns")[i]);
+    for (std::size_t i = 0; i < log.ticks(); ++i) {
+      const std::int64_t t = log.t_ns(i);
       if (t < from_ns || t > to_ns) continue;
       ++ticks;
-      if (log.at("state")[i] == "engaged" || log.at("state")[i] == "degraded") ++engaged;
+      if (log.text("state", i) == "engaged" || log.text("state", i) == "degraded") ++engaged;
       // its hand moves up and down alone, and the other one holds on far to the side
-      const auto aside = [&](const char* column) { return std::abs(number_in(log.at(column)[i])); };
-      ASSERT_LT(std::max(aside("proxy_x"), aside("proxy_y")), 0.01) << "tick " << log.at("tick")[i];
+      const auto aside = [&](const char* column) { return std::abs(log.number(column, i)); };
+      ASSERT_LT(std::max(aside("proxy_x"), aside("proxy_y")), 0.01) << "tick " << log.text("tick", i);
     }
     EXPECT_GT(ticks, 500u);
     EXPECT_GT(engaged, ticks / 2);
@@ -145,11 +146,11 @@ TEST_P(TwoOfAKind, ASecondServerIsPassedOverUntilTheFirstDies) {
   stop_bridge();
   EXPECT_EQ(second->stop(), 0) << second->output();
 
-  const auto log = read_flight(folder_ / "flight.csv");
+  const FlightTable log(folder_ / "flight.csv");
   std::size_t restarts = 0;
-  for (std::size_t i = 0; i < log.at("t_ns").size(); ++i) {
-    const std::int64_t t = std::stoll(log.at("t_ns")[i]);
-    if (t < t_second_ns || log.at("verdict")[i] != "restarted") continue;
+  for (std::size_t i = 0; i < log.ticks(); ++i) {
+    const std::int64_t t = log.t_ns(i);
+    if (t < t_second_ns || log.text("verdict", i) != "restarted") continue;
     ++restarts;
     EXPECT_GT(t, t_dead_ns) << "a sample of the second server came to use while the first one lived";
   }

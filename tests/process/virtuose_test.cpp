@@ -1,7 +1,6 @@
 // The bridge with the driver of the Virtuose, before the simulated arm behind the same C interface.
-#include <map>
-
 #include "tests/process/running_system.h"
+#include "tests/support/flight_table.h"
 
 namespace palp::test {
 namespace {
@@ -12,18 +11,15 @@ class VirtuoseProcess : public RunningSystem {
   void start_virtuose(const std::string& events, const std::vector<std::string>& more = {}) {
     const std::string library = PALP_LIB_DIR "/libvirtuose_sim.so";
     const std::string arm = folder_ / "arm.toml", profile = folder_ / "profile.toml";
-    write(arm, "hand = \"" + kHere + "dip.toml\"\nrelay_delay = 0.1\n" + events);
-    write(profile,
-          "name = \"test\"\n[limits]\nforce = 10\ntorque = 1\n[safety]\noverrun_ms = 0\nlate_ticks = 0\n"
-          "[workspace]\nreference = \"relative\"\n[virtuose]\ndevice_type = 3\nrelay_time = 0.15\n");
+    write_text(arm, "hand = \"" + kHere + "dip.toml\"\nrelay_delay = 0.1\n" + events);
+    write_text(profile,
+               "name = \"test\"\n[limits]\nforce = 10\ntorque = 1\n[safety]\noverrun_ms = 0\nlate_ticks = 0\n"
+               "[workspace]\nreference = \"relative\"\n[virtuose]\ndevice_type = 3\nrelay_time = 0.15\n");
     std::vector<std::string> arguments{"--device",    "virtuose",  "--library", library, "--address",
                                        arm,           "--profile", profile,     "--log", folder_ / "flight.csv",
                                        "--self-test", "0"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     bridge_ = start_tool("palp-haptic-bridge", Vendor::cyclone, arguments);
-  }
-  static void write(const std::string& file, const std::string& text) {
-    write_file(file, Bytes(text.begin(), text.end()));
   }
 };
 
@@ -41,16 +37,16 @@ TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure
   EXPECT_NE(summary("palp-haptic-bridge").find("\"healthy\": false"), std::string::npos);
   stop_server();
 
-  auto log = read_flight(folder_ / "flight.csv");
-  const std::size_t rows = log["t_ns"].size();
-  ASSERT_GT(rows, 4000u);
-  const double t_first = 1e-9 * number_in(log["t_ns"][0]);
+  const FlightTable log(folder_ / "flight.csv");
+  const std::size_t ticks = log.ticks();
+  ASSERT_GT(ticks, 4000u);
+  const double t_first = 1e-9 * log.number("t_ns", 0);
   double before = 0, after = 0, t_released = 0;
-  for (std::size_t i = 0; i < rows; ++i) {
-    const double t = 1e-9 * number_in(log["t_ns"][i]) - t_first, force = felt_in(log, i);
-    const bool held = log["hand_on"][i] == "1" && log["good_reading"][i] == "1";
+  for (std::size_t i = 0; i < ticks; ++i) {
+    const double t = 1e-9 * log.number("t_ns", i) - t_first, force = log.felt(i);
+    const bool held = log.text("hand_on", i) == "1" && log.text("good_reading", i) == "1";
     if (!held) {
-      ASSERT_EQ(force, 0) << "tick " << log["tick"][i];
+      ASSERT_EQ(force, 0) << "tick " << log.text("tick", i);
     }
     if (before > 0.5 && !held && t_released == 0) t_released = t;
     (t_released == 0 ? before : after) = std::max(t_released == 0 ? before : after, force);
@@ -58,8 +54,8 @@ TEST_F(VirtuoseProcess, ForceIsFeltEndsWithTheDeadManAndTheRunWithTheArmsFailure
   EXPECT_NEAR(t_released, 4, 0.5) << "the arm is opened a moment before the first tick";
   EXPECT_GT(before, 0.5);
   EXPECT_GT(after, 0.5);
-  EXPECT_EQ(log["state"].back(), "fault");
-  EXPECT_EQ(felt_in(log, rows - 1), 0);
+  EXPECT_EQ(log.text("state", ticks - 1), "fault");
+  EXPECT_EQ(log.felt(ticks - 1), 0);
 }
 
 TEST_F(VirtuoseProcess, MechanismModeIsFeltToo) {

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "sim_server/messages_from_state.h"
-#include "tests/idl/support.h"
+#include "tests/support/bus.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -22,7 +22,7 @@ ProxySample sample(double sim_time, std::uint32_t flags) {
 TEST(HapticLink, SendsAnAnswerAgainUntilThereIsANewerOne) {
   Scene scene;
   scene.proxies.resize(1);
-  const auto out = open_bus(test::options_for(Vendor::cyclone)), in = open_bus(test::options_for(Vendor::cyclone));
+  const auto out = open_bus(options_for(Vendor::cyclone)), in = open_bus(options_for(Vendor::cyclone));
   const auto reader = in->reader<ProxySample>();
   HapticLink link(*out, scene);
   std::vector<Received<ProxySample>> all;
@@ -30,7 +30,7 @@ TEST(HapticLink, SendsAnAnswerAgainUntilThereIsANewerOne) {
     reader->take_all(all);
     return !all.empty() && all.back().message.header.sequence >= sequence;
   };
-  ASSERT_TRUE(test::eventually([&] {  // until both have found each other
+  ASSERT_TRUE(eventually([&] {  // until both have found each other
     link.put(0, sample(0.25, kHealthy | kPaused));
     link.flush();
     return reader->wait(50ms) && comes(1);
@@ -42,7 +42,7 @@ TEST(HapticLink, SendsAnAnswerAgainUntilThereIsANewerOne) {
     all.clear();
     link.put(0, sample(0.5, flags));
     link.flush();
-    ASSERT_TRUE(test::eventually([&] { return comes(last); }));
+    ASSERT_TRUE(eventually([&] { return comes(last); }));
     while (reader->wait(100ms)) comes(last);
     for (const Received<ProxySample>& r : all) {  // a busy reader may have missed some
       EXPECT_EQ(r.message.sim_time, 0.5);
@@ -53,4 +53,4 @@ TEST(HapticLink, SendsAnAnswerAgainUntilThereIsANewerOne) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-namespace palp::bench {
+namespace palp::test {
 namespace {
+
+using namespace bench;
 
 TEST(BusTimes, AreThoseOfMostSamplesForBothVendors) {
   const int domain = 101 + getpid() % 100;
@@ -22,4 +24,4 @@ TEST(BusTimes, AreThoseOfMostSamplesForBothVendors) {
 }
 
 }  // namespace
-}  // namespace palp::bench
+}  // namespace palp::test

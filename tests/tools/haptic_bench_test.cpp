@@ -14,8 +14,10 @@
 #include "tools/haptic_bench/tick_cost.h"
 #include "tools/haptic_bench/z_width.h"
 
-namespace palp::bench {
+namespace palp::test {
 namespace {
+
+using namespace bench;
 
 constexpr std::int64_t kMillisecond = 1'000'000;
 
@@ -47,7 +49,7 @@ TEST(HapticBenchLink, DelaysByWhatItIsAskedTo) {
 }
 
 TEST(HapticBenchLink, JitterLossAndRunsHaveTheirMeans) {
-  const unsigned seed = palp::test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   // jitter far below the period: nothing overtakes, so what is missing was lost
   constexpr int kSamples = 80000;
@@ -64,7 +66,7 @@ TEST(HapticBenchLink, JitterLossAndRunsHaveTheirMeans) {
 }
 
 TEST(HapticBenchLink, HandsOnOnlyNewerSamplesUnlessAskedToReorder) {
-  const unsigned seed = palp::test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   const auto steps_back = [&](const std::string& text) {
     const Arrivals a = play(link_of(text), seed);
@@ -138,7 +140,7 @@ TEST(HapticBench, SampledSpringIsStableUpToColgatesBound) {
   for (const double damping : {1.0, 4.0})
     for (const int late : {0, 1, 3}) {
       const double bound = damping / (1e-3 * (0.5 + late));
-      EXPECT_TRUE(palp::test::within(largest_stable_spring(damping, late) / bound - 1, palp::test::tol::kSampledSpring))
+      EXPECT_TRUE(within(largest_stable_spring(damping, late) / bound - 1, tol::kSampledSpring))
           << damping << " N s/m, " << late << " ticks late";
     }
 }
@@ -277,4 +279,4 @@ TEST(HapticBench, ProfilesWithLowGainsEngage) {
 }
 
 }  // namespace
-}  // namespace palp::bench
+}  // namespace palp::test

@@ -1,10 +1,9 @@
 // tools/lint over a tree of faults, each of which it must name.
 #include <gtest/gtest.h>
 
-#include "tests/tools/child_process.h"
-#include "tests/tools/recording_support.h"
+#include "tests/support/process.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 class Lint : public testing::Test {
@@ -14,19 +13,14 @@ class Lint : public testing::Test {
     std::filesystem::permissions(folder_ / "tools/lint", std::filesystem::perms::owner_all);
     EXPECT_EQ(run({"/usr/bin/git", "init", "-q", folder_ / ""}), 0) << said_;
   }
-  static std::string text_of(const std::string& file) {
-    const Bytes bytes = file_bytes(file);
-    return {bytes.begin(), bytes.end()};
-  }
   void write(const std::string& name, const std::string& text) {
     std::filesystem::create_directories(std::filesystem::path(folder_ / name).parent_path());
-    write_file(folder_ / name, Bytes(text.begin(), text.end()));
+    write_text(folder_ / name, text);
   }
   int run(std::vector<std::string> command) {
-    ChildProcess child(std::move(command), folder_ / "said.txt");
-    const int status = child.wait();
-    said_ = child.output();
-    return status;
+    const Outcome outcome = run_program(std::move(command));
+    said_ = outcome.output;
+    return outcome.status;
   }
   int lint(const std::string& check) { return run({folder_ / "tools/lint", check}); }
   bool says(const std::string& text) const { return said_.find(text) != std::string::npos; }
@@ -59,7 +53,7 @@ TEST_F(Lint, NamesFilesAndFunctionsThatAreTooLong) {
     for (int i = 0; i < n; ++i) all += "  f('{', \"}\");  // {\n";
     return all;
   };
-  write("viewer/a.cpp", "namespace palp {\nvoid most() {\n" + lines(59) + "}\nstruct A {\n  int b() const {\n" +
+  write("viewer/a.cpp", "namespace palp::test {\nvoid most() {\n" + lines(59) + "}\nstruct A {\n  int b() const {\n" +
                             lines(60) + "  }\n};\n}\n" + std::string(400 - 128, '\n'));
   EXPECT_EQ(lint("--sizes"), 1) << said_;
   EXPECT_TRUE(says("viewer/a.cpp:64: b has 61 lines, at most 60 were expected")) << said_;
@@ -82,4 +76,4 @@ TEST_F(Lint, NamesCommentsThatBeginWithoutASubject) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -1,10 +1,13 @@
 // The MCAP writer and reader against each other, and against files that were cut or damaged.
+#include <gtest/gtest.h>
+
 #include <set>
 
+#include "tests/support/files.h"
+#include "tests/support/recordings.h"
 #include "tests/support/seed.h"
-#include "tests/tools/recording_support.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 TEST(Mcap, RoundTripKeepsEveryByteInTheOrderOfTime) {
@@ -126,7 +129,7 @@ TEST(Mcap, RandomDamageNeverGivesAWrongMessage) {
   const ScratchFolder folder;
   const std::vector<OwnedMessage> written = make_file(folder / "a.mcap", 120, 7);
   const Bytes whole = file_bytes(folder / "a.mcap");
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   std::mt19937 random(seed);
   SCOPED_TRACE("seed " + std::to_string(seed));
   int refused = 0;
@@ -161,7 +164,7 @@ TEST(Mcap, RandomDamageWithoutChecksumsNeverCrashes) {
   const ScratchFolder folder;
   make_file(folder / "a.mcap", 120, 8);
   const Bytes whole = file_bytes(folder / "a.mcap");
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   std::mt19937 random(seed);
   SCOPED_TRACE("seed " + std::to_string(seed));
   McapReaderOptions options;
@@ -198,7 +201,7 @@ TEST(Mcap, AReadThatGoesOnLosesTheDamagedChunksAndNothingElse) {
   const std::vector<OwnedMessage> written = make_file(folder / "a.mcap", 600, 11);
   const Bytes whole = file_bytes(folder / "a.mcap");
   const std::vector<McapChunkIndex> chunks = McapReader(folder / "a.mcap").chunks();
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   std::mt19937 random(seed);
   SCOPED_TRACE("seed " + std::to_string(seed));
   for (int round = 0; round < 300; ++round) {
@@ -256,4 +259,4 @@ TEST(Mcap, AChunkThatClaimsToUnpackToTooMuchIsRefused) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

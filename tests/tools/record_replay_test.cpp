@@ -1,20 +1,25 @@
 // The real palp-record, palp-replay and palp-info on the loopback interface, each test in a DDS domain of its own.
 #include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
 
-#include <functional>
+#include <algorithm>
 #include <map>
 #include <thread>
 
 #include "idl/bus.h"
-#include "tests/tools/child_process.h"
-#include "tests/tools/recording_support.h"
+#include "tests/support/eventually.h"
+#include "tests/support/process.h"
+#include "tests/support/recordings.h"
 #include "tests/tools/talker.h"
 #include "tools/recording/raw_bus.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 using namespace std::chrono_literals;
+
+constexpr auto kPatience = 20s;
 
 const std::string kBin = PALP_BIN_DIR "/";
 const std::string kIndependentReader = PALP_SOURCE_DIR "/tests/tools/independent_reader.py";
@@ -22,15 +27,6 @@ const std::string kIndependentReader = PALP_SOURCE_DIR "/tests/tools/independent
 int unused_domain() {
   static int next = 20 + static_cast<int>(getpid() % 100) * 2;
   return next++;
-}
-
-bool eventually(const std::function<bool()>& condition, std::chrono::milliseconds limit = 20s) {
-  const auto end = std::chrono::steady_clock::now() + limit;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(10ms);
-  }
-  return true;
 }
 
 std::vector<std::string> program(const std::string& name, const std::string& file, Vendor vendor, int domain) {
@@ -45,13 +41,6 @@ std::vector<std::string> with(std::vector<std::string> command, const std::vecto
   return command;
 }
 
-std::map<std::string, std::vector<Bytes>> payloads_by_topic(const std::string& path) {
-  const McapReader reader(path);
-  std::map<std::string, std::vector<Bytes>> out;
-  for (OwnedMessage& m : read_all(reader)) out[m.topic].push_back(std::move(m.data));
-  return out;
-}
-
 std::string read_independently(const ScratchFolder& folder, const std::string& file, const std::string& topic = {}) {
   std::vector<std::string> command{kIndependentReader, file};
   if (!topic.empty()) command.insert(command.end(), {"--print", topic});
@@ -63,7 +52,7 @@ std::string read_independently(const ScratchFolder& folder, const std::string& f
 // A recorder may know its writers later than they know it, and what they say before is lost.
 bool eventually_hears(const ChildProcess& recorder, int writers) {
   const std::string said = fmt::format("  {} writers", writers);
-  return eventually([&] { return recorder.output().find(said) != std::string::npos; });
+  return eventually([&] { return recorder.output().find(said) != std::string::npos; }, kPatience);
 }
 
 // A recording of `steps` steps in folder / "a.mcap".
@@ -72,7 +61,7 @@ std::map<std::string, std::size_t> record_something(const ScratchFolder& folder,
   const int domain = unused_domain();
   Talker talker(domain);
   ChildProcess record(with(recorder(folder / "a.mcap", vendor, domain), more), folder / "record.txt");
-  EXPECT_TRUE(eventually([&] { return talker.heard(); })) << record.output();
+  EXPECT_TRUE(eventually([&] { return talker.heard(); }, kPatience)) << record.output();
   EXPECT_TRUE(eventually_hears(record, 6)) << record.output();
   for (int i = 0; i < steps; ++i) talker.say(i);
   std::this_thread::sleep_for(200ms);
@@ -151,7 +140,7 @@ TEST(Record, KeepsChosenTopicsAndEveryNthFrame) {
                            {"--topics", "particles,palp/proxy", "--decimate", "particles=2,proxy=10", "--summary",
                             folder / "summary.json"}),
                       folder / "record.txt");
-  ASSERT_TRUE(eventually([&] { return talker.heard_chosen(); })) << record.output();
+  ASSERT_TRUE(eventually([&] { return talker.heard_chosen(); }, kPatience)) << record.output();
   ASSERT_TRUE(eventually_hears(record, 2)) << record.output();
   for (int i = 0; i < 200; ++i) talker.say(i);
   EXPECT_EQ(record.stop(SIGINT), 0) << record.output();
@@ -159,8 +148,7 @@ TEST(Record, KeepsChosenTopicsAndEveryNthFrame) {
   EXPECT_EQ(payloads.size(), 2u);
   EXPECT_EQ(payloads.at("palp/particles").size(), 10u);  // frames 0, 2, 4, 6, 8 of two chunks each
   EXPECT_EQ(payloads.at("palp/proxy").size(), 20u);
-  const Bytes summary = file_bytes(folder / "summary.json");
-  const std::string text(summary.begin(), summary.end());
+  const std::string text = text_of(folder / "summary.json");
   EXPECT_NE(text.find("\"messages\": 30"), std::string::npos) << text;
   EXPECT_NE(text.find("\"healthy\": true"), std::string::npos) << text;
 }
@@ -170,7 +158,7 @@ TEST(Record, AKilledRecorderLosesAtMostItsLastSecond) {
   const int domain = unused_domain();
   Talker talker(domain);
   ChildProcess record(recorder(folder / "a.mcap", Vendor::cyclone, domain), folder / "record.txt");
-  ASSERT_TRUE(eventually([&] { return talker.heard(); })) << record.output();
+  ASSERT_TRUE(eventually([&] { return talker.heard(); }, kPatience)) << record.output();
   ASSERT_TRUE(eventually_hears(record, 6)) << record.output();
   for (int i = 0; i < 1500; ++i) talker.say(i);
   record.stop(SIGKILL);
@@ -195,7 +183,7 @@ TEST(Record, MalformedSamplesAreRecordedAsTheyCame) {
   const auto proxy = bus->writer(topic_of<ProxySample>());
   const auto scene = bus->writer(topic_of<SceneDescription>());
   ChildProcess record(recorder(folder / "a.mcap", Vendor::cyclone, domain), folder / "record.txt");
-  ASSERT_TRUE(eventually([&] { return proxy->matched_readers() > 0 && scene->matched_readers() > 0; }));
+  ASSERT_TRUE(eventually([&] { return proxy->matched_readers() > 0 && scene->matched_readers() > 0; }, kPatience));
   ASSERT_TRUE(eventually_hears(record, 2)) << record.output();
   const Bytes half{0, 1, 0, 0, 1, 0, 0, 0, 0xff, 0xff, 0xff, 0xff};
   const Bytes no_key{0, 1, 0, 0};
@@ -312,4 +300,4 @@ TEST(Replay, SaysThatNobodyListens) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -1,14 +1,17 @@
 // Recordings that were cut short or damaged get a new index, also where the disk is full.
+#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <functional>
 
-#include "tests/tools/recording_support.h"
+#include "tests/support/files.h"
+#include "tests/support/recordings.h"
 #include "tools/recording/recovery.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 TEST(Recovery, WhatAKilledRecorderFlushedIsRecovered) {
@@ -96,15 +99,14 @@ TEST(Recovery, ARecoveryOnAFullDiskLeavesNothingAndSaysWhatToDo) {
       recover_recording(folder / "a.mcap", folder / "full/b.mcap", false);
       return 1;
     } catch (const McapError& error) {
-      write_file(folder / "said", {reinterpret_cast<const std::uint8_t*>(error.what()), std::strlen(error.what())});
+      write_text(folder / "said", error.what());
       return 0;
     }
   };
   ASSERT_EQ(run_on_a_full_disk(20'000, recover), 0);
   EXPECT_TRUE(std::filesystem::is_empty(folder / "full"));
   EXPECT_EQ(file_bytes(folder / "a.mcap"), before);
-  const Bytes bytes = file_bytes(folder / "said");
-  const std::string said(bytes.begin(), bytes.end());
+  const std::string said = text_of(folder / "said");
   EXPECT_EQ(said.find("--recover"), std::string::npos) << said;  // nothing is left that could be
   EXPECT_NE(said.find("File too large"), std::string::npos) << said;
   EXPECT_NE(said.find("--out"), std::string::npos) << said;
@@ -138,4 +140,4 @@ TEST(Recovery, AFullDiskIsOneErrorAndKeepsWhatWasWritten) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

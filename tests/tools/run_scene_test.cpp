@@ -2,21 +2,17 @@
 #include "tools/run_scene.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
-#include <csignal>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "config/error.h"
-#include "tests/sim_server/scene/scene_builder.h"
+#include "tests/support/files.h"
+#include "tests/support/scene_builder.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
-
-using test::body;
-using test::box;
 
 // Particles that fall freely; the proxy is where its device is. Sick at the step that it is told.
 class FreeFall : public Simulation {
@@ -78,7 +74,7 @@ class FreeFall : public Simulation {
 class RunTest : public testing::Test {
  protected:
   RunTest() {
-    SceneConfig config = test::scene(0.1);
+    SceneConfig config = scene(0.1);
     config.rate_hz = 100;
     config.duration = 0.5;
     config.bodies.push_back(body("water", BodyKind::fluid, box({0.5, 0.5, 0.5})));
@@ -93,9 +89,8 @@ class RunTest : public testing::Test {
     proxy.body = "tool";
     config.proxies.push_back(proxy);
     simulation_ = std::make_unique<FreeFall>(sample_scene(config, 10000));
-    options_.out = folder_ + "/out";
+    options_.out = folder_ / "out";
   }
-  ~RunTest() override { std::filesystem::remove_all(folder_); }
 
   std::vector<std::string> lines(const std::string& name) {
     std::ifstream in(options_.out + "/" + name);
@@ -103,18 +98,13 @@ class RunTest : public testing::Test {
     for (std::string line; std::getline(in, line);) all.push_back(line);
     return all;
   }
-  std::string file(const std::string& name) {
-    std::ostringstream text;
-    text << std::ifstream(options_.out + "/" + name).rdbuf();
-    return text.str();
-  }
+  std::string file(const std::string& name) { return text_of(options_.out + "/" + name); }
   std::string write(const std::string& text) {
-    std::filesystem::create_directories(folder_);
-    std::ofstream(folder_ + "/path.csv") << text;
-    return folder_ + "/path.csv";
+    write_text(folder_ / "path.csv", text);
+    return folder_ / "path.csv";
   }
 
-  std::string folder_ = (std::filesystem::temp_directory_path() / ("palp_run_" + std::to_string(getpid()))).string();
+  const ScratchFolder folder_;
   std::unique_ptr<FreeFall> simulation_;
   RunOptions options_;
 };
@@ -234,4 +224,4 @@ TEST_F(RunTest, ProgressInALogIsLinesThatSayWhatIsLeft) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

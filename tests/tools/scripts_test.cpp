@@ -1,14 +1,15 @@
 // The scripts of tools/, as a user meets them. tools/demo runs in a copy of the tree whose programs are stand-ins.
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <fstream>
 #include <regex>
 #include <sstream>
 #include <tuple>
 
-#include "tests/tools/child_process.h"
-#include "tests/tools/recording_support.h"
+#include "tests/support/process.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -17,36 +18,17 @@ using namespace std::chrono_literals;
 const std::string kTools = PALP_SOURCE_DIR "/tools/";
 const std::string kTests = PALP_SOURCE_DIR "/tests/tools/";
 
-struct Result {
-  int status;
-  std::string output;
-};
-
-Result call(const ScratchFolder& folder, std::vector<std::string> command) {
-  ChildProcess child(std::move(command), folder / "output.txt");
-  const int status = child.wait(120s);
-  return {status, child.output()};
-}
-
-void write_text(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
-
-std::string read_text(const std::string& path) {
-  std::ostringstream out;
-  out << std::ifstream(path).rdbuf();
-  return out.str();
-}
+Outcome call(std::vector<std::string> command) { return run_program(std::move(command), 120s); }
 
 TEST(Scripts, HelpSaysWhatThereIs) {
-  const ScratchFolder folder;
   for (const char* script : {"demo", "test", "setup", "lint", "plot.py", "validate"}) {
-    const Result result = call(folder, {kTools + script, "--help"});
+    const Outcome result = call({kTools + script, "--help"});
     EXPECT_EQ(result.status, 0) << script;
     EXPECT_NE(result.output.find("usage"), std::string::npos) << script << ": " << result.output;
   }
 }
 
 TEST(Scripts, WrongOptionsAreOneClearSentence) {
-  const ScratchFolder folder;
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
       {{"demo", "--colour"}, "unknown option '--colour'"},
       {{"demo", "--seconds"}, "--seconds needs a value"},
@@ -67,7 +49,7 @@ TEST(Scripts, WrongOptionsAreOneClearSentence) {
   };
   for (auto [command, expected] : cases) {
     command[0] = kTools + command[0];
-    const Result result = call(folder, command);
+    const Outcome result = call(command);
     EXPECT_NE(result.status, 0) << result.output;
     EXPECT_NE(result.output.find(expected), std::string::npos) << result.output;
     EXPECT_LE(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
@@ -78,9 +60,8 @@ TEST(Scripts, EachLabelThatCanBeAskedForHasTests) {
   std::string lists;
   for (const auto& entry : fs::recursive_directory_iterator(PALP_SOURCE_DIR "/tests"))
     if (entry.path().filename() == "CMakeLists.txt" || entry.path().extension() == ".cmake")
-      if (entry.path().parent_path() != PALP_SOURCE_DIR "/tests") lists += read_text(entry.path());
-  const ScratchFolder folder;
-  const std::string said = call(folder, {kTools + "test", "--label", "none"}).output;
+      if (entry.path().parent_path() != PALP_SOURCE_DIR "/tests") lists += text_of(entry.path());
+  const std::string said = call({kTools + "test", "--label", "none"}).output;
   const std::size_t begin = said.find("--label none: ") + 14, end = said.find(" was expected");
   ASSERT_LT(end, said.size()) << said;
   std::istringstream words(std::regex_replace(said.substr(begin, end - begin), std::regex("[,]| or"), " "));
@@ -93,10 +74,10 @@ TEST(Plot, DrawsABridgeLogAndProbes) {
              "t_ns,state,age_us,lateness_us,force_x,force_y,force_z,torque_x,torque_y,torque_z\n"
              "1000,ready,,3,0,0,0,0,0,0\n2000,engaged,500,3,1,2,3,0,0,0\n3000,stale,900,3,1,2,3,0,0,0\n");
   write_text(folder / "probe.csv", "time_s,wall_pressure_pa,tip_x_m,tip_y_m\n0,1,2,3\n0.1,2,3,4\n");
-  const Result result = call(folder, {kTools + "plot.py", folder / "bridge.csv", folder / "probe.csv"});
+  const Outcome result = call({kTools + "plot.py", folder / "bridge.csv", folder / "probe.csv"});
   ASSERT_EQ(result.status, 0) << result.output;
   for (const char* name : {"bridge.png", "probe.png"}) {
-    const Bytes png = file_bytes(folder / name);
+    const std::string png = text_of(folder / name);
     ASSERT_GT(png.size(), 10'000u);
     EXPECT_EQ(png[1], 'P');
   }
@@ -112,7 +93,7 @@ TEST(Plot, RefusesWhatItCannotDraw) {
   };
   for (const auto& [text, expected] : cases) {
     write_text(folder / "data.csv", text);
-    const Result result = call(folder, {kTools + "plot.py", folder / "data.csv"});
+    const Outcome result = call({kTools + "plot.py", folder / "data.csv"});
     EXPECT_EQ(result.status, 1);
     EXPECT_NE(result.output.find(expected), std::string::npos) << result.output;
   }
@@ -126,19 +107,20 @@ TEST(Summary, AMissingOrBrokenPartIsUnhealthy) {
   for (const char* name : {"palp-sim-server", "palp-haptic-bridge", "palp-viewer", "palp-record"})
     write_text(folder / "logs/" + name + ".json", good);
   const std::vector<std::string> command{kTools + "summary.py", folder / ""};
-  EXPECT_EQ(call(folder, command).status, 0) << read_text(folder / "output.txt");
+  const Outcome sound = call(command);
+  EXPECT_EQ(sound.status, 0) << sound.output;
   for (const std::string& bad : {std::string("{"), std::string("[]"), std::string(R"({"healthy": "yes"})"),
                                  std::string(R"({"healthy": false, "cause": "it blew up"})")}) {
     write_text(folder / "logs/palp-sim-server.json", bad);
-    const Result result = call(folder, command);
+    const Outcome result = call(command);
     EXPECT_EQ(result.status, 1) << bad;
     EXPECT_NE(result.output.find("NOT HEALTHY: palp-sim-server"), std::string::npos) << result.output;
   }
   write_text(folder / "logs/palp-sim-server.json",
              R"({"healthy": true, "step_p50_us": "fast", "real_time_factor": null})");
-  EXPECT_EQ(call(folder, command).status, 0);
+  EXPECT_EQ(call(command).status, 0);
   fs::remove(folder / "scene.png");
-  EXPECT_EQ(call(folder, command).status, 1);
+  EXPECT_EQ(call(command).status, 1);
 }
 
 // tools/validate over a test binary that is a stand-in: what it reports decides the status and stands in the table.
@@ -166,14 +148,14 @@ TEST(Validate, JudgesWhatTestsReport) {
                R"({"testsuites": [{"testsuite": [{"name": "One", "result": "COMPLETED")" +
                    properties + "}]}]}\nEND\nexit " + std::to_string(status) + "\n");
     fs::permissions(binary, fs::perms::owner_all);
-    const Result result =
-        call(folder, {kTools + "validate", "--bin", folder / "", "--backend", "cpu", "--out", folder / "out"});
+    const Outcome result =
+        call({kTools + "validate", "--bin", folder / "", "--backend", "cpu", "--out", folder / "out"});
     EXPECT_EQ(result.status, expected) << result.output;
-    EXPECT_NE(read_text(folder / "out/table.md").find(text), std::string::npos) << result.output << text;
+    EXPECT_NE(text_of(folder / "out/table.md").find(text), std::string::npos) << result.output << text;
   }
   write_text(binary,
              "#!/bin/bash\nif [ $1 = --gtest_list_tests ]; then echo Cradle.; echo '  One'; exit; fi\nkill -9 $$\n");
-  const Result crashed = call(folder, {kTools + "validate", "--bin", folder / "", "--out", folder / "out"});
+  const Outcome crashed = call({kTools + "validate", "--bin", folder / "", "--out", folder / "out"});
   EXPECT_EQ(crashed.status, 1);
   EXPECT_NE(crashed.output.find("no result"), std::string::npos) << crashed.output;
 }
@@ -231,25 +213,25 @@ class Demo : public testing::Test {
 };
 
 TEST_F(Demo, RunsStopsSumsUpAndIsHealthy) {
-  const Result result = call(folder_, command());
+  const Outcome result = call(command());
   EXPECT_EQ(result.status, 0) << result.output;
   EXPECT_NE(result.output.find("all healthy"), std::string::npos) << result.output;
   EXPECT_NE(result.output.find("2.50 N"), std::string::npos) << result.output;
   for (const char* name : {"scene.png", "force.png", "recording.mcap"})
     EXPECT_TRUE(fs::exists(folder_ / "tree/out/demo/" + name)) << name;
   EXPECT_TRUE(nothing_left());
-  const std::string calls = read_text(folder_ / "calls");
+  const std::string calls = text_of(folder_ / "calls");
   EXPECT_NE(calls.find("palp-sim-server config/scenes/tray_fluid.toml --backend auto"), std::string::npos) << calls;
   EXPECT_NE(calls.find("--headless"), std::string::npos) << calls;
 }
 
 TEST_F(Demo, AProcessThatDiesOrIsSickMakesItFail) {
-  const Result dead = call(folder_, command({"FAKE_DIES=palp-sim-server"}, {"--seconds", "60"}));
+  const Outcome dead = call(command({"FAKE_DIES=palp-sim-server"}, {"--seconds", "60"}));
   EXPECT_EQ(dead.status, 1) << dead.output;
   EXPECT_NE(dead.output.find("palp-sim-server ended too early"), std::string::npos) << dead.output;
   EXPECT_NE(dead.output.find("no such scene"), std::string::npos) << dead.output;
   EXPECT_TRUE(nothing_left());
-  const Result sick = call(folder_, command({"FAKE_SICK=palp-viewer"}));
+  const Outcome sick = call(command({"FAKE_SICK=palp-viewer"}));
   EXPECT_EQ(sick.status, 1) << sick.output;
   EXPECT_NE(sick.output.find("NOT HEALTHY: palp-viewer"), std::string::npos) << sick.output;
 }
@@ -257,38 +239,38 @@ TEST_F(Demo, AProcessThatDiesOrIsSickMakesItFail) {
 TEST_F(Demo, StartsABridgeWithItsHandForEachDevice) {
   write_text(folder_ / "tree/config/scenes/two.toml",
              "[[proxy]]\nhand = \"stir\"\n[[proxy]]\ndevice = 1\nhand = \"pan\"\n");
-  const Result both = call(folder_, command({}, {"--seconds", "1", "--scene", "two"}));
+  const Outcome both = call(command({}, {"--seconds", "1", "--scene", "two"}));
   EXPECT_EQ(both.status, 0) << both.output;
   EXPECT_NE(both.output.find("force_0.png, force_1.png"), std::string::npos) << both.output;
   for (const char* name : {"force_0.png", "force_1.png"}) EXPECT_TRUE(fs::exists(folder_ / "tree/out/demo/" + name));
   EXPECT_TRUE(nothing_left());
   const auto moved_by = [&](const std::string& device, const std::string& hand) {
-    std::istringstream calls(read_text(folder_ / "calls"));
+    std::istringstream calls(text_of(folder_ / "calls"));
     for (std::string line; std::getline(calls, line);)
       if (line.find("--device-number " + device) != std::string::npos)
         return line.find("hands/" + hand + ".toml") != std::string::npos;
     return false;
   };
-  EXPECT_TRUE(moved_by("0", "stir") && moved_by("1", "pan")) << read_text(folder_ / "calls");
+  EXPECT_TRUE(moved_by("0", "stir") && moved_by("1", "pan")) << text_of(folder_ / "calls");
   fs::remove(folder_ / "calls");
-  const Result other = call(folder_, command({}, {"--seconds", "1", "--scene", "two", "--hand", "1=still"}));
+  const Outcome other = call(command({}, {"--seconds", "1", "--scene", "two", "--hand", "1=still"}));
   EXPECT_EQ(other.status, 0) << other.output;
-  EXPECT_TRUE(moved_by("0", "stir") && moved_by("1", "still")) << read_text(folder_ / "calls");
-  const Result none = call(folder_, command({}, {"--scene", "two", "--hand", "2=still"}));
+  EXPECT_TRUE(moved_by("0", "stir") && moved_by("1", "still")) << text_of(folder_ / "calls");
+  const Outcome none = call(command({}, {"--scene", "two", "--hand", "2=still"}));
   EXPECT_EQ(none.status, 1);
   EXPECT_NE(none.output.find("no tool for that device (it has: 0 1)"), std::string::npos) << none.output;
 }
 
 TEST_F(Demo, ASceneWithoutAToolNeedsNoBridge) {
   write_text(folder_ / "tree/config/scenes/dam.toml", "");
-  const Result result = call(folder_, command({}, {"--seconds", "1", "--scene", "dam"}));
+  const Outcome result = call(command({}, {"--seconds", "1", "--scene", "dam"}));
   EXPECT_EQ(result.status, 0) << result.output;
   EXPECT_NE(result.output.find("no bridge was started"), std::string::npos) << result.output;
-  EXPECT_EQ(read_text(folder_ / "calls").find("palp-haptic-bridge"), std::string::npos);
+  EXPECT_EQ(text_of(folder_ / "calls").find("palp-haptic-bridge"), std::string::npos);
 }
 
 TEST_F(Demo, AProcessThatHadToBeKilledIsTheOneVerdict) {
-  const Result result = call(folder_, command({"FAKE_STAYS=palp-viewer"}));
+  const Outcome result = call(command({"FAKE_STAYS=palp-viewer"}));
   EXPECT_EQ(result.status, 1) << result.output;
   EXPECT_NE(result.output.find("NOT HEALTHY: palp-viewer did not end within 10 s"), std::string::npos) << result.output;
   EXPECT_EQ(result.output.find("all healthy"), std::string::npos) << result.output;
@@ -296,20 +278,20 @@ TEST_F(Demo, AProcessThatHadToBeKilledIsTheOneVerdict) {
 }
 
 TEST_F(Demo, ClosingTheWindowEndsItWell) {
-  const Result closed = call(folder_, command({"DISPLAY=:0", "FAKE_LEAVES=palp-viewer"}, {"--forever"}));
+  const Outcome closed = call(command({"DISPLAY=:0", "FAKE_LEAVES=palp-viewer"}, {"--forever"}));
   EXPECT_EQ(closed.status, 0) << closed.output;
   for (const char* name : {"scene.png", "force.png", "recording.mcap"})
     EXPECT_TRUE(fs::exists(folder_ / "tree/out/demo/" + name)) << name;
-  EXPECT_EQ(read_text(folder_ / "calls").find("--headless"), std::string::npos);
+  EXPECT_EQ(text_of(folder_ / "calls").find("--headless"), std::string::npos);
   EXPECT_TRUE(nothing_left());
-  const Result left = call(folder_, command({"DISPLAY=:0", "FAKE_LEAVES=palp-haptic-bridge"}, {"--forever"}));
+  const Outcome left = call(command({"DISPLAY=:0", "FAKE_LEAVES=palp-haptic-bridge"}, {"--forever"}));
   EXPECT_EQ(left.status, 1) << left.output;
   EXPECT_NE(left.output.find("palp-haptic-bridge ended too early"), std::string::npos) << left.output;
 }
 
 TEST_F(Demo, AnInterruptLeavesNothingRunning) {
   ChildProcess demo(command({}, {"--forever"}), folder_ / "output.txt");
-  const auto started = [&] { return read_text(folder_ / "pids"); };
+  const auto started = [&] { return text_of(folder_ / "pids"); };
   for (int i = 0; i < 600 && std::ranges::count(started(), '\n') < 4; ++i) std::this_thread::sleep_for(50ms);
   EXPECT_EQ(std::ranges::count(started(), '\n'), 4) << demo.output();
   demo.send_signal(SIGINT);
@@ -318,4 +300,4 @@ TEST_F(Demo, AnInterruptLeavesNothingRunning) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -9,7 +9,7 @@
 
 #include "idl/bus.h"
 
-namespace palp {
+namespace palp::test {
 
 inline BusOptions on(Vendor vendor, int domain) {
   BusOptions options;
@@ -105,4 +105,4 @@ class Talker {
   std::map<std::string, std::size_t> said_{{"palp/scene", 1}};
 };
 
-}  // namespace palp
+}  // namespace palp::test

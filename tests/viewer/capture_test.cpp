@@ -1,14 +1,14 @@
 // Files that the viewer writes: pictures that are whole, videos that last as long as what they show.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <stdexcept>
 
 #include <osg/Image>
 #include <osgDB/ReadFile>
 
+#include "tests/support/files.h"
+#include "tests/support/process.h"
 #include "viewer/capture.h"
 
 namespace palp::test {
@@ -16,13 +16,8 @@ namespace {
 
 class CaptureTest : public testing::Test {
  protected:
-  void SetUp() override {
-    directory_ = std::filesystem::temp_directory_path() / ("palp_capture_" + std::to_string(getpid()));
-    std::filesystem::create_directories(directory_);
-  }
-  void TearDown() override { std::filesystem::remove_all(directory_); }
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
-  std::filesystem::path directory_;
+  std::string path(const std::string& name) const { return folder_ / name; }
+  ScratchFolder folder_;
 };
 
 // Red at the bottom, blue at the top.
@@ -34,16 +29,10 @@ Picture picture(int width, int height) {
 
 // Returns the value that ffprobe prints for an entry of the stream.
 std::string probe(const std::string& file, const std::string& entry) {
-  const std::string command = "ffprobe -v error -count_frames -select_streams v:0 -show_entries stream=" + entry +
-                              " -of default=nokey=1:noprint_wrappers=1 '" + file + "'";
-  FILE* pipe = popen(command.c_str(), "r");
-  char text[64] = "";
-  if (pipe == nullptr) return "";
-  if (std::fgets(text, sizeof text, pipe) == nullptr) text[0] = 0;
-  pclose(pipe);
-  std::string line(text);
-  while (!line.empty() && line.back() == '\n') line.pop_back();
-  return line;
+  const Outcome probed =
+      run_program({"ffprobe", "-v", "error", "-count_frames", "-select_streams", "v:0", "-show_entries",
+                   "stream=" + entry, "-of", "default=nokey=1:noprint_wrappers=1", file});
+  return probed.output.substr(0, probed.output.find('\n'));
 }
 
 TEST_F(CaptureTest, APngHoldsThePicture) {
@@ -56,7 +45,7 @@ TEST_F(CaptureTest, APngHoldsThePicture) {
   EXPECT_EQ(image->t(), 32);
   EXPECT_GT(image->getColor(3, 2).r(), 0.9f);  // OSG's images begin at the bottom
   EXPECT_GT(image->getColor(3, 29).b(), 0.9f);
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory_), {}), 1) << "no half file is left";
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.path()), {}), 1) << "no half file is left";
 }
 
 TEST_F(CaptureTest, AFolderThatIsNotThereIsSaidAndCounted) {

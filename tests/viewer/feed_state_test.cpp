@@ -235,9 +235,55 @@ TEST(FeedState, OldKnowledgeIsForgotten) {
   EXPECT_EQ(state.view().notice, "");
 }
 
+// Spoils one of the things that a chunk says or holds.
+void spoil(ParticleChunk& chunk, std::mt19937& random) {
+  const auto any = [&random] { return static_cast<std::uint32_t>(random()); };
+  switch (any() % 8) {
+    case 0:
+      chunk.chunk = any();
+      break;
+    case 1:
+      chunk.chunk_count = any();
+      break;
+    case 2:
+      chunk.particle_count = any();
+      break;
+    case 3:
+      chunk.first = any();
+      break;
+    case 4:
+      chunk.positions.resize(any() % 20000);
+      break;
+    case 5:
+      chunk.scalars.resize(any() % 9000, std::nanf(""));
+      break;
+    case 6:
+      chunk.field = static_cast<ScalarField>(any() % 9);
+      break;
+    default:
+      chunk.positions.assign(chunk.positions.size(), std::nanf(""));
+      break;
+  }
+}
+
+// Returns a scene whose bodies say what cannot be.
+SceneDescription scene_of_nonsense(std::mt19937& random) {
+  const auto any = [&random] { return static_cast<std::uint32_t>(random()); };
+  SceneDescription scene = scene_of(5 + any() % 2, 1 + any() % 9000);
+  scene.bodies.resize(any() % 4);
+  for (BodyDescription& body : scene.bodies) {
+    body.kind = static_cast<BodyKind>(any() % 5);
+    body.first = any();
+    body.count = any();
+    body.vertices.assign(any() % 40, 1e30f);
+    body.triangles.assign(any() % 40, any() % 16);
+  }
+  return scene;
+}
+
 // Garbage of every kind between sound samples, through to the picture: nothing falls over, and the sound ones count.
 TEST(FeedState, GarbageDoesNoHarm) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
   const auto any = [&random] { return static_cast<std::uint32_t>(random()); };
@@ -247,43 +293,9 @@ TEST(FeedState, GarbageDoesNoHarm) {
   FeedState state(true, 1);
   for (int round = 0; round < 300; ++round) {
     std::vector<ParticleChunk> frame = chunks(5 + any() % 2, any() % 100, 1 + any() % 9000);
-    ParticleChunk& chunk = frame[any() % frame.size()];
-    switch (any() % 8) {
-      case 0:
-        chunk.chunk = any();
-        break;
-      case 1:
-        chunk.chunk_count = any();
-        break;
-      case 2:
-        chunk.particle_count = any();
-        break;
-      case 3:
-        chunk.first = any();
-        break;
-      case 4:
-        chunk.positions.resize(any() % 20000);
-        break;
-      case 5:
-        chunk.scalars.resize(any() % 9000, std::nanf(""));
-        break;
-      case 6:
-        chunk.field = static_cast<ScalarField>(any() % 9);
-        break;
-      default:
-        chunk.positions.assign(chunk.positions.size(), std::nanf(""));
-        break;
-    }
+    spoil(frame[any() % frame.size()], random);
     feed(state, frame);
-    SceneDescription scene = scene_of(5 + any() % 2, 1 + any() % 9000);
-    scene.bodies.resize(any() % 4);
-    for (BodyDescription& body : scene.bodies) {
-      body.kind = static_cast<BodyKind>(any() % 5);
-      body.first = any();
-      body.count = any();
-      body.vertices.assign(any() % 40, 1e30f);
-      body.triangles.assign(any() % 40, any() % 16);
-    }
+    const SceneDescription scene = scene_of_nonsense(random);
     if (round % 20 == 0) state.add(Received<SceneDescription>{scene, 0});
     BodyPoses poses;
     poses.header.session = 5 + any() % 2;

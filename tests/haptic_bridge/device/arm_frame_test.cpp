@@ -56,11 +56,11 @@ class AnyFrame : public RandomCase {};
 
 TEST_F(AnyFrame, BackAndForthIsTheSamePoseAndPowerIsTheSameInBothFrames) {
   for (int i = 0; i < 200; ++i) {
-    const Quat axes = test::random_rotation(random_);
-    ArmFrame frame(axes.toRotationMatrix(), at_rest(vector(1), test::random_rotation(random_)));
+    const Quat axes = random_rotation(random_);
+    ArmFrame frame(axes.toRotationMatrix(), at_rest(vector(1), random_rotation(random_)));
     const auto pose = [&] {
       const Vec3 x = vector(0.5);
-      const Quat q = test::random_rotation(random_);
+      const Quat q = random_rotation(random_);
       return ArmPose{static_cast<float>(x.x()), static_cast<float>(x.y()), static_cast<float>(x.z()),
                      static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
                      static_cast<float>(q.w())};

@@ -6,15 +6,14 @@
 #include <gtest/gtest.h>
 
 #include "haptic_bridge/device/simulated.h"
-#include "haptic_bridge/loop/local_model.h"
+#include "tests/haptic_bridge/device/poses.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 using Vec3 = Eigen::Vector3d;
 
 constexpr std::int64_t kTick = 1'000'000;
-const RigidState kOrigin = at_rest(Vec3::Zero(), Eigen::Quaterniond::Identity());
 
 // Viscous friction and nothing else; angular_damping: a hundredth of it.
 ArmModel viscous(double damping) {
@@ -80,4 +79,4 @@ TEST(HeldForce, AWallWithoutDampingIsStableUpToColgatesBound) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

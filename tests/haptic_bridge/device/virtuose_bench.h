@@ -2,29 +2,22 @@
 #pragma once
 
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "haptic_bridge/device/virtuose.h"
 #include "haptic_bridge/loop/local_model.h"
+#include "tests/support/files.h"
 
 namespace palp::test {
 
 inline const std::string kFakeLibrary = PALP_LIB_DIR "/libvirtuose_sim.so";
 inline constexpr std::int64_t kTickNs = 1'000'000;
-
-inline std::string text_in(const std::string& path) {
-  std::ifstream in(path);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 struct LoggedCall {
   double time = 0;
@@ -34,21 +27,14 @@ struct LoggedCall {
 
 class VirtuoseBench : public ::testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ =
-        std::filesystem::temp_directory_path() / ("palp_virtuose_" + std::to_string(getpid()) + "_" + info->name());
-    std::filesystem::create_directories(folder_);
-  }
   void TearDown() override {
     device_.reset();
     unsetenv("PALP_FAKE_VIRTUOSE");
-    std::filesystem::remove_all(folder_);
   }
 
   // Writes a script of the simulated arm, with what every test wants; returns its file.
   std::string script(const std::string& more) {
-    std::string file = (folder_ / "script.toml").string();
+    std::string file = folder_ / "script.toml";
     std::ofstream(file) << "clock = \"lock_step\"\nregrip = false\nlog = \"calls.log\"\ntrace = \"trace.csv\"\n"
                         << more;
     return file;
@@ -144,7 +130,7 @@ class VirtuoseBench : public ::testing::Test {
   inline static const RigidState kStart =
       at_rest({0.3, -0.4, 0.5}, Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Eigen::Vector3d(1, 2, -1).normalized())));
 
-  std::filesystem::path folder_;
+  const ScratchFolder folder_;
   std::unique_ptr<VirtuoseDevice> device_;
   std::int64_t now_ = 0;
 };

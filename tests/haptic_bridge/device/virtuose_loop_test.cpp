@@ -134,7 +134,7 @@ TEST_F(VirtuoseLoop, FeelsTheServerOnceAllSwitchesAllowIt) {
 }
 
 TEST_F(VirtuoseLoop, LimitsHoldInEveryTickOfEverySchedule) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
   for (int i = 0; i < 24 && !HasFatalFailure(); ++i) {

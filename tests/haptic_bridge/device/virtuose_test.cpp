@@ -18,7 +18,7 @@ using Virtuose = VirtuoseBench;
 
 TEST_F(Virtuose, AMissingFileIsSaidToBeMissing) {
   VirtuoseSetup s = setup();
-  s.library = (folder_ / "none.so").string();
+  s.library = folder_ / "none.so";
   expect_sentence(refusal<ConfigError>(s), {"none.so", "no such file", "--library"});
   s.library = "libpalp_there_is_no_such_library.so";
   expect_sentence(refusal<ConfigError>(s), {"libpalp_there_is_no_such_library.so", "cannot be loaded", "--library"});
@@ -26,7 +26,7 @@ TEST_F(Virtuose, AMissingFileIsSaidToBeMissing) {
 
 TEST_F(Virtuose, AFileThatIsNoLibraryIsRefused) {
   VirtuoseSetup s = setup();
-  s.library = (folder_ / "text.so").string();
+  s.library = folder_ / "text.so";
   std::ofstream(s.library) << std::string(5000, 'x');
   expect_sentence(refusal<ConfigError>(s), {"text.so", "cannot be loaded", "--library"});
 }
@@ -38,7 +38,7 @@ TEST_F(Virtuose, ALibraryThatLacksAFunctionIsRefusedByItsName) {
 }
 
 TEST_F(Virtuose, AnotherVersionIsRefused) {
-  const std::string file = (folder_ / "old.toml").string();
+  const std::string file = folder_ / "old.toml";
   std::ofstream(file) << "major_version = 3\nminor_version = 98\n";
   setenv("PALP_FAKE_VIRTUOSE", file.c_str(), 1);
   expect_sentence(refusal<ConfigError>(setup()), {"version 3.98", "expected version 4", "--library"});

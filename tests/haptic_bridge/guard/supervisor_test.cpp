@@ -11,7 +11,7 @@
 
 #include "idl/clock.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -141,4 +141,4 @@ TEST_F(SupervisorTest, EndsInOrderWithTheBridge) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

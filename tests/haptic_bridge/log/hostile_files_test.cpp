@@ -2,13 +2,10 @@
 // read or refused with ConfigError; what is read is sound enough to run.
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <random>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "config/error.h"
 #include "haptic_bridge/device/fake_virtuose/script.h"
@@ -16,17 +13,13 @@
 #include "haptic_bridge/device/replay.h"
 #include "haptic_bridge/device/virtuose/session.h"
 #include "haptic_bridge/loop/local_model.h"
+#include "tests/support/files.h"
 #include "tests/support/seed.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string text_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 // Cut short, with bytes changed, lines lost, doubled or swapped, numbers that are none.
 std::string spoilt(std::string text, std::mt19937& random) {
@@ -65,12 +58,6 @@ std::string spoilt(std::string text, std::mt19937& random) {
 
 class HostileFiles : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("palp_hostile_" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   // Spoils each of the texts again and again and reads it; use: of what was read.
   void spoil(const std::vector<std::string>& texts, const std::function<void(const std::string& path)>& read) {
     SCOPED_TRACE("seed " + std::to_string(seed_));
@@ -78,9 +65,9 @@ class HostileFiles : public ::testing::Test {
     int refused = 0;
     const int rounds = 400;
     for (int i = 0; i < rounds; ++i) {
-      const std::string path = (folder_ / "file").string();
+      const std::string path = folder_ / "file";
       const std::string text = spoilt(texts[static_cast<std::size_t>(i) % texts.size()], random);
-      std::ofstream(path, std::ios::binary) << text;
+      write_text(path, text);
       try {
         read(path);
       } catch (const ConfigError& error) {
@@ -101,8 +88,8 @@ class HostileFiles : public ::testing::Test {
     return texts;
   }
 
-  fs::path folder_;
-  const unsigned seed_ = test::drawn_seed();
+  const ScratchFolder folder_;
+  const unsigned seed_ = drawn_seed();
 };
 
 TEST_F(HostileFiles, Profiles) {
@@ -158,4 +145,4 @@ TEST_F(HostileFiles, Paths) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

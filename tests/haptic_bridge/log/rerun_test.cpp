@@ -2,7 +2,6 @@
 #include "haptic_bridge/log/rerun.h"
 
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <limits>
@@ -10,7 +9,6 @@
 #include <set>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "config/error.h"
 #include "haptic_bridge/device/replay.h"
@@ -18,6 +16,7 @@
 #include "haptic_bridge/device/virtuose.h"
 #include "haptic_bridge/run.h"
 #include "tests/haptic_bridge/loop/fake_server.h"
+#include "tests/support/files.h"
 #include "tests/support/seed.h"
 
 namespace palp::test {
@@ -96,12 +95,6 @@ class UnsteadyClock final : public Clock {
 
 class RunAgain : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("palp_rerun_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   // Runs the loop with this device and returns the path of the run's file.
   std::string keep(HapticDevice& device, std::size_t ticks = 9000, std::size_t room = 9000) {
     LoopConfig config;
@@ -122,7 +115,7 @@ class RunAgain : public ::testing::Test {
     }
     felt_ = std::max(felt_, loop.report().peak_force);
     trips_ += loop.report().trips;
-    std::string path = (folder_ / "run.ticks").string();
+    std::string path = folder_ / "run.ticks";
     write_ticks(log, loop.config(), path);
     return path;
   }
@@ -143,8 +136,8 @@ class RunAgain : public ::testing::Test {
     EXPECT_GT(felt_, 0.3);
   }
 
-  std::filesystem::path folder_;
-  unsigned seed_ = test::drawn_seed();
+  const ScratchFolder folder_;
+  unsigned seed_ = drawn_seed();
   std::set<LoopState> states_;
   bool lowered_ = false, late_ = false;
   double felt_ = 0;
@@ -170,7 +163,7 @@ TEST_F(RunAgain, TheVirtuosesRunIsTheSameBitForBit) {
       << "clock = \"lock_step\"\ngrip_at = 0.1\nrelay_delay = 0\nhand = \"hand.toml\"\n";
   VirtuoseSetup setup;
   setup.library = PALP_LIB_DIR "/libvirtuose_sim.so";
-  setup.address = (folder_ / "arm.toml").string();
+  setup.address = folder_ / "arm.toml";
   setup.relay_time = 0.05;
   setup.limits = {10, 1, 300, 30};
   expect_same([&] { return std::make_unique<VirtuoseDevice>(setup, kHome); });
@@ -179,7 +172,7 @@ TEST_F(RunAgain, TheVirtuosesRunIsTheSameBitForBit) {
 TEST_F(RunAgain, AReplayedPathsRunIsTheSameBitForBit) {
   std::ofstream(folder_ / "path.csv") << "time,x,y,z,qx,qy,qz,qw\n0,0,0,-0.001,0,0,0,1\n1,0,0,-0.004,0,0,0,1\n"
                                          "2,0.03,0,0.002,0,0,0,1\n3,0,0,-0.001,0,0,0,1\n";
-  expect_same([&] { return std::make_unique<ReplayDevice>((folder_ / "path.csv").string(), true); });
+  expect_same([&] { return std::make_unique<ReplayDevice>(folder_ / "path.csv", true); });
 }
 
 // Returns the index of a tick in which the hand presses and the force changes more slowly than its slope limit, so that
@@ -229,16 +222,11 @@ TEST_F(RunAgain, ALogThatLacksTheBeginningIsRefused) {
   }
 }
 
-std::string bytes_of(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 // With times that no clock shows, the loop's differences would overflow.
 TEST_F(RunAgain, TimesThatCannotBeAreRefused) {
   SimulatedDevice arm(ArmModel{}, pressing_hand(), kHome, kHome);
   const std::string path = keep(arm, 40, 40);
-  const std::string whole = bytes_of(path);
+  const std::string whole = text_of(path);
   const std::int64_t now = read_ticks(path).inputs[20].now_ns;
   const std::size_t word = sizeof now;
   const std::size_t tick = whole.find(std::string(reinterpret_cast<const char*>(&now), word));
@@ -249,7 +237,7 @@ TEST_F(RunAgain, TimesThatCannotBeAreRefused) {
     for (const std::int64_t time : {Limits::min(), Limits::max()}) {
       std::string bytes = whole;
       bytes.replace(at, word, reinterpret_cast<const char*>(&time), word);
-      std::ofstream(path, std::ios::binary) << bytes;
+      write_text(path, bytes);
       EXPECT_THROW(read_ticks(path), ConfigError) << time << " at " << at;
     }
   }
@@ -259,7 +247,7 @@ TEST_F(RunAgain, TimesThatCannotBeAreRefused) {
 TEST_F(RunAgain, DamagedFilesAreRefusedOrReadAndNeverCrash) {
   SimulatedDevice arm(ArmModel{}, pressing_hand(), kHome, kHome);
   const std::string path = keep(arm, 40, 40);
-  const std::string whole = bytes_of(path);
+  const std::string whole = text_of(path);
   ASSERT_NO_THROW(read_ticks(path));
   SCOPED_TRACE("seed " + std::to_string(seed_));
   std::mt19937 random(seed_);
@@ -276,7 +264,7 @@ TEST_F(RunAgain, DamagedFilesAreRefusedOrReadAndNeverCrash) {
         bytes[random() % most] = static_cast<char>(random());
       }
     }
-    std::ofstream(path, std::ios::binary) << bytes;
+    write_text(path, bytes);
     try {
       KeptRun run = read_ticks(path);
       run.first_tick = 1;
@@ -288,7 +276,7 @@ TEST_F(RunAgain, DamagedFilesAreRefusedOrReadAndNeverCrash) {
     }
   }
   EXPECT_GT(refused, 200);
-  EXPECT_THROW(read_ticks((folder_ / "nowhere").string()), ConfigError);
+  EXPECT_THROW(read_ticks(folder_ / "nowhere"), ConfigError);
   EXPECT_THROW(read_ticks("/dev/zero"), ConfigError);
 }
 

@@ -3,15 +3,8 @@
 
 #include "tests/haptic_bridge/loop/loop_bench.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
-
-using test::Bench;
-using test::config_for_tests;
-using test::kMillisecond;
-
-constexpr double kRounding = 1e-9;  // [N]
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // Lets go for so many ticks, takes hold, and is felt again on the ramp of half a second.
 void regrip(Bench& b, int open = 5) {
@@ -349,4 +342,4 @@ TEST(Gains, FallLittleForAGapAndFullyForADelayThatLasts) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -8,7 +8,7 @@
 #include "idl/histogram.h"
 #include "tests/support/seed.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 constexpr double kRounding = 1e-12;  // relative, of a scaled vector's length
@@ -29,7 +29,7 @@ struct RandomVectors {
 };
 
 TEST(Filters, SaturationNeverExceedsTheLimitAndKeepsTheDirection) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   RandomVectors vectors(seed);
   for (int i = 0; i < 100000; ++i) {
@@ -54,7 +54,7 @@ TEST(Filters, SaturationKeepsTheDirectionOfAVectorWhoseLengthOverflows) {
 TEST(Filters, SaturationToZeroIsZero) { EXPECT_EQ(saturated(Eigen::Vector3d(1, 2, 3), 0).norm(), 0); }
 
 TEST(Filters, SlewNeverStepsFurtherThanAllowedAndStaysInTheBall) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   RandomVectors vectors(seed);
   const double limit = 8, step = 0.3;
@@ -90,7 +90,7 @@ struct Sloped {
 constexpr double kLeak = 0.05;
 
 TEST(SlewLimit, NeverStepsFurtherThanAllowedNorLeavesTheLimits) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   RandomVectors vectors(seed);
   Sloped s(kLeak);
@@ -229,4 +229,4 @@ TEST(Histogram, QuantilesAreWithinABinOfTheTruth) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

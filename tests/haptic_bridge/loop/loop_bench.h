@@ -1,11 +1,16 @@
 // A loop on a puppet, with a server that answers each tick: for tests of what the loop does with either.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <limits>
 
 #include "tests/haptic_bridge/loop/fake_server.h"
 
 namespace palp::test {
+
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double kRounding = 1e-9;  // [N]
 
 inline LoopConfig config_for_tests() {
   LoopConfig config;
@@ -38,6 +43,7 @@ struct Bench {
   }
   void engage() { ticks(1000); }
   double felt() const { return device.written.force.norm(); }
+  std::uint64_t count(Verdict v) const { return loop.report().verdicts[static_cast<std::size_t>(v)]; }
 
   PuppetDevice device;
   HapticLoop loop;

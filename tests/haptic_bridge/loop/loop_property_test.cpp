@@ -10,10 +10,8 @@
 #include "tests/haptic_bridge/loop/invariants.h"
 #include "tests/support/seed.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
-
-using test::kMillisecond;
 
 #ifdef __SANITIZE_ADDRESS__
 constexpr int kSchedules = 3000;  // the sanitizer makes them forty times slower; fewer may miss what is rare
@@ -51,11 +49,11 @@ struct Outcome {
 };
 
 Outcome run_schedule(std::uint64_t seed, int ticks) {
-  test::FaultInjector injector(seed);
+  FaultInjector injector(seed);
   const LoopConfig config = injector.config();
-  test::FaultyArm arm(injector);
+  FaultyArm arm(injector);
   HapticLoop loop(config, arm);
-  test::Invariants invariants(loop.config());
+  Invariants invariants(loop.config());
   Outcome outcome;
   std::int64_t now = 1'000'000'000;
   for (int i = 0; i < ticks; ++i) {
@@ -93,7 +91,7 @@ std::map<std::string, int> run_schedules(unsigned seed, int schedules, int ticks
 }
 
 TEST(LoopProperty, LimitsHoldInEveryTickOfEverySchedule) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("base seed " + std::to_string(seed));
   const std::map<std::string, int> reached = run_schedules(seed, kSchedules, kTicks);
   expect_all_reached(reached, {"fault"});
@@ -103,7 +101,7 @@ TEST(LoopProperty, LimitsHoldInEveryTickOfEverySchedule) {
 }
 
 TEST(LoopProperty, LimitsHoldInLongSchedules) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("base seed " + std::to_string(seed));
   const std::map<std::string, int> reached = run_schedules(seed, kLongSchedules, kLongTicks);
   EXPECT_GT(reached.at("force"), kLongSchedules * kLongTicks / 40);
@@ -122,4 +120,4 @@ TEST(LoopProperty, TheSameInputsGiveTheSameWrenchesBitForBit) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -9,12 +9,10 @@
 #include "tests/haptic_bridge/loop/fake_server.h"
 #include "tests/support/seed.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 using Eigen::Vector3d;
-using test::kMillisecond;
-
 TEST(Passivity, BooksWhatBothPortsGiveAndTake) {
   PassivityController p({.start = 0.008, .most = 0.05, .device_damping = 2});
   p.observe({0, 0, 3}, {0, 0, 1e-3}, {0, 0, 1}, 0.004, 0, 1e-3);
@@ -72,7 +70,7 @@ HandScript light_hand() {
 // held: the server's wrench alone, of a wall of a proxy that rests where coupling and wall balance.
 Trial press(double stiffness, int delay_ms, bool controlled, double seconds, const HandScript& script = light_hand()) {
   LoopConfig config;
-  config.own_session = test::kBridgeSession;
+  config.own_session = kBridgeSession;
   config.gains.stiffness = stiffness;
   config.limits = {35, 3, 3000, 300};
   config.governor.budget = 1e9;
@@ -93,7 +91,7 @@ Trial press(double stiffness, int delay_ms, bool controlled, double seconds, con
     IncomingProxy in;
     const bool comes = static_cast<int>(link.size()) > delay_ms;
     if (comes) {
-      in = {test::answer(link.front(), 5, static_cast<std::uint64_t>(i)), now};
+      in = {answer(link.front(), 5, static_cast<std::uint64_t>(i)), now};
       test::SpringWall{1e6}.touch(in.sample);
       // the work of the wall's proxy on the coupling: it hardly moves
       const double z = in.sample.proxy_pose.position[2];
@@ -142,4 +140,4 @@ TEST(Passivity, LeavesAHandAloneThatPressesHardAndComesBack) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

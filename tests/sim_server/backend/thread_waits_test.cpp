@@ -1,22 +1,20 @@
 // How long the OpenMP of real programs spins before it sleeps, in its own words.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdio>
 #include <string>
+#include <vector>
+
+#include "tests/support/process.h"
 
 namespace palp::test {
 namespace {
 
-// The last GOMP_SPINCOUNT that OpenMP tells of when a program is loaded with these settings; empty if there is none.
-std::string spin_count(const std::string& settings, const std::string& program) {
-  const std::string command =
-      "env " + settings + " OMP_DISPLAY_ENV=verbose " PALP_BIN_DIR "/" + program + " --help 2>&1";
-  std::string text;
-  std::FILE* pipe = popen(command.c_str(), "r");
-  std::array<char, 4096> buffer;
-  while (std::fgets(buffer.data(), buffer.size(), pipe)) text += buffer.data();
-  pclose(pipe);
+// Returns the last GOMP_SPINCOUNT that OpenMP tells of when a program is loaded with these settings, as env takes them;
+// empty if there is none.
+std::string spin_count(std::vector<std::string> settings, const std::string& program) {
+  settings.insert(settings.begin(), "env");
+  settings.insert(settings.end(), {"OMP_DISPLAY_ENV=verbose", PALP_BIN_DIR "/" + program, "--help"});
+  const std::string text = run_program(settings).output;
   const std::string key = "GOMP_SPINCOUNT = '";
   const std::size_t at = text.rfind(key);
   if (at == std::string::npos) return "";
@@ -26,9 +24,9 @@ std::string spin_count(const std::string& settings, const std::string& program) 
 TEST(ThreadWaits, AreShortInTheProgramsThatStepAScene) {
   for (const char* program : {"palp-sim-server", "palp-run", "palp-bench"}) {
     SCOPED_TRACE(program);
-    EXPECT_EQ(spin_count("-u GOMP_SPINCOUNT -u OMP_WAIT_POLICY", program), "300");
-    EXPECT_EQ(spin_count("-u OMP_WAIT_POLICY GOMP_SPINCOUNT=7", program), "7");
-    EXPECT_NE(spin_count("-u GOMP_SPINCOUNT OMP_WAIT_POLICY=active", program), "300");
+    EXPECT_EQ(spin_count({"-u", "GOMP_SPINCOUNT", "-u", "OMP_WAIT_POLICY"}, program), "300");
+    EXPECT_EQ(spin_count({"-u", "OMP_WAIT_POLICY", "GOMP_SPINCOUNT=7"}, program), "7");
+    EXPECT_NE(spin_count({"-u", "GOMP_SPINCOUNT", "OMP_WAIT_POLICY=active"}, program), "300");
   }
 }
 

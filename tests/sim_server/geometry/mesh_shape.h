@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "sim_server/geometry/surface.h"
-#include "tests/sim_server/scene/scene_builder.h"
+#include "tests/support/scene_builder.h"
 
 namespace palp::test {
 

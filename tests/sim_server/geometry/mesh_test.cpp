@@ -10,7 +10,7 @@
 #include "sim_server/scene/particle_csv.h"
 #include "tests/support/seed.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 // A unit cube of 12 triangles, counter-clockwise seen from outside.
@@ -204,7 +204,7 @@ TEST(Mesh, BinaryStlThatBeginsAsTextIsStillBinary) {
 
 // Any damage: the mesh is read, or refused with a message that names the file.
 TEST(Mesh, FuzzedFilesAreReadOrRefused) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (const Format& format : all_formats(cube())) {
@@ -279,4 +279,4 @@ TEST(ParticleCsv, NamesFaultsWithTheirLine) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -11,7 +11,7 @@
 #include "sim_server/scene/sampling.h"
 #include "tests/support/seed.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 class SolidTest : public ::testing::Test {
@@ -46,7 +46,7 @@ class SolidTest : public ::testing::Test {
     return shape;
   }
 
-  unsigned seed_ = test::drawn_seed();
+  unsigned seed_ = drawn_seed();
   std::mt19937 random_{seed_};
   ::testing::ScopedTrace trace_{__FILE__, __LINE__, "seed " + std::to_string(seed_)};
 };
@@ -320,4 +320,4 @@ TEST_F(SolidTest, LinesThroughMeshesAreWatertight) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

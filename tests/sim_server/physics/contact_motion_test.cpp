@@ -14,11 +14,6 @@ namespace palp::test {
 namespace {
 
 using Eigen::Vector3d;
-using test::as_mesh;
-using test::body;
-using test::box;
-using test::sphere;
-
 constexpr double kCup = 0.08, kBall = 0.03;  // inner radius or half width of a cup, a ball's radius
 
 ShapeConfig cut(ShapeConfig shape) {

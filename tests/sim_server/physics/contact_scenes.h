@@ -7,15 +7,15 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/sim_server/scene/scene_builder.h"
 #include "tests/support/backend.h"
+#include "tests/support/scene_builder.h"
 
 namespace palp::test {
 
 inline constexpr double kGravity = 9.81;
 
 inline SceneConfig contact_scene(double spacing, double friction, double restitution) {
-  SceneConfig config = test::scene(spacing);
+  SceneConfig config = scene(spacing);
   config.gravity = {0, 0, -kGravity};
   config.materials[0].friction = config.materials[0].kinetic_friction = friction;
   config.materials[0].restitution = restitution;
@@ -94,7 +94,7 @@ inline Slide slide(const Scene& scene, double slope, const Tilt& tilt) {
 
 // A tool with a flat face, the last body, that a soft hand holds 1 mm above its place of contact.
 inline void add_flat_tool(SceneConfig& config, const Eigen::Quaterniond& orientation) {
-  BodyConfig tool = at(test::body("tool", BodyKind::rigid, test::box({0.05, 0.05, 0.05})), {-0.15, 0, 0.026});
+  BodyConfig tool = at(body("tool", BodyKind::rigid, box({0.05, 0.05, 0.05})), {-0.15, 0, 0.026});
   tool.orientation = orientation;
   config.bodies.push_back(tool);
   ProxyConfig proxy;

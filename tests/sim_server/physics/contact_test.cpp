@@ -10,10 +10,6 @@ namespace palp::test {
 namespace {
 
 using Eigen::Vector3d;
-using test::body;
-using test::box;
-using test::sphere;
-
 // A block on a level plate.
 Scene level(double friction, Method method = Method::accurate) {
   SceneConfig config = contact_scene(0.02, friction, 0.2);

@@ -6,26 +6,22 @@
 #include "sim_server/solver/contact_store.h"
 #include "sim_server/solver/plan.h"
 #include "tests/sim_server/geometry/mesh_shape.h"
-#include "tests/sim_server/scene/scene_builder.h"
 #include "tests/support/random_scene.h"
+#include "tests/support/scene_builder.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::test {
 namespace {
 
 using Eigen::Vector3d;
-using test::as_mesh;
-using test::box;
-using test::sphere;
-
 // The contact kernels' view of one body, its frame off its centre of mass.
 class Field {
  public:
   explicit Field(const std::vector<ShapeConfig>& shapes, double spacing = 0.02) {
-    SceneConfig config = test::scene(spacing);
-    BodyConfig subject = test::body("subject", BodyKind::rigid, shapes[0]);
+    SceneConfig config = scene(spacing);
+    BodyConfig subject = body("subject", BodyKind::rigid, shapes[0]);
     subject.shapes = shapes;
-    config.bodies = {subject, test::body("other", BodyKind::fixed, box({0.05, 0.05, 0.05}, {0.9, 0.9, 0.9}))};
+    config.bodies = {subject, body("other", BodyKind::fixed, box({0.05, 0.05, 0.05}, {0.9, 0.9, 0.9}))};
     scene_ = sample_scene(config, 1000000);
     store_.emplace(scene_, make_plan(scene_));
     grids_ = store_->grids_at(store_->node.data());

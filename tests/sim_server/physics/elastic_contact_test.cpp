@@ -9,10 +9,6 @@ namespace palp::test {
 namespace {
 
 using Eigen::Vector3d;
-using test::body;
-using test::box;
-using test::sphere;
-
 constexpr double kSpacing = 0.01;
 
 SceneConfig soft_scene(double friction, double young = 1e5) {

@@ -12,9 +12,6 @@ namespace palp::test {
 namespace {
 
 using Eigen::Vector3d;
-using test::body;
-using test::box;
-
 BodyConfig floor(double temperature) {
   return at_temperature(at(body("floor", BodyKind::fixed, box({1.2, 0.2, 0.02})), {0, 0, -0.01}), temperature);
 }

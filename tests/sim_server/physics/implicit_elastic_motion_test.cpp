@@ -215,8 +215,6 @@ TEST(ImplicitElastic, FallenBlocksLieStill) {
   config.materials[0].young_modulus = 1e8;
   config.materials[0].poisson_ratio = 0.3;
   config.numerics.elastic_solver = ElasticSolver::implicit;
-  using test::body;
-  using test::box;
   config.bodies = {palp::test::at(body("plate", BodyKind::fixed, box({0.2, 0.2, 0.02})), {0, 0, -0.01}),
                    palp::test::at(body("block", BodyKind::elastic, box({0.06, 0.05, 0.04})), {0, 0, 0.022})};
   config.probes.push_back(probe_of("plate"));

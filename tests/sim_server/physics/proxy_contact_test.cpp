@@ -3,9 +3,9 @@
 
 #include "sim_server/solver/plan.h"
 #include "tests/sim_server/physics/contact_scenes.h"
-#include "tests/sim_server/scene/scene_builder.h"
 #include "tests/support/backend.h"
 #include "tests/support/random.h"
+#include "tests/support/scene_builder.h"
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
@@ -13,10 +13,6 @@ namespace palp::test {
 namespace {
 
 using Eigen::Vector3d;
-using test::body;
-using test::box;
-using test::sphere;
-
 // A plate whose top is z = 0 and a tool above it, so heavy.
 SceneConfig plate_and_tool(const ShapeConfig& shape, double volume, double mass, const Vector3d& place,
                            const Vector3d& velocity) {

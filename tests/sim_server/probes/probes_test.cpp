@@ -9,15 +9,11 @@
 #include <random>
 #include <sstream>
 
-#include "tests/sim_server/scene/scene_builder.h"
+#include "tests/support/scene_builder.h"
 #include "tests/support/seed.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
-
-using test::body;
-using test::box;
-using test::scene;
 
 ProbeConfig probe(Quantity quantity, std::vector<Eigen::Vector3d> points = {}) {
   ProbeConfig probe;
@@ -222,7 +218,7 @@ TEST_F(ProbesTest, PiecesAreCounted) {
 }
 
 TEST_F(ProbesTest, StraysAndNonFiniteParticlesDoNoHarm) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const float odd[] = {NAN, INFINITY, -INFINITY, 3e38f, -3e38f, 1e20f};
@@ -317,4 +313,4 @@ TEST_F(RecorderTest, AFullDiskIsAnError) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

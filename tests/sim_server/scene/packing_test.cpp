@@ -5,10 +5,10 @@
 #include <random>
 
 #include "sim_server/geometry/point_grid.h"
-#include "tests/sim_server/scene/scene_builder.h"
+#include "tests/support/scene_builder.h"
 #include "tests/support/seed.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 using namespace test;
@@ -42,7 +42,7 @@ double unevenness(const Scene& s, const PointGrid& grid, std::size_t i) {
 }
 
 TEST(Packing, FillsTheSpaceAroundASolidEvenly) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -102,4 +102,4 @@ TEST(Packing, LeavesWhatIsOnOneLatticeAlone) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

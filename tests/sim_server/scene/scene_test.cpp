@@ -1,25 +1,18 @@
 // A scene's particles and bodies: what is sampled, and what is refused.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <random>
 
 #include "config/error.h"
 #include "sim_server/scene/particle_count.h"
-#include "tests/sim_server/scene/scene_builder.h"
+#include "tests/support/files.h"
+#include "tests/support/scene_builder.h"
 #include "tests/support/seed.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
-
-using test::body;
-using test::box;
-using test::scene;
-using test::sphere;
 
 std::string fault_of(const SceneConfig& config, std::size_t max_particles = 1000000) {
   try {
@@ -193,13 +186,11 @@ TEST(Scene, TemperatureIsForEveryBodyOrNone) {
 
 class FileScene : public ::testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   std::string write(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
+    write_text(folder_ / name, text);
+    return folder_ / name;
   }
-  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / ("palp_scene_" + std::to_string(getpid()));
+  const ScratchFolder folder_;
 };
 
 TEST_F(FileScene, MeshesAreFilledAndDamagedOnesNamed) {
@@ -219,11 +210,10 @@ TEST_F(FileScene, MeshesAreFilledAndDamagedOnesNamed) {
   for (const Eigen::Vector3d& p : s.position) EXPECT_TRUE(p.minCoeff() > 0 && p.sum() < 0.3);
 
   config.bodies[0].shapes[0].file = write("open.obj", tetrahedron);
-  EXPECT_EQ(fault_of(config).rfind("s.toml:2: " + (folder_ / "open.obj").string() + ": the mesh is open: 3 edges", 0),
-            0u)
+  EXPECT_EQ(fault_of(config).rfind("s.toml:2: " + (folder_ / "open.obj") + ": the mesh is open: 3 edges", 0), 0u)
       << fault_of(config);
-  config.bodies[0].shapes[0].file = (folder_ / "missing.obj").string();
-  EXPECT_EQ(fault_of(config), "s.toml:2: " + (folder_ / "missing.obj").string() + ": no such file");
+  config.bodies[0].shapes[0].file = folder_ / "missing.obj";
+  EXPECT_EQ(fault_of(config), "s.toml:2: " + (folder_ / "missing.obj") + ": no such file");
 }
 
 TEST_F(FileScene, ParticlesComeFromCsvWithPoseAndVelocity) {
@@ -261,7 +251,7 @@ TEST_F(FileScene, ParticlesComeFromCsvWithPoseAndVelocity) {
 
 // Particles in, particles out: how many and how they lie does not depend on where the body is.
 TEST(Scene, SamplingMovesWithTheBody) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -284,4 +274,4 @@ TEST(Scene, SamplingMovesWithTheBody) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -9,7 +9,7 @@
 
 #include "tests/support/seed.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 constexpr double kStep = 1e-3;
@@ -43,7 +43,7 @@ TEST(Blend, IsNothingWithoutContact) {
 
 // However the hand moves behind a rigid wall, and wherever it comes to rest: the wall answers with everything.
 TEST(Blend, IsOneAtARigidWallHoweverTheHandMoves) {
-  const unsigned seed = test::drawn_seed();
+  const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> speed(0.01, 0.3), rate(10, 100), stop(2, 40);
@@ -111,4 +111,4 @@ TEST(Blend, KeepsWhatItKnowsWhileTheHandRests) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -10,7 +10,7 @@
 #include "config/parameters.h"
 #include "config/scene_reader.h"
 
-namespace palp {
+namespace palp::test {
 namespace {
 
 std::string digits(double value) {
@@ -96,4 +96,4 @@ TEST(Parameters, ACommandsValueIsRead) {
 }
 
 }  // namespace
-}  // namespace palp
+}  // namespace palp::test

@@ -1,42 +1,20 @@
-// Random recordings for the tests of the recorder, and the folder they live in.
+// Random recordings, and what any recording holds.
 #pragma once
 
-#include <gtest/gtest.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tools/recording/mcap_reader.h"
 #include "tools/recording/mcap_writer.h"
 
-namespace palp {
-
-// A folder that goes away with the test.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "palp_test_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no scratch folder");
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
-};
+namespace palp::test {
 
 struct OwnedMessage {
   std::string topic;
@@ -116,6 +94,14 @@ inline std::vector<OwnedMessage> scan_all(const McapReader& reader, McapScan& re
   return out;
 }
 
+// Returns the payloads of each topic, in their order.
+inline std::map<std::string, std::vector<Bytes>> payloads_by_topic(const std::string& path) {
+  const McapReader reader(path);
+  std::map<std::string, std::vector<Bytes>> out;
+  for (OwnedMessage& m : read_all(reader)) out[m.topic].push_back(std::move(m.data));
+  return out;
+}
+
 inline Bytes file_bytes(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   return Bytes(std::istreambuf_iterator<char>(in), {});
@@ -131,4 +117,4 @@ inline void sort_by_sequence(std::vector<OwnedMessage>& messages) {
   std::sort(messages.begin(), messages.end(), [](const auto& a, const auto& b) { return a.sequence < b.sequence; });
 }
 
-}  // namespace palp
+}  // namespace palp::test

@@ -4,13 +4,15 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <tuple>
+#include <utility>
 
 #include "idl/bus.h"
 #include "idl/vendor.h"
+#include "tests/support/eventually.h"
 
 namespace palp::test {
 
@@ -24,16 +26,6 @@ inline BusOptions options_for(Vendor vendor) {
   options.vendor = vendor;
   options.domain = test_domain();
   return options;
-}
-
-// Tries again and again until done() or the time is up. True if done.
-inline bool eventually(const std::function<bool()>& done, std::chrono::milliseconds limit = 10s) {
-  const auto end = std::chrono::steady_clock::now() + limit;
-  while (!done()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(2ms);
-  }
-  return true;
 }
 
 // Which vendor writes and which reads.
