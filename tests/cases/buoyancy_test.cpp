@@ -6,7 +6,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::buoyancy_test {
 namespace {
 
 constexpr const char* kPapersGap =
@@ -122,4 +122,4 @@ INSTANTIATE_TEST_SUITE_P(Methods, Archimedes, ::testing::ValuesIn(methods()),
                          [](const auto& param) { return to_string(param.param); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::buoyancy_test

@@ -8,7 +8,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::cantilever_test {
 namespace {
 
 // The best fit of a + b cos(w t) + c sin(w t) to a curve; the sum of squares that it leaves.
@@ -251,4 +251,4 @@ INSTANTIATE_TEST_SUITE_P(Methods, UniaxialBar, ::testing::ValuesIn(methods()),
                          [](const auto& param) { return to_string(param.param); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::cantilever_test

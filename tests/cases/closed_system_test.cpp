@@ -6,7 +6,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::closed_system_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -98,4 +98,4 @@ INSTANTIATE_TEST_SUITE_P(Methods, ClosedSystem, ::testing::Values(Method::accura
                          [](const auto& param) { return to_string(param.param); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::closed_system_test

@@ -4,7 +4,7 @@
 #include "tests/sim_server/physics/contact_scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::cradle_test {
 namespace {
 
 TEST(Cradle, OneBallComesAndOneGoes) {
@@ -27,4 +27,4 @@ TEST(Cradle, OneBallComesAndOneGoes) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::cradle_test

@@ -7,7 +7,7 @@
 
 #include "tests/support/played_scene.h"
 
-namespace palp::test {
+namespace palp::test::crepe_scene_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -141,4 +141,4 @@ TEST(CrepeScene, IsPouredCookedTurnedAndLaidOnThePlate) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::crepe_scene_test

@@ -5,7 +5,7 @@
 
 #include "tests/support/played_scene.h"
 
-namespace palp::test {
+namespace palp::test::cuboid_scenes_test {
 namespace {
 
 struct State {
@@ -59,4 +59,4 @@ INSTANTIATE_TEST_SUITE_P(States, Cuboid,
                          [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::cuboid_scenes_test

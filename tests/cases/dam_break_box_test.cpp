@@ -6,7 +6,7 @@
 #include "tests/support/scene_files.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::dam_break_box_test {
 namespace {
 
 class DamBreakOnABox : public ::testing::TestWithParam<Method> {};
@@ -123,4 +123,4 @@ INSTANTIATE_TEST_SUITE_P(Methods, DamBreakOnABox, ::testing::ValuesIn(methods())
                          [](const auto& param) { return to_string(param.param); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::dam_break_box_test

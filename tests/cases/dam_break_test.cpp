@@ -7,7 +7,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::dam_break_test {
 namespace {
 
 constexpr const char* kPapersSurface =
@@ -59,4 +59,4 @@ INSTANTIATE_TEST_SUITE_P(Methods, DamBreak, ::testing::ValuesIn(methods()),
                          [](const auto& param) { return to_string(param.param); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::dam_break_test

@@ -6,7 +6,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::density_ratio_test {
 namespace {
 
 constexpr double kSpacing = 0.02;
@@ -150,4 +150,4 @@ TEST(DensityRatioBlob, KeepsMomentum) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::density_ratio_test

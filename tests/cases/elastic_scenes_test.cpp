@@ -7,7 +7,7 @@
 #include "tests/support/backend.h"
 #include "tests/support/scene_files.h"
 
-namespace palp::test {
+namespace palp::test::elastic_scenes_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -123,4 +123,4 @@ TEST(JellySheet, RipsAndLetsTheStickThrough) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::elastic_scenes_test

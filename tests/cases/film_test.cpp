@@ -3,7 +3,7 @@
 
 #include "tests/support/change_scenes.h"
 
-namespace palp::test {
+namespace palp::test::film_test {
 namespace {
 
 // A lump of water splashes onto a table of two layers and spreads to a film of single particles, which stays on it.
@@ -32,4 +32,4 @@ TEST(Film, StaysOnATableOfTwoLayers) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::film_test

@@ -6,7 +6,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::hydrostatics_test {
 namespace {
 
 constexpr double kDepth = 0.9, kSpacing = 0.075, kGravity = 1, kDensity = 1000;
@@ -110,4 +110,4 @@ INSTANTIATE_TEST_SUITE_P(Supports, Tank, ::testing::ValuesIn(tanks()),
                          [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::hydrostatics_test

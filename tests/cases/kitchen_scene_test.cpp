@@ -6,7 +6,7 @@
 
 #include "tests/support/played_scene.h"
 
-namespace palp::test {
+namespace palp::test::kitchen_scene_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -98,4 +98,4 @@ TEST(Kitchen, JuiceDragsTheSpoonAndTheCustardWobbles) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::kitchen_scene_test

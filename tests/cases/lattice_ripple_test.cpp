@@ -7,7 +7,7 @@
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::lattice_ripple_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -77,4 +77,4 @@ INSTANTIATE_TEST_SUITE_P(Methods, LatticeLine, ::testing::ValuesIn(methods()),
                          [](const auto& param) { return to_string(param.param); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::lattice_ripple_test

@@ -5,7 +5,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::lid_cavity_test {
 namespace {
 
 constexpr double kSpacing = 1.0 / 40, kDeep = 9 * kSpacing, kWall = 3 * kSpacing;
@@ -78,4 +78,4 @@ INSTANTIATE_TEST_SUITE_P(Methods, LidCavity, ::testing::ValuesIn(methods()),
                          [](const auto& param) { return to_string(param.param); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::lid_cavity_test

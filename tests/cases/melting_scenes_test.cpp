@@ -7,7 +7,7 @@
 #include "tests/support/backend.h"
 #include "tests/support/scene_files.h"
 
-namespace palp::test {
+namespace palp::test::melting_scenes_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -89,4 +89,4 @@ TEST(MeltingTool, LosesItsIce) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::melting_scenes_test

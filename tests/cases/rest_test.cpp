@@ -9,7 +9,7 @@
 #include "tests/support/tolerance.h"
 #include "tests/support/validation.h"
 
-namespace palp::test {
+namespace palp::test::rest_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -110,4 +110,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& kind) { return std::string(kind.param.name); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::rest_test

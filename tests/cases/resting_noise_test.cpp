@@ -7,7 +7,7 @@
 #include "tests/support/backend.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::resting_noise_test {
 namespace {
 
 // The tray of the demo with its tool half under water, for ten seconds once the water has settled. A tool that no hand
@@ -49,4 +49,4 @@ TEST(RestingFluid, IsStillInTheHand) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::resting_noise_test

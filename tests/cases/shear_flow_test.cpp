@@ -8,7 +8,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::shear_flow_test {
 namespace {
 
 constexpr double kSpacing = 0.1;
@@ -163,4 +163,4 @@ INSTANTIATE_TEST_SUITE_P(Methods, FilmFlow, ::testing::ValuesIn(methods()),
                          [](const auto& param) { return to_string(param.param); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::shear_flow_test

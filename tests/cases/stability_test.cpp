@@ -5,7 +5,7 @@
 #include "tests/support/backend.h"
 #include "tests/support/random_scene.h"
 
-namespace palp::test {
+namespace palp::test::stability_test {
 namespace {
 
 // A disturbed tank run with sub-steps of `share` of the plan's limit: its largest speed at the end.
@@ -118,4 +118,4 @@ TEST(DensityContrast, LightBodiesFloat) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::stability_test

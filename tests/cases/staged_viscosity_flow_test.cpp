@@ -8,7 +8,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::staged_viscosity_flow_test {
 namespace {
 
 // 1000 Pa s between walls 50 mm apart, periodic along x and y; a time unit L^2 / nu is 2.5 ms.
@@ -203,4 +203,4 @@ TEST(BatterTool, IsPulledSteadily) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::staged_viscosity_flow_test

@@ -11,7 +11,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::waves_test {
 namespace {
 
 constexpr double kSpacing = 0.02, kGravity = 9.81;
@@ -165,4 +165,4 @@ INSTANTIATE_TEST_SUITE_P(Methods, Waves, ::testing::ValuesIn(methods()),
                          [](const auto& param) { return to_string(param.param); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::waves_test

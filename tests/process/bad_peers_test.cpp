@@ -7,6 +7,7 @@
 #include "idl/vendor.h"
 #include "tests/process/running_system.h"
 #include "tests/support/valid_messages.h"
+#include "tools/recording/mcap_format.h"
 #include "tools/recording/raw_bus.h"
 
 namespace palp::test {

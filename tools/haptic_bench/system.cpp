@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::int64_t kStart = 1'000'000'000;  // of the bench's clock: stamps must be above zero
 constexpr std::int64_t kPeriod = 1'000'000;     // of the bridge
-constexpr std::uint64_t kBridgeSession = 7, kServerSession = 11;
 
 std::int64_t to_ns(double seconds) { return std::llround(1e9 * seconds); }
 double seconds_since_start(std::int64_t t_ns) { return 1e-9 * static_cast<double>(t_ns - kStart); }

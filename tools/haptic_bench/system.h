@@ -3,6 +3,7 @@
 // nanoseconds, so that a run is exact, repeatable bit for bit, and as fast as the solver is.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -13,6 +14,9 @@
 #include "tools/haptic_bench/link.h"
 
 namespace palp::bench {
+
+// The sessions of the bridge and of the server that stand for each other's peer in a run.
+inline constexpr std::uint64_t kBridgeSession = 7, kServerSession = 11;
 
 // Names what is rendered: the loop as it is; the server's wrench held (samples with blend 0), or a spring to the held
 // pose of the proxy (blend 1), both without smoothing. The baselines differ in the samples and in LoopConfig, not in

@@ -12,12 +12,12 @@
 #include "haptic_bridge/device/virtuose.h"
 #include "haptic_bridge/run.h"
 #include "tools/haptic_bench/series.h"
+#include "tools/haptic_bench/system.h"
 
 namespace palp::bench {
 
 namespace {
 
-constexpr std::uint64_t kBridgeSession = 7, kServerSession = 11;
 constexpr double kWallStiffness = 5000;  // [N/m]
 constexpr double kWanted = 20;           // most CPU time a tick [us]
 

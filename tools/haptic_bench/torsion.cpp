@@ -13,11 +13,11 @@ namespace palp::bench {
 namespace {
 
 constexpr double kLever = 0.1, kLever2 = kLever * kLever;  // [m], [m^2]
-const Eigen::Vector3d kZ = Eigen::Vector3d::UnitZ();
+const Eigen::Vector3d kTurnAxis = Eigen::Vector3d::UnitZ();
 
 // The hand wants the tool turned 0.2 rad past where the jaws stop it.
 Press twist(const Scene& vise, const Cell& cell, double stiffness, double damping, std::uint64_t seed) {
-  RunSetup s = setup_in(vise, cell, turned(push(cell.hand.model, 0.9, 0.5, (kFreeTurn + 0.2) * kZ)), 5.4);
+  RunSetup s = setup_in(vise, cell, turned(push(cell.hand.model, 0.9, 0.5, (kFreeTurn + 0.2) * kTurnAxis)), 5.4);
   s.profile.loop.gains.angular_stiffness = stiffness;
   s.profile.loop.gains.angular_damping = damping;
   s.seed = seed;
@@ -46,7 +46,9 @@ std::vector<Row> torsion_rows(const Scenes& scenes, const Cell& cell, const std:
   const double reach = std::max(1.0, kLightGrip.stiffness / cell.hand.model.stiffness);
   const Trace held = run(setup_in(
       scenes.vise, cell,
-      delayed(turned(swing(cell.hand.model, (kFreeTurn + reach * 0.15) * kZ, reach * 0.04 * kZ, 2, 6)), 1.5), 7.5));
+      delayed(turned(swing(cell.hand.model, (kFreeTurn + reach * 0.15) * kTurnAxis, reach * 0.04 * kTurnAxis, 2, 6)),
+              1.5),
+      7.5));
   const SpringDamper jaws = felt(
       held, 3.5, 7.5, [](const Tick& t) { return t.torque.z(); }, [](const Tick& t) { return t.turn.z(); },
       [](const Tick& t) { return t.w.z(); });
@@ -62,8 +64,8 @@ std::vector<Row> torsion_rows(const Scenes& scenes, const Cell& cell, const std:
   // a hand that hardly holds on resonates with the arm there: it gets less to do
   constexpr double hz = 1, wanted = 0.5;
   const double asked = cell.hand.name == "off" ? 0.1 : wanted;
-  const Trace free =
-      run(setup_in(scenes.wall, cell, turned(swing(cell.hand.model, Eigen::Vector3d::Zero(), asked * kZ, hz, 6)), 6));
+  const Trace free = run(setup_in(
+      scenes.wall, cell, turned(swing(cell.hand.model, Eigen::Vector3d::Zero(), asked * kTurnAxis, hz, 6)), 6));
   const double reached = amplitude(taken(free, 2, 6, [](const Tick& t) { return t.turn.z(); }), hz);
   const double torque = rms(taken(free, 2, 6, [](const Tick& t) { return t.torque.norm(); }));
   Row r = row_in(cell, "torque of free turning, 0.5 rad at 1 Hz, rms", torque * wanted / reached, "N m",

@@ -5,7 +5,7 @@
 #include "haptic_bridge/loop/local_model.h"
 #include "tests/support/random.h"
 
-namespace palp::test {
+namespace palp::test::arm_frame_test {
 namespace {
 
 using Vec3 = Eigen::Vector3d;
@@ -82,4 +82,4 @@ TEST_F(AnyFrame, BackAndForthIsTheSamePoseAndPowerIsTheSameInBothFrames) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::arm_frame_test

@@ -9,7 +9,7 @@
 
 #include "tests/haptic_bridge/device/device_files.h"
 
-namespace palp::test {
+namespace palp::test::hand_script_test {
 namespace {
 
 using Profiles = DeviceFiles;
@@ -35,4 +35,4 @@ TEST_F(Profiles, RefusesWhatIsNoHandScript) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::hand_script_test

@@ -8,7 +8,7 @@
 #include "haptic_bridge/device/simulated.h"
 #include "tests/haptic_bridge/device/poses.h"
 
-namespace palp::test {
+namespace palp::test::held_force_test {
 namespace {
 
 using Vec3 = Eigen::Vector3d;
@@ -79,4 +79,4 @@ TEST(HeldForce, AWallWithoutDampingIsStableUpToColgatesBound) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::held_force_test

@@ -15,7 +15,7 @@
 #include "tests/haptic_bridge/device/device_files.h"
 #include "tests/haptic_bridge/device/poses.h"
 
-namespace palp::test {
+namespace palp::test::profile_test {
 namespace {
 
 using Profiles = DeviceFiles;
@@ -102,4 +102,4 @@ TEST_F(Profiles, RefusesWhatIsWrongAllAtOnceWithFileAndLine) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::profile_test

@@ -10,7 +10,7 @@
 #include "haptic_bridge/loop/local_model.h"
 #include "tests/haptic_bridge/device/device_files.h"
 
-namespace palp::test {
+namespace palp::test::replay_test {
 namespace {
 
 using Replay = DeviceFiles;
@@ -57,4 +57,4 @@ TEST_F(Replay, NamesTheLineOfEachFault) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::replay_test

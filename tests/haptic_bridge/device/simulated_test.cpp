@@ -10,7 +10,7 @@
 #include "tests/haptic_bridge/device/poses.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::simulated_test {
 namespace {
 
 using Vec3 = Eigen::Vector3d;
@@ -239,4 +239,4 @@ TEST(SimulatedArm, RefusesAModelThatItsTimeStepCannotCarry) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::simulated_test

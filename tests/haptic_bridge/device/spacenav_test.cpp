@@ -12,7 +12,7 @@
 #include "tests/support/count_allocations.h"
 #include "tests/support/count_locks.h"
 
-namespace palp::test {
+namespace palp::test::spacenav_test {
 namespace {
 
 using Vec3 = Eigen::Vector3d;
@@ -122,4 +122,4 @@ TEST_F(Spacenav, AMissingLibraryOrDaemonIsTold) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::spacenav_test

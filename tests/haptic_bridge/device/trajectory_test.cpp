@@ -9,7 +9,7 @@
 
 #include "tests/haptic_bridge/device/poses.h"
 
-namespace palp::test {
+namespace palp::test::trajectory_test {
 namespace {
 
 using Quat = Eigen::Quaterniond;
@@ -69,4 +69,4 @@ TEST(Trajectory, RefusesWhatIsNoPath) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::trajectory_test

@@ -7,7 +7,7 @@
 #include "tests/haptic_bridge/loop/fake_server.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::virtuose_loop_test {
 namespace {
 
 constexpr double kRounding = 1e-9;       // [N]
@@ -217,4 +217,4 @@ TEST_F(VirtuoseLoop, MechanismModeRendersWhatTheLoopSends) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::virtuose_loop_test

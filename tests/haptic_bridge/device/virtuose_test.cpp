@@ -9,7 +9,7 @@
 #include "config/error.h"
 #include "tests/haptic_bridge/device/virtuose_bench.h"
 
-namespace palp::test {
+namespace palp::test::virtuose_test {
 namespace {
 
 // ---- the library
@@ -201,4 +201,4 @@ TEST_F(Virtuose, InMechanismModeTheCouplingIsOffUnlessTheLoopIsEngaged) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::virtuose_test

@@ -8,7 +8,7 @@
 #include "tests/support/count_allocations.h"
 #include "tests/support/count_locks.h"
 
-namespace palp::test {
+namespace palp::test::virtuose_tick_test {
 namespace {
 
 using Vec3 = Eigen::Vector3d;
@@ -298,4 +298,4 @@ TEST_F(VirtuoseTick, WrenchesThatAreNoNumbersAreNotSent) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::virtuose_tick_test

@@ -7,7 +7,7 @@
 #include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::cpu_vs_cuda_test {
 namespace {
 
 // Largest difference relative to the largest value.
@@ -158,4 +158,4 @@ INSTANTIATE_TEST_SUITE_P(Methods, CpuVsCuda, ::testing::Values(Method::accurate,
                          [](const auto& param) { return to_string(param.param); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::cpu_vs_cuda_test

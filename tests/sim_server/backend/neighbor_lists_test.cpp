@@ -5,7 +5,7 @@
 #include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::neighbor_lists_test {
 namespace {
 
 struct Case {
@@ -130,4 +130,4 @@ INSTANTIATE_TEST_SUITE_P(Flows, KeptLists,
                          [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::neighbor_lists_test

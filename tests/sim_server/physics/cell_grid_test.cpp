@@ -9,7 +9,7 @@
 #include "tests/support/random_scene.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::cell_grid_test {
 namespace {
 
 struct Cloud {
@@ -130,4 +130,4 @@ TEST(CellGrid, BinsNonFinitePositionsSomewhere) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::cell_grid_test

@@ -12,7 +12,7 @@
 #include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::cohesion_test {
 namespace {
 
 constexpr double kSpacing = 1e-3, kTension = 0.072;
@@ -199,4 +199,4 @@ TEST(Adhesion, OrdersHowADropLies) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::cohesion_test

@@ -10,7 +10,7 @@
 #include "tests/support/scene_builder.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::distance_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -208,4 +208,4 @@ TEST_F(DistanceTest, PointsStickOutOfABox) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::distance_test

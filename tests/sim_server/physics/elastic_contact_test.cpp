@@ -5,7 +5,7 @@
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::elastic_contact_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -188,4 +188,4 @@ TEST(ElasticContact, NeedsNoNeighboursOfOtherBodies) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::elastic_contact_test

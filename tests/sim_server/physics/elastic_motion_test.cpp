@@ -6,7 +6,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::elastic_motion_test {
 namespace {
 
 constexpr double kSpacing = 0.01;
@@ -283,4 +283,4 @@ TEST(ElasticBody, AloneItLaunchesNothingForOthers) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::elastic_motion_test

@@ -11,7 +11,7 @@
 #include "tests/support/tolerance.h"
 #include "tests/support/validation.h"
 
-namespace palp::test {
+namespace palp::test::elastic_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -266,4 +266,4 @@ TEST_F(ElasticTest, ClosestRotationSurvivesWhatNeighborhoodsDo) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::elastic_test

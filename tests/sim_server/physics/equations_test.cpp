@@ -7,7 +7,7 @@
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::equations_test {
 namespace {
 
 struct Case {
@@ -195,4 +195,4 @@ INSTANTIATE_TEST_SUITE_P(Methods, Equations,
                          [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::equations_test

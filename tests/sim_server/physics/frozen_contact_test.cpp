@@ -8,7 +8,7 @@
 #include "tests/support/random.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::frozen_contact_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -114,4 +114,4 @@ TEST(FrozenContact, KeepsMomentum) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::frozen_contact_test

@@ -8,7 +8,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::heat_flow_test {
 namespace {
 
 constexpr double kSpacing = 0.05, kDeep = 9 * kSpacing;
@@ -268,4 +268,4 @@ TEST(HeatFlow, ABallCoolsInAShell) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::heat_flow_test

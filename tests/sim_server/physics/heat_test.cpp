@@ -11,7 +11,7 @@
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::heat_test {
 namespace {
 
 // One of everything, each body of another conductivity, water melting in the middle of the temperatures.
@@ -322,4 +322,4 @@ TEST(Lightness, HeatIsPaidForWhereItFlows) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::heat_test

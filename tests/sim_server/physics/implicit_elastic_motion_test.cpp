@@ -9,7 +9,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::implicit_elastic_motion_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -328,4 +328,4 @@ TEST(ImplicitElastic, ParametersLeaveTheChoice) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::implicit_elastic_motion_test

@@ -11,7 +11,7 @@
 #include "tests/support/random.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::implicit_elastic_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -165,4 +165,4 @@ INSTANTIATE_TEST_SUITE_P(Shapes, ImplicitElasticTest,
                          ::testing::Values(std::array{5, 4, 3}, std::array{5, 5, 1}, std::array{6, 1, 1}));
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::implicit_elastic_test

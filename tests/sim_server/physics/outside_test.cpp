@@ -4,7 +4,7 @@
 #include "tests/support/change_scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::outside_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -160,4 +160,4 @@ TEST(Outside, FrozenMatterRestsUntilItMelts) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::outside_test

@@ -7,7 +7,7 @@
 #include "sim_server/physics/pieces.h"
 #include "tests/support/random.h"
 
-namespace palp::test {
+namespace palp::test::pieces_test {
 namespace {
 
 // Slots with bonds of any kind, numbered as the stages do it.
@@ -155,4 +155,4 @@ TEST_F(Pieces, ThatMeltWhileTheyAreNumberedHaveNone) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::pieces_test

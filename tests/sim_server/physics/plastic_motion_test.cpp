@@ -7,7 +7,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::plastic_motion_test {
 namespace {
 
 constexpr double kSpacing = 0.01, kYoung = 1e5, kYield = 3e3;
@@ -143,4 +143,4 @@ TEST(Lightness, PlasticityIsPaidForWhereSomethingYields) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::plastic_motion_test

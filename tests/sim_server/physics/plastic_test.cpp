@@ -10,7 +10,7 @@
 #include "tests/support/random.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::plastic_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -267,4 +267,4 @@ TEST_F(PlasticTest, ThePapersMethodRefusesIt) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::plastic_test

@@ -9,7 +9,7 @@
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::proxy_contact_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -140,4 +140,4 @@ TEST(ProxyContact, ToolsComeToRestInACorner) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::proxy_contact_test

@@ -7,7 +7,7 @@
 #include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::proxy_test {
 namespace {
 
 // A tool in empty space, held at a handle off its centre.
@@ -225,4 +225,4 @@ TEST(Proxy, NonFiniteInputIsRefused) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::proxy_test

@@ -4,7 +4,7 @@
 #include "tests/support/change_scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::rigid_pieces_motion_test {
 namespace {
 
 struct Piece {
@@ -113,4 +113,4 @@ TEST(RigidPiece, HoversInItsOwnMelt) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::rigid_pieces_motion_test

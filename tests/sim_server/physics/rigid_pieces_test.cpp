@@ -8,7 +8,7 @@
 #include "tests/support/random.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::rigid_pieces_test {
 namespace {
 
 // Rigid from 5 K below melting on.
@@ -268,4 +268,4 @@ TEST(Lightness, RigidPiecesArePaidForWhereTheyCanBe) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::rigid_pieces_test

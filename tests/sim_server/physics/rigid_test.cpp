@@ -5,7 +5,7 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::rigid_test {
 namespace {
 
 // One free rigid body of a few particles, away from everything.
@@ -124,4 +124,4 @@ TEST(Rigid, BlockComesToRestOnAFloor) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::rigid_test

@@ -7,7 +7,7 @@
 #include "tests/support/equations.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::smoothing_test {
 namespace {
 
 constexpr double kSupport = 0.7;
@@ -140,4 +140,4 @@ TEST(Kernels, SumToOneOnALattice) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::smoothing_test

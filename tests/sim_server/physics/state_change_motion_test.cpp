@@ -6,7 +6,7 @@
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::state_change_motion_test {
 namespace {
 
 // How high the stuff reaches.
@@ -187,4 +187,4 @@ TEST(StateChange, WhatHasSetStaysSo) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::state_change_motion_test

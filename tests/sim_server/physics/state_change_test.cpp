@@ -9,7 +9,7 @@
 #include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::state_change_test {
 namespace {
 
 // Matter that is solid and stays so moves as an elastic body of the same stuff, which is another code (elastic.h).
@@ -161,4 +161,4 @@ TEST(Lightness, ChangeIsPaidForWhereItHappens) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::state_change_test

@@ -10,7 +10,7 @@
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::tear_motion_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -253,4 +253,4 @@ TEST(Lightness, TearsArePaidForWhereSomethingTears) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::tear_motion_test

@@ -8,7 +8,7 @@
 #include "tests/support/random.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::tear_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -135,4 +135,4 @@ TEST_F(TearTest, ThePapersMethodRefusesIt) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::tear_test

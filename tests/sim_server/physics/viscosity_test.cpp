@@ -11,7 +11,7 @@
 #include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::viscosity_test {
 namespace {
 
 Eigen::Vector3d vector_at(const std::vector<float>& values, std::size_t i) {
@@ -232,4 +232,4 @@ TEST(Viscosity, CanBeTurnedUpAtRunTime) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::viscosity_test

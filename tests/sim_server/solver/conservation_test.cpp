@@ -9,7 +9,7 @@
 #include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::conservation_test {
 namespace {
 
 Eigen::Vector3d vector_at(const std::vector<float>& values, std::size_t i) {
@@ -244,4 +244,4 @@ TEST(Determinism, RunsRepeatBitForBit) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::conservation_test

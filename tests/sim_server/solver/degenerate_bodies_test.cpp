@@ -11,7 +11,7 @@
 #include "tests/support/backend.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test {
+namespace palp::test::degenerate_bodies_test {
 namespace {
 
 constexpr double kSpacing = 0.02, kHeight = 0.1, kGravity = 9.81;
@@ -193,4 +193,4 @@ INSTANTIATE_TEST_SUITE_P(Methods, OddBodies, ::testing::Values(Method::paper, Me
                          [](const auto& param) { return to_string(param.param); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::degenerate_bodies_test

@@ -7,7 +7,7 @@
 #include "tests/support/backend.h"
 #include "tests/support/random_scene.h"
 
-namespace palp::test {
+namespace palp::test::health_test {
 namespace {
 
 Scene drop() {
@@ -134,4 +134,4 @@ TEST(Health, ABodyCrossesAPeriodicDomainManyTimes) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::health_test

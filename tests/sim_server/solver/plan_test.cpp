@@ -9,7 +9,7 @@
 #include "tests/support/backend.h"
 #include "tests/support/scenes.h"
 
-namespace palp::test {
+namespace palp::test::plan_test {
 namespace {
 
 using Names = std::set<std::string>;
@@ -181,4 +181,4 @@ TEST(Plan, ExpectsTheSpeedOfAFall) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::plan_test
