@@ -19,9 +19,9 @@ class Field {
  public:
   explicit Field(const std::vector<ShapeConfig>& shapes, double spacing = 0.02) {
     SceneConfig config = scene(spacing);
-    BodyConfig subject = body("subject", BodyKind::rigid, shapes[0]);
+    BodyConfig subject = test::body("subject", BodyKind::rigid, shapes[0]);
     subject.shapes = shapes;
-    config.bodies = {subject, body("other", BodyKind::fixed, box({0.05, 0.05, 0.05}, {0.9, 0.9, 0.9}))};
+    config.bodies = {subject, test::body("other", BodyKind::fixed, box({0.05, 0.05, 0.05}, {0.9, 0.9, 0.9}))};
     scene_ = sample_scene(config, 1000000);
     store_.emplace(scene_, make_plan(scene_));
     grids_ = store_->grids_at(store_->node.data());
