@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <vector>
 
+#include "tests/support/eventually.h"
 #include "tests/viewer/picture_tools.h"
 #include "tests/viewer/synthetic_scene.h"
 
@@ -40,6 +42,14 @@ class SessionTest : public testing::Test {
     return hud_banner(session_->figures());
   }
 
+  // Surfaces are built in the clock's time and not in the test's: what is shown of them must not depend on the machine.
+  void wait_for_surfaces() {
+    session_->update(view_, now_);
+    ASSERT_TRUE(eventually([&] { return (session_->update(view_, now_), session_->surfaces_complete()); },
+                           std::chrono::seconds(30)));
+    now_ += kSecond;  // the figures are made anew with the next view
+  }
+
   Stage stage_{small_stage(64, 48)};
   std::unique_ptr<Session> session_;
   FeedView view_;
@@ -56,6 +66,7 @@ TEST_F(SessionTest, TheColorKeyReachesEveryField) {
 
 TEST_F(SessionTest, AFieldThatAnotherViewerAskedForIsNamed) {
   start(ScalarField::speed);
+  wait_for_surfaces();
   hear_frame(ScalarField::density);
   EXPECT_EQ(banner_after(0.01), "") << "the server has had no time to answer";
   hear_frame(ScalarField::density);
@@ -79,6 +90,7 @@ TEST_F(SessionTest, AViewerThatAskedForNothingShowsWhatIsSent) {
 
 TEST_F(SessionTest, AServerThatEndedIsNamedAndOneThatFellSilentToo) {
   start(std::nullopt);
+  wait_for_surfaces();
   hear_frame(ScalarField::speed);
   hear_status("running");
   EXPECT_EQ(banner_after(0.1), "");
