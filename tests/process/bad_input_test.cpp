@@ -51,7 +51,7 @@ class BadInput : public testing::TestWithParam<std::string> {
   }
   // Expects one fault, told in one message that holds all of the texts.
   void expect_one_message(const std::vector<std::string>& texts) {
-    const std::string mark = GetParam() == "palp-run" ? "palp-run: " : "[error]";
+    const std::string mark = GetParam() + ": ";
     EXPECT_EQ(lines_with(said_, mark), 1) << said_;
     for (const std::string& text : texts) EXPECT_NE(said_.find(text), std::string::npos) << text << "\n" << said_;
   }
@@ -79,7 +79,7 @@ TEST_P(BadInput, AFaultInTheSceneIsNamedWithItsLine) {
       {"density = 1000", "density = -1", {at_line(scene_, "density = 1000"), "density is -1, expected"}},
       {"spacing = 0.04", "spacing = nan", {at_line(scene_, "spacing = 0.04"), "nan"}},
       {"[stream]", "[stream", {at_line(scene_, "[stream]")}},
-      {ball, "type = \"mesh\"\nfile = \"absent.obj\"", {at_line(scene_, ball, -1), "absent.obj"}},
+      {ball, "type = \"mesh\"\nfile = \"absent.obj\"", {at_line(scene_, ball, 1), "absent.obj"}},
       {ball, "type = \"mesh\"\nfile = \"open.obj\"", {"open.obj", "open"}},
       {"position = [0.0, 0.0, 0.3]", "position = [0.0, 0.0, 0.08]", {"scene.toml:", "'ladle' overlaps", "fluid"}},
       {fluid,
