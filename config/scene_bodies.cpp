@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/parameters.h"
+#include "config/parameter_ranges.h"
 #include "config/scene_reader.h"
 #include "config/text_file.h"
 

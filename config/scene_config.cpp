@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "config/parameters.h"
+#include "config/parameter_ranges.h"
 #include "config/scene_reader.h"
 #include "config/text_file.h"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "config/parameters.h"
+#include "config/parameter_ranges.h"
 #include "config/scene_reader.h"
 
 namespace palp {

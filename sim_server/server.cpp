@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/error.h"
-#include "config/parameters.h"
+#include "config/parameter_ranges.h"
 #include "idl/clock.h"
 #include "sim_server/bus_links.h"
 #include "sim_server/device_tracker.h"

@@ -4,7 +4,7 @@
 
 #include "config/error.h"
 #include "config/pose_path.h"
-#include "haptic_bridge/loop/filters.h"
+#include "haptic_bridge/loop/force_limits.h"
 
 namespace palp {
 

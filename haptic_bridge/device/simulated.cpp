@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "config/error.h"
-#include "haptic_bridge/loop/filters.h"
+#include "haptic_bridge/loop/force_limits.h"
 #include "idl/coupling.h"
 
 namespace palp {

@@ -11,7 +11,7 @@
 #include "haptic_bridge/device/driver.h"
 #include "haptic_bridge/device/grip.h"
 #include "haptic_bridge/device/hand_script.h"
-#include "haptic_bridge/device/motors.h"
+#include "haptic_bridge/device/simulated_motors.h"
 #include "haptic_bridge/loop/haptic_device.h"
 
 namespace palp {

@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "config/error.h"
-#include "haptic_bridge/loop/filters.h"
+#include "haptic_bridge/loop/force_limits.h"
 #include "idl/coupling.h"
 
 namespace palp {

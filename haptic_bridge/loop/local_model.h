@@ -6,7 +6,7 @@
 // allocation, no lock, no throw.
 #pragma once
 
-#include "haptic_bridge/loop/filters.h"
+#include "haptic_bridge/loop/force_limits.h"
 #include "idl/convert.h"
 
 namespace palp {

@@ -4,13 +4,14 @@
 
 #include <cstdint>
 
-#include "haptic_bridge/loop/filters.h"
+#include "haptic_bridge/loop/force_limits.h"
 #include "haptic_bridge/loop/gain_governor.h"
 #include "haptic_bridge/loop/haptic_device.h"
 #include "haptic_bridge/loop/interlock.h"
 #include "haptic_bridge/loop/local_model.h"
 #include "haptic_bridge/loop/passivity.h"
 #include "haptic_bridge/loop/sample_gate.h"
+#include "haptic_bridge/loop/stale_fade.h"
 #include "haptic_bridge/loop/tick_input.h"
 #include "haptic_bridge/loop/workspace.h"
 #include "idl/messages.h"

@@ -3,7 +3,7 @@
 //   x_sim = x_0 + s (x_dev - x_ref), F_dev = f F_sim: a hand feels s f K of a stiffness K, and f / s of a work
 #pragma once
 
-#include "haptic_bridge/loop/filters.h"
+#include "haptic_bridge/loop/force_limits.h"
 
 namespace palp {
 

@@ -1,5 +1,5 @@
 // The shape of a body's solid as contact needs it: its signed distance, and the points of its surface that other solids
-// can touch first. Host only; contact_store.h lays it out for the kernels, physics/contact.h evaluates it.
+// can touch first. Host only; contact_store.h lays it out for the kernels, physics/rigid_contact.h evaluates it.
 #pragma once
 
 #include <memory>

@@ -1,13 +1,13 @@
 // Contact of soft bodies with rigid and fixed ones: each particle, a ball half a spacing wide, against their signed
-// distances, by the law of contact.h. Forces act in the particle's middle, so that both momenta are kept.
+// distances, by the law of rigid_contact.h. Forces act in the particle's middle, so that both momenta are kept.
 //
 // m_i = min(m of the particle, m_b / n): m_b is the other body's effective mass along the normal at the particle, n the
 // number of contacts that may act on it at once (BodyState::contact_mass), so that all of them together are stable on
 // either side.
 #pragma once
 
-#include "sim_server/physics/contact.h"
 #include "sim_server/physics/elastic.h"
+#include "sim_server/physics/rigid_contact.h"
 
 namespace palp {
 

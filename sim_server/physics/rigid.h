@@ -39,7 +39,7 @@ struct BodyViews {
   Packed* local = nullptr;    // position of the same particles relative to the centre of mass, body axes [m]
 };
 
-// The wrenches of contact by distance fields on a pair of bodies (contact.h).
+// The wrenches of contact by distance fields on a pair of bodies (rigid_contact.h).
 struct PairWrench {
   Vec3 force, torque_a, torque_b;  // force on a by b; torque on a about a's centre; torque on b about b's centre
   real depth, sharing;             // sum D^2 / sum D of this sub-step; N

@@ -35,7 +35,7 @@ struct Body {
   std::vector<std::uint32_t> bonded_to;                        // of an elastic body: bodies it holds on to
   std::array<float, 3> color{};
   SurfaceMesh surface;  // for the viewer; empty for fluids
-  // The shape that contact.h needs (contact_shape.h); none for fluids, elastic bodies, loose particles and method
+  // The shape that rigid_contact.h needs (contact_shape.h); none for fluids, elastic bodies, loose particles and method
   // "paper".
   std::shared_ptr<const ContactShape> contact;
 };

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim_server/physics/contact.h"
+#include "sim_server/physics/rigid_contact.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/solver/plan.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "config/error.h"
-#include "config/parameters.h"
+#include "config/parameter_ranges.h"
 
 namespace palp {
 namespace {

@@ -240,7 +240,7 @@ void limit_by(const StepLimit& limit, Plan& plan) {
 // enter one another. Like the others this limit is halved by the default safety.
 void limit_by_contact(const Scene& scene, Plan& plan) {
   if (!plan.fields) return;
-  // a bounce reaches a depth of 1.6 v dt (physics/contact.h): at the default share less than a spacing
+  // a bounce reaches a depth of 1.6 v dt (physics/rigid_contact.h): at the default share less than a spacing
   double limit = scene.spacing / plan.max_speed;
   // under a hand: an edge, behind which there is a quarter of the tool's mass, is ten times as stiff as the coupling
   for (const Proxy& proxy : scene.proxies) {

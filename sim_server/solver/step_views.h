@@ -3,12 +3,12 @@
 #pragma once
 
 #include "sim_server/physics/cohesion.h"
-#include "sim_server/physics/contact.h"
 #include "sim_server/physics/health.h"
 #include "sim_server/physics/heat.h"
 #include "sim_server/physics/implicit_elastic.h"
 #include "sim_server/physics/pieces.h"
 #include "sim_server/physics/proxy.h"
+#include "sim_server/physics/rigid_contact.h"
 #include "sim_server/physics/rigid_pieces.h"
 #include "sim_server/physics/viscosity.h"
 

@@ -15,7 +15,7 @@
 #include "idl/bus_options.h"
 #include "tools/recording/info.h"
 #include "tools/recording/recorder.h"
-#include "tools/recording/recovery.h"
+#include "tools/recording/recover_recording.h"
 #include "tools/recording/topic_choice.h"
 
 namespace palp {

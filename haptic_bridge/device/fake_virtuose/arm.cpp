@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "haptic_bridge/loop/filters.h"
+#include "haptic_bridge/loop/force_limits.h"
 #include "haptic_bridge/loop/local_model.h"
 
 namespace palp::fake {

@@ -9,7 +9,7 @@
 
 #include "haptic_bridge/device/virtuose/api.h"
 #include "haptic_bridge/device/virtuose/frames.h"
-#include "haptic_bridge/loop/filters.h"
+#include "haptic_bridge/loop/force_limits.h"
 #include "idl/messages.h"
 
 namespace palp {

@@ -7,7 +7,7 @@
 #include <deque>
 
 #include "haptic_bridge/device/grip.h"
-#include "haptic_bridge/loop/filters.h"
+#include "haptic_bridge/loop/force_limits.h"
 #include "haptic_bridge/loop/haptic_device.h"
 #include "haptic_bridge/loop/loop.h"
 

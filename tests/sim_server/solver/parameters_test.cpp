@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "config/error.h"
-#include "config/parameters.h"
+#include "config/parameter_ranges.h"
 #include "config/scene_reader.h"
 
 namespace palp::test {

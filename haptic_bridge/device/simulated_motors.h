@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_bridge/loop/filters.h"
+#include "haptic_bridge/loop/force_limits.h"
 
 namespace palp {
 

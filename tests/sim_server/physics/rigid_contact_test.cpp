@@ -6,7 +6,7 @@
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test::contact_test {
+namespace palp::test::rigid_contact_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -361,4 +361,4 @@ TEST(Contact, ScenesWithoutItPayNothing) {
 }
 
 }  // namespace
-}  // namespace palp::test::contact_test
+}  // namespace palp::test::rigid_contact_test

@@ -10,7 +10,7 @@
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
-namespace palp::test::contact_motion_test {
+namespace palp::test::rigid_contact_motion_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -255,4 +255,4 @@ TEST(ContactMotion, ALadleSlidesOverTheBlockInATray) {
 }
 
 }  // namespace
-}  // namespace palp::test::contact_motion_test
+}  // namespace palp::test::rigid_contact_motion_test

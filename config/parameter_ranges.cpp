@@ -1,4 +1,4 @@
-#include "config/parameters.h"
+#include "config/parameter_ranges.h"
 
 #include <fmt/format.h>
 
@@ -59,7 +59,7 @@ const ParameterRow& parameter_row(std::string_view key) {
   for (const ParameterRow& row : kParameters) {
     if (row.key == key) return row;
   }
-  throw std::logic_error("config/parameters.cpp has no row " + std::string(key));
+  throw std::logic_error("config/parameter_ranges.cpp has no row " + std::string(key));
 }
 
 std::vector<ChangeableParameter> changeable_parameters(const std::vector<std::string>& materials) {

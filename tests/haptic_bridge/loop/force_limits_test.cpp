@@ -1,4 +1,4 @@
-#include "haptic_bridge/loop/filters.h"
+#include "haptic_bridge/loop/force_limits.h"
 
 #include <limits>
 #include <random>
@@ -8,7 +8,7 @@
 #include "idl/histogram.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::force_limits_test {
 namespace {
 
 constexpr double kRounding = 1e-12;  // relative, of a scaled vector's length
@@ -28,7 +28,7 @@ struct RandomVectors {
   std::mt19937_64 random;
 };
 
-TEST(Filters, SaturationNeverExceedsTheLimitAndKeepsTheDirection) {
+TEST(ForceLimits, SaturationNeverExceedsTheLimitAndKeepsTheDirection) {
   const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   RandomVectors vectors(seed);
@@ -44,16 +44,16 @@ TEST(Filters, SaturationNeverExceedsTheLimitAndKeepsTheDirection) {
   }
 }
 
-TEST(Filters, SaturationKeepsTheDirectionOfAVectorWhoseLengthOverflows) {
+TEST(ForceLimits, SaturationKeepsTheDirectionOfAVectorWhoseLengthOverflows) {
   const Eigen::Vector3d s = saturated(Eigen::Vector3d(1e300, -1e300, 0), 2);
   EXPECT_NEAR(s.x(), std::sqrt(2), 1e-12);
   EXPECT_NEAR(s.y(), -std::sqrt(2), 1e-12);
   EXPECT_EQ(s.z(), 0);
 }
 
-TEST(Filters, SaturationToZeroIsZero) { EXPECT_EQ(saturated(Eigen::Vector3d(1, 2, 3), 0).norm(), 0); }
+TEST(ForceLimits, SaturationToZeroIsZero) { EXPECT_EQ(saturated(Eigen::Vector3d(1, 2, 3), 0).norm(), 0); }
 
-TEST(Filters, SlewNeverStepsFurtherThanAllowedAndStaysInTheBall) {
+TEST(ForceLimits, SlewNeverStepsFurtherThanAllowedAndStaysInTheBall) {
   const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   RandomVectors vectors(seed);
@@ -67,7 +67,7 @@ TEST(Filters, SlewNeverStepsFurtherThanAllowedAndStaysInTheBall) {
   }
 }
 
-TEST(Filters, SlewArrives) {
+TEST(ForceLimits, SlewArrives) {
   const Eigen::Vector3d wanted(1, -2, 0.5);
   Eigen::Vector3d at = Eigen::Vector3d::Zero();
   for (int i = 0; i < 8; ++i) at = slewed(at, wanted, 0.3);
@@ -171,28 +171,14 @@ TEST(SlewLimit, FollowsWhatIsCalmAsFastAsItMay) {
   EXPECT_EQ(s.sent.force.x(), 0);
 }
 
-TEST(Filters, StaleScaleFallsFromOneToZeroAndNeverRises) {
-  const StaleTimes t;
-  EXPECT_EQ(stale_scale(0, t), 1);
-  EXPECT_EQ(stale_scale(t.fade_start_ns, t), 1);
-  EXPECT_EQ(stale_scale(t.fade_end_ns, t), 0);
-  EXPECT_EQ(stale_scale(std::numeric_limits<std::int64_t>::max(), t), 0);
-  EXPECT_DOUBLE_EQ(stale_scale(40'000'000, t), 0.5);
-  double before = 1;
-  for (std::int64_t age = 0; age < 100'000'000; age += 100'000) {
-    ASSERT_LE(stale_scale(age, t), before);
-    before = stale_scale(age, t);
-  }
-}
-
-TEST(Filters, RampMovesAtItsTwoRatesAndStops) {
+TEST(ForceLimits, RampMovesAtItsTwoRatesAndStops) {
   EXPECT_DOUBLE_EQ(ramped(0, 1, 0.002, 0.02), 0.002);
   EXPECT_DOUBLE_EQ(ramped(1, 0, 0.002, 0.02), 0.98);
   EXPECT_DOUBLE_EQ(ramped(0.999, 1, 0.002, 0.02), 1);
   EXPECT_DOUBLE_EQ(ramped(0.01, 0, 0.002, 0.02), 0);
 }
 
-TEST(Filters, LowPassReaches63PercentInItsTimeConstant) {
+TEST(ForceLimits, LowPassReaches63PercentInItsTimeConstant) {
   const double cutoff_hz = 10, dt = 1e-4, time_constant = 1 / (2 * M_PI * cutoff_hz);
   double y = 0;
   for (int i = 0; i < static_cast<int>(time_constant / dt); ++i) y += low_pass_share(cutoff_hz, dt) * (1 - y);
@@ -200,7 +186,7 @@ TEST(Filters, LowPassReaches63PercentInItsTimeConstant) {
   EXPECT_EQ(low_pass_share(0, dt), 1);
 }
 
-TEST(Filters, OnlyFiniteUnitQuaternionsAreOrientations) {
+TEST(ForceLimits, OnlyFiniteUnitQuaternionsAreOrientations) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(is_unit(Eigen::Quaterniond(1.0005, 0, 0, 0)));
   EXPECT_FALSE(is_unit(Eigen::Quaterniond(1.002, 0, 0, 0)));
@@ -229,4 +215,4 @@ TEST(Histogram, QuantilesAreWithinABinOfTheTruth) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::force_limits_test

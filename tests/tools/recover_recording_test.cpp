@@ -9,7 +9,7 @@
 
 #include "tests/support/files.h"
 #include "tests/support/recordings.h"
-#include "tools/recording/recovery.h"
+#include "tools/recording/recover_recording.h"
 
 namespace palp::test {
 namespace {

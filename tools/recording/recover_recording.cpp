@@ -1,4 +1,4 @@
-#include "tools/recording/recovery.h"
+#include "tools/recording/recover_recording.h"
 
 #include <unistd.h>
 

@@ -1,10 +1,9 @@
-// The pure pieces of the force path: saturation, slew limit, stale scale, ramps, low-pass.
+// The pure pieces of the chain of force limits: saturation, slew limit, power limit, thermal limit, ramps, low-pass.
 // Every function here: no allocation, no lock, no throw. Nothing here knows of devices, clocks or samples.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include <Eigen/Geometry>
 
@@ -24,21 +23,6 @@ inline Eigen::Vector3d saturated(const Eigen::Vector3d& v, double limit) {
 // One step from previous towards wanted, at most max_step long.
 inline Eigen::Vector3d slewed(const Eigen::Vector3d& previous, const Eigen::Vector3d& wanted, double max_step) {
   return previous + saturated(wanted - previous, max_step);
-}
-
-// The ages of data at which the wrench changes. Until fade_start the newest local model is used as it is; then it fades
-// into plain damping, which is all that is left at fade_end; from zero_at on the wrench is zero.
-struct StaleTimes {
-  std::int64_t fade_start_ns = 20'000'000;
-  std::int64_t fade_end_ns = 60'000'000;
-  std::int64_t zero_at_ns = 95'000'000;  // below the 100 ms that are promised: ticks and samples may be late
-};
-
-// Weight of the local model, 1..0.
-inline double stale_scale(std::int64_t age_ns, const StaleTimes& t) {
-  if (age_ns <= t.fade_start_ns) return 1;
-  if (age_ns >= t.fade_end_ns) return 0;
-  return static_cast<double>(t.fade_end_ns - age_ns) / static_cast<double>(t.fade_end_ns - t.fade_start_ns);
 }
 
 // One step of value towards target (both 0..1), at most up or down.
