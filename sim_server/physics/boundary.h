@@ -37,7 +37,7 @@ struct ExtrapolateToWalls {
                     const real W =
                         kernel.W(Eigen::numext::sqrt(r2)) * bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j));
                     const Material& fluid = medium.material[tag_j.material()];
-                    const real rho_j = fluid.density + vp_j.w / (fluid.sound_speed * fluid.sound_speed);
+                    const real rho_j = density_at(vp_j.w, fluid.density, fluid.sound_speed);
                     p += W * (acting_pressure(medium, vp_j.w) + rho_j * g.dot(x_ij));
                     v += W * vp_j.xyz();
                     weight += W;

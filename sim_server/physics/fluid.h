@@ -17,6 +17,7 @@
 
 #include "sim_server/physics/bonded.h"
 #include "sim_server/physics/cell_grid.h"
+#include "sim_server/physics/equation_of_state.h"
 #include "sim_server/physics/particles.h"
 #include "sim_server/physics/smoothing.h"
 
@@ -88,12 +89,12 @@ struct AdvanceDensity {
     laplacian = team.sum(laplacian);
     if (!team.leader()) return;
     // v_ij.gradW = -F v_ij.x_ij, so drho/dt = -rho * divergence; dp = c^2 drho
-    const real c = fluid.sound_speed, c2 = c * c, rho0 = fluid.density, rho = rho0 + vp_i.w / c2;
+    const real c = fluid.sound_speed, c2 = c * c, rho0 = fluid.density, rho = density_at(vp_i.w, rho0, c);
     const real diffusion = medium.diffusion * kernel.support * c;  // delta 2 h c, h = H/2
     const real p = vp_i.w + medium.dt * (diffusion * laplacian - c2 * rho * divergence);
     copy_particle(from, i, to, i);
     to.vp[i].w = p;
-    to.xV[i].w = from.mass[i] / (rho0 + p / c2);
+    to.xV[i].w = from.mass[i] / density_at(p, rho0, c);
   }
 };
 
@@ -134,7 +135,7 @@ PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& ker
 // that fills its space keeps a larger distance.
 PALP_HD inline real guarding_pressure(const Medium& medium, const Material& fluid, real r) {
   const real inside = real(1) - r / (real(0.8) * medium.spacing);
-  return inside > real(0) ? fluid.density * fluid.sound_speed * fluid.sound_speed * inside : real(0);
+  return inside > real(0) ? bulk_modulus(fluid.density, fluid.sound_speed) * inside : real(0);
 }
 
 // Returns the force of solid particle j, moving with v_j, on fluid particle i [N]. wall_j: the pressure that the solid

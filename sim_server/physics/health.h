@@ -2,6 +2,7 @@
 // energy.
 #pragma once
 
+#include "sim_server/physics/equation_of_state.h"
 #include "sim_server/physics/rigid.h"
 
 namespace palp {
@@ -77,7 +78,7 @@ struct MeasureHealth {
       if (mach > s.max_mach) s.max_mach = mach;
       if (tag.kind() == BodyKind::elastic) s.kinetic_energy += real(0.5) * state.mass[i] * speed2;
       if (!tag.is_fluid()) continue;
-      const real compression = vp.w / (material.sound_speed * material.sound_speed * material.density);
+      const real compression = compression_at(vp.w, material.density, material.sound_speed);
       if (compression > s.max_compression) s.max_compression = compression;
       s.kinetic_energy += real(0.5) * state.mass[i] * speed2;
     }

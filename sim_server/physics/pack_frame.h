@@ -1,6 +1,7 @@
 // Positions and one scalar of every particle in the scene's order, for streaming: 12 or 16 bytes a particle.
 #pragma once
 
+#include "sim_server/physics/equation_of_state.h"
 #include "sim_server/physics/particles.h"
 
 namespace palp {
@@ -8,7 +9,7 @@ namespace palp {
 // Returns a particle's density, of a fluid at pressure p [kg/m^3].
 PALP_HD inline real density_of(const Medium& medium, Tag tag, real p) {
   const Material& m = medium.material[tag.material()];
-  return tag.is_fluid() ? m.density + p / (m.sound_speed * m.sound_speed) : m.density;
+  return tag.is_fluid() ? density_at(p, m.density, m.sound_speed) : m.density;
 }
 
 // Writes positions and one scalar into arrays in the scene's order.

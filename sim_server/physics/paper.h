@@ -7,6 +7,7 @@
 // Eq. 3   f_i = mu V_i sum_j V_j (v_j - v_i) lapW
 #pragma once
 
+#include "sim_server/physics/equation_of_state.h"
 #include "sim_server/physics/rigid.h"
 
 namespace palp {
@@ -32,10 +33,9 @@ struct PaperDensity {
                   [&](std::uint32_t, const Packed&, const Vec3&, real r2) { number += kernel.poly6(r2); });
     number = team.sum(number);
     if (!team.leader()) return;
-    const real c2 = medium.sound_speed * medium.sound_speed;
     const real rho = m_i * number;
     copy_particle(from, i, to, i);
-    to.vp[i].w = c2 * (rho - medium.material[tag_i.material()].density);
+    to.vp[i].w = pressure_at(rho, medium.material[tag_i.material()].density, medium.sound_speed);
     to.xV[i].w = m_i / rho;
   }
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim_server/physics/equation_of_state.h"
 #include "sim_server/physics/pack_frame.h"
 #include "sim_server/solver/body_bounds.h"
 #include "sim_server/solver/constants.h"
@@ -67,11 +68,11 @@ ParticleStore::ParticleStore(const Scene& scene, const Plan& plan) {
     const Body& body = scene.bodies[b];
     const bool fluid = body.type == BodyKind::fluid || plan.changes[b];
     const double rho0 = scene.config.materials[body.material].density;
-    const double c2 = std::pow(sound_speed_in(scene, plan, scene.config.materials[body.material]), 2);
+    const double c = sound_speed_in(scene, plan, scene.config.materials[body.material]);
     for (std::uint32_t i = body.first; i < body.first + body.count; ++i) {
       const double p = pressure[i];
       // the mass follows from the pressure, so that the body fills its volume in equilibrium
-      mass[i] = static_cast<real>(scene.volume[i] * (fluid ? rho0 + p / c2 : rho0));
+      mass[i] = static_cast<real>(scene.volume[i] * (fluid ? density_at(p, rho0, c) : rho0));
       xV[i] = pack(scene.position[i].cast<real>(), static_cast<real>(scene.volume[i]));
       vp[i] = pack(scene.velocity[i].cast<real>(), static_cast<real>(p));
       tag[i] = make_tag(fluid ? BodyKind::fluid : body.type, body.material, b);
