@@ -1,5 +1,5 @@
 // The messages that palp's processes exchange, as plain structs. palp.idl is the same list for the wire;
-// tests/wire fills every field and sends it through both vendors, so the two cannot drift apart.
+// tests/idl fills every field and sends it through both vendors, so the two cannot drift apart.
 //
 // Units are SI. Frames are right-handed; poses, twists and wrenches are given in the world frame (z up in palp's
 // scenes). Quaternions are x y z w. Times in ns are readings of the sender's CLOCK_MONOTONIC: compare them with clocks
