@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <string>
 
 #include "config/error.h"
@@ -11,6 +12,14 @@
 namespace palp {
 
 inline constexpr int kExitFailed = 1, kExitBadInput = 2;
+
+// The options of a command line. Without them the program is to end with the exit status: 0 where help or the version
+// was printed, else a fault was.
+template <class Options>
+struct Parsed {
+  std::optional<Options> options;
+  int exit_status = 0;
+};
 
 // Runs what a program does and returns its exit status; what is thrown is printed, one line a fault.
 template <class Run>

@@ -162,7 +162,7 @@ int run(const BridgeOptions& o) {
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_bridge"));
   return palp::run_program("palp-haptic-bridge", [&] {
-    const palp::ParsedOptions parsed = palp::parse_options(argc, argv);
+    const palp::Parsed<palp::BridgeOptions> parsed = palp::parse_options(argc, argv);
     if (!parsed.options) return parsed.exit_status;
     return parsed.options->rerun.empty() ? palp::run(*parsed.options) : palp::rerun(parsed.options->rerun);
   });

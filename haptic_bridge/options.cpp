@@ -172,7 +172,7 @@ BridgeOptions check_together(RawOptions& raw) {
 
 }  // namespace
 
-ParsedOptions parse_options(int argc, char** argv) {
+Parsed<BridgeOptions> parse_options(int argc, char** argv) {
   RawOptions raw;
   CLI::App app;
   add_options(app, raw);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "config/program.h"
 #include "haptic_bridge/device/driver.h"
 #include "haptic_bridge/guard/realtime.h"
 #include "idl/bus.h"
@@ -33,12 +34,7 @@ struct BridgeOptions {
   BusOptions bus;
 };
 
-// The options, or none and the exit status: help was printed (0) or what is wrong with them (not 0).
-struct ParsedOptions {
-  std::optional<BridgeOptions> options;
-  int exit_status = 0;
-};
-// Throws ConfigError where options do not go together.
-ParsedOptions parse_options(int argc, char** argv);
+// Reads the command line. Throws ConfigError where options do not go together.
+Parsed<BridgeOptions> parse_options(int argc, char** argv);
 
 }  // namespace palp

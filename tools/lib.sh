@@ -34,8 +34,7 @@ logged() {
   fi
 }
 
-# Whether to compile the CUDA back end, which takes minutes: auto where a GPU could run it, else off.
-cuda_where_it_runs() { if nvidia-smi -L >/dev/null 2>&1; then echo auto; else echo off; fi; }
+has_gpu() { nvidia-smi -L >/dev/null 2>&1; }
 
 # configure PRESET [cmake options]
 configure() {

@@ -185,7 +185,7 @@ int run(const ViewerOptions& options) {
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("viewer"));
   return palp::run_program("palp-viewer", [&] {
-    const palp::ParsedViewerOptions parsed = palp::parse_viewer_options(argc, argv);
+    const palp::Parsed<palp::ViewerOptions> parsed = palp::parse_viewer_options(argc, argv);
     if (!parsed.options) return parsed.exit_status;
     palp::catch_stop_signals();
     palp::be_modest(*parsed.options);

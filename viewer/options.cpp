@@ -107,7 +107,7 @@ std::pair<int, int> parse_size(const std::string& text) {
   return {width, height};
 }
 
-ParsedViewerOptions parse_viewer_options(int argc, const char* const* argv) {
+Parsed<ViewerOptions> parse_viewer_options(int argc, const char* const* argv) {
   ViewerOptions o;
   CLI::App app("Shows a palp simulation: particles, surfaces, forces. It may start before or after palp-sim-server.");
   CommandLine line;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "config/program.h"
 #include "idl/bus.h"
 #include "viewer/stage.h"
 
@@ -26,12 +27,8 @@ struct ViewerOptions {
   std::string shader_directory;
 };
 
-// Without options the process is to end with the exit status: help was asked for, or a fault was told on the terminal.
-struct ParsedViewerOptions {
-  std::optional<ViewerOptions> options;
-  int exit_status = 0;
-};
-ParsedViewerOptions parse_viewer_options(int argc, const char* const* argv);
+// Reads the command line.
+Parsed<ViewerOptions> parse_viewer_options(int argc, const char* const* argv);
 
 // Reads "1280x720". Throws std::invalid_argument saying what is accepted: 16x16 .. 8192x8192.
 std::pair<int, int> parse_size(const std::string& text);

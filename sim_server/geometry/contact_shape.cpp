@@ -16,31 +16,29 @@ constexpr double kFar = 1e30;
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kBent = 1.7e-3;  // sine of the angle from which an edge counts: a tenth of a degree
 
-using Index = std::size_t;
-
 // Cells of a lattice of boxes, gathered greedily into fewer boxes.
 void gather_boxes(const std::vector<double> (&cuts)[3], std::vector<bool> wanted, bool subtract,
                   std::vector<ContactPiece>& out) {
-  const Index n[3] = {cuts[0].size() - 1, cuts[1].size() - 1, cuts[2].size() - 1};
-  const auto at = [&](Index i, Index j, Index k) { return (k * n[1] + j) * n[0] + i; };
-  const auto all = [&](Index i0, Index i1, Index j0, Index j1, Index k0, Index k1) {
-    for (Index k = k0; k < k1; ++k)
-      for (Index j = j0; j < j1; ++j)
-        for (Index i = i0; i < i1; ++i)
+  const std::size_t n[3] = {cuts[0].size() - 1, cuts[1].size() - 1, cuts[2].size() - 1};
+  const auto at = [&](std::size_t i, std::size_t j, std::size_t k) { return (k * n[1] + j) * n[0] + i; };
+  const auto all = [&](std::size_t i0, std::size_t i1, std::size_t j0, std::size_t j1, std::size_t k0, std::size_t k1) {
+    for (std::size_t k = k0; k < k1; ++k)
+      for (std::size_t j = j0; j < j1; ++j)
+        for (std::size_t i = i0; i < i1; ++i)
           if (!wanted[at(i, j, k)]) return false;
     return true;
   };
-  for (Index k = 0; k < n[2]; ++k)
-    for (Index j = 0; j < n[1]; ++j)
-      for (Index i = 0; i < n[0]; ++i) {
+  for (std::size_t k = 0; k < n[2]; ++k)
+    for (std::size_t j = 0; j < n[1]; ++j)
+      for (std::size_t i = 0; i < n[0]; ++i) {
         if (!wanted[at(i, j, k)]) continue;
-        Index x = i + 1, y = j + 1, z = k + 1;
+        std::size_t x = i + 1, y = j + 1, z = k + 1;
         while (x < n[0] && all(x, x + 1, j, y, k, z)) ++x;
         while (y < n[1] && all(i, x, y, y + 1, k, z)) ++y;
         while (z < n[2] && all(i, x, j, y, z, z + 1)) ++z;
-        for (Index c = k; c < z; ++c)
-          for (Index b = j; b < y; ++b)
-            for (Index a = i; a < x; ++a) wanted[at(a, b, c)] = false;
+        for (std::size_t c = k; c < z; ++c)
+          for (std::size_t b = j; b < y; ++b)
+            for (std::size_t a = i; a < x; ++a) wanted[at(a, b, c)] = false;
         ContactPiece piece;
         piece.subtract = subtract;
         piece.low = {cuts[0][i], cuts[1][j], cuts[2][k]};
@@ -60,9 +58,9 @@ void add_box_pieces(const Solid& solid, ContactShape& shape) {
     cuts[a].push_back(kFar);
   }
   std::vector<bool> empty;
-  for (Index k = 0; k < cells.count(2) + 2; ++k)
-    for (Index j = 0; j < cells.count(1) + 2; ++j)
-      for (Index i = 0; i < cells.count(0) + 2; ++i) {
+  for (std::size_t k = 0; k < cells.count(2) + 2; ++k)
+    for (std::size_t j = 0; j < cells.count(1) + 2; ++j)
+      for (std::size_t i = 0; i < cells.count(0) + 2; ++i) {
         const bool edge = i == 0 || j == 0 || k == 0 || i > cells.count(0) || j > cells.count(1) || k > cells.count(2);
         empty.push_back(edge || !cells.at(i - 1, j - 1, k - 1));
       }
@@ -148,7 +146,7 @@ void add_edge_points(const SurfaceMesh& mesh, double spacing, double radius, std
       const auto same = [&](const Eigen::Vector3d& n) { return n.dot(normal) > 1 - 1e-6; };
       if (std::none_of(normals[v].begin(), normals[v].end(), same)) normals[v].push_back(normal);
     }
-    for (Index e = 0; e < 3; ++e) {
+    for (std::size_t e = 0; e < 3; ++e) {
       const std::uint32_t from = t[e], to = t[(e + 1) % 3], other = t[(e + 2) % 3];
       Edge& edge = edges[std::minmax(from, to)];
       if (++edge.triangles == 1) {
@@ -171,7 +169,7 @@ void add_edge_points(const SurfaceMesh& mesh, double spacing, double radius, std
     for (double s = 1; s < steps; ++s)
       out.push_back(rounded(a + s / steps * (b - a), {edge.normal, edge.other_normal}, radius));
   }
-  for (Index v = 0; v < used.size(); ++v)
+  for (std::size_t v = 0; v < used.size(); ++v)
     if (used[v]) out.push_back(rounded(mesh.vertices[v], normals[v], radius));
 }
 

@@ -8,32 +8,31 @@ namespace palp {
 
 namespace {
 
-using VertexIndex = std::uint32_t;
+using Index = std::uint32_t;
 
 void append(SurfaceMesh& to, const SurfaceMesh& part) {
-  const auto base = static_cast<VertexIndex>(to.vertices.size());
+  const auto base = static_cast<Index>(to.vertices.size());
   to.vertices.insert(to.vertices.end(), part.vertices.begin(), part.vertices.end());
   for (const auto& t : part.triangles) to.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
 }
 
 // Rings of points between two poles; each ring has the same number of points.
-SurfaceMesh lathe(const std::vector<Eigen::Vector2d>& profile, VertexIndex around) {  // (radius, z) from bottom to top
+SurfaceMesh lathe(const std::vector<Eigen::Vector2d>& profile, Index around) {  // (radius, z) from bottom to top
   SurfaceMesh mesh;
   mesh.vertices.emplace_back(0, 0, profile.front().y());
   for (std::size_t r = 1; r + 1 < profile.size(); ++r) {
-    for (VertexIndex i = 0; i < around; ++i) {
+    for (Index i = 0; i < around; ++i) {
       const double angle = 2 * EIGEN_PI * i / around;
       mesh.vertices.emplace_back(profile[r].x() * std::cos(angle), profile[r].x() * std::sin(angle), profile[r].y());
     }
   }
   mesh.vertices.emplace_back(0, 0, profile.back().y());
-  const auto rings = static_cast<VertexIndex>(profile.size() - 2),
-             top = static_cast<VertexIndex>(mesh.vertices.size() - 1);
-  for (VertexIndex i = 0; i < around; ++i) {
-    const VertexIndex next = (i + 1) % around;
+  const auto rings = static_cast<Index>(profile.size() - 2), top = static_cast<Index>(mesh.vertices.size() - 1);
+  for (Index i = 0; i < around; ++i) {
+    const Index next = (i + 1) % around;
     mesh.triangles.push_back({0, 1 + next, 1 + i});
-    for (VertexIndex r = 0; r + 1 < rings; ++r) {
-      const VertexIndex a = 1 + r * around + i, b = 1 + r * around + next;
+    for (Index r = 0; r + 1 < rings; ++r) {
+      const Index a = 1 + r * around + i, b = 1 + r * around + next;
       mesh.triangles.push_back({a, b, b + around});
       mesh.triangles.push_back({a, b + around, a + around});
     }
@@ -65,9 +64,9 @@ SurfaceMesh part_surface(const Part& part) {
 SurfaceMesh boxes_surface(const BoxCells& cells) {
   SurfaceMesh mesh;
   const std::size_t n[3] = {cells.count(0), cells.count(1), cells.count(2)};
-  std::map<std::array<std::size_t, 3>, VertexIndex> vertex;
+  std::map<std::array<std::size_t, 3>, Index> vertex;
   const auto corner = [&](const std::array<std::size_t, 3>& c) {
-    const auto [found, added] = vertex.emplace(c, static_cast<VertexIndex>(mesh.vertices.size()));
+    const auto [found, added] = vertex.emplace(c, static_cast<Index>(mesh.vertices.size()));
     if (added) mesh.vertices.emplace_back(cells.cuts[0][c[0]], cells.cuts[1][c[1]], cells.cuts[2][c[2]]);
     return found->second;
   };
@@ -108,7 +107,7 @@ class Marching {
     constexpr double kMostCells = 48;
     const Eigen::Vector3d size = solid.bounds.sizes();
     cell = std::max(cell, size.maxCoeff() / kMostCells);
-    for (int a = 0; a < 3; ++a) n_[a] = static_cast<VertexIndex>(std::ceil(size[a] / cell)) + 2;
+    for (int a = 0; a < 3; ++a) n_[a] = static_cast<Index>(std::ceil(size[a] / cell)) + 2;
     origin_ = solid.bounds.center() - 0.5 * cell * Eigen::Vector3d(n_[0], n_[1], n_[2]);
     // off the faces of boxes, so that no corner lies on one
     origin_ += 1e-4 * cell * Eigen::Vector3d(1, 0.7, 0.4);
@@ -116,27 +115,27 @@ class Marching {
   }
 
   SurfaceMesh run() {
-    for (VertexIndex k = 0; k <= n_[2]; ++k) {
-      for (VertexIndex j = 0; j <= n_[1]; ++j) {
-        for (VertexIndex i = 0; i <= n_[0]; ++i) inside_.push_back(solid_.contains(point({i, j, k})));
+    for (Index k = 0; k <= n_[2]; ++k) {
+      for (Index j = 0; j <= n_[1]; ++j) {
+        for (Index i = 0; i <= n_[0]; ++i) inside_.push_back(solid_.contains(point({i, j, k})));
       }
     }
-    for (VertexIndex k = 0; k < n_[2]; ++k) {
-      for (VertexIndex j = 0; j < n_[1]; ++j) {
-        for (VertexIndex i = 0; i < n_[0]; ++i) cell(i, j, k);
+    for (Index k = 0; k < n_[2]; ++k) {
+      for (Index j = 0; j < n_[1]; ++j) {
+        for (Index i = 0; i < n_[0]; ++i) cell(i, j, k);
       }
     }
     return std::move(mesh_);
   }
 
  private:
-  using Corner = std::array<VertexIndex, 3>;
+  using Corner = std::array<Index, 3>;
 
   Eigen::Vector3d point(const Corner& c) const { return origin_ + cell_ * Eigen::Vector3d(c[0], c[1], c[2]); }
-  VertexIndex number(const Corner& c) const { return (c[2] * (n_[1] + 1) + c[1]) * (n_[0] + 1) + c[0]; }
+  Index number(const Corner& c) const { return (c[2] * (n_[1] + 1) + c[1]) * (n_[0] + 1) + c[0]; }
   bool inside(const Corner& c) const { return inside_[number(c)]; }
 
-  void cell(VertexIndex i, VertexIndex j, VertexIndex k) {
+  void cell(Index i, Index j, Index k) {
     static constexpr int kOrders[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
     for (const auto& order : kOrders) {
       std::array<Corner, 4> t;
@@ -149,9 +148,9 @@ class Marching {
     }
   }
 
-  VertexIndex crossing(const Corner& in, const Corner& out) {
-    const std::pair<VertexIndex, VertexIndex> key = std::minmax({number(in), number(out)});
-    const auto [found, added] = edge_.emplace(key, static_cast<VertexIndex>(mesh_.vertices.size()));
+  Index crossing(const Corner& in, const Corner& out) {
+    const std::pair<Index, Index> key = std::minmax({number(in), number(out)});
+    const auto [found, added] = edge_.emplace(key, static_cast<Index>(mesh_.vertices.size()));
     if (added) {
       Eigen::Vector3d a = point(in), b = point(out);
       for (int halving = 0; halving < 16; ++halving) {
@@ -164,7 +163,7 @@ class Marching {
   }
 
   // Turned so that it faces away from `within`.
-  void triangle(VertexIndex a, VertexIndex b, VertexIndex c, const Eigen::Vector3d& forth) {
+  void triangle(Index a, Index b, Index c, const Eigen::Vector3d& forth) {
     const auto& v = mesh_.vertices;
     if ((v[b] - v[a]).cross(v[c] - v[a]).dot(forth) < 0) std::swap(b, c);
     mesh_.triangles.push_back({a, b, c});
@@ -180,19 +179,19 @@ class Marching {
     if (in.size() == 1) triangle(crossing(in[0], out[0]), crossing(in[0], out[1]), crossing(in[0], out[2]), forth);
     if (out.size() == 1) triangle(crossing(in[0], out[0]), crossing(in[1], out[0]), crossing(in[2], out[0]), forth);
     if (in.size() == 2) {
-      const VertexIndex a = crossing(in[0], out[0]), b = crossing(in[0], out[1]);
-      const VertexIndex c = crossing(in[1], out[1]), d = crossing(in[1], out[0]);
+      const Index a = crossing(in[0], out[0]), b = crossing(in[0], out[1]);
+      const Index c = crossing(in[1], out[1]), d = crossing(in[1], out[0]);
       triangle(a, b, c, forth);
       triangle(a, c, d, forth);
     }
   }
 
   const Solid& solid_;
-  std::array<VertexIndex, 3> n_{};
+  std::array<Index, 3> n_{};
   Eigen::Vector3d origin_;
   double cell_ = 0;
   std::vector<bool> inside_;
-  std::map<std::pair<VertexIndex, VertexIndex>, VertexIndex> edge_;
+  std::map<std::pair<Index, Index>, Index> edge_;
   SurfaceMesh mesh_;
 };
 

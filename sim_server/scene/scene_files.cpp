@@ -9,7 +9,7 @@ namespace palp {
 namespace {
 
 // An estimate, on the safe side: the scene, the state of the CPU back end and a snapshot, of one particle.
-constexpr std::size_t kBytesInMemory = 600;
+constexpr std::size_t kBytesOfParticleInMemory = 600;
 
 }  // namespace
 
@@ -24,7 +24,7 @@ std::size_t particles_in_memory() {
     info.ignore(1000, '\n');
   }
   constexpr std::size_t kUnknown = std::size_t{4} << 20;  // 4 GiB, in kB, where the system does not say
-  return (kilobytes > 0 ? kilobytes : kUnknown) * 1024 / 4 * 3 / kBytesInMemory;
+  return (kilobytes > 0 ? kilobytes : kUnknown) * 1024 / 4 * 3 / kBytesOfParticleInMemory;
 }
 
 }  // namespace palp

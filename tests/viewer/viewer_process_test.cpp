@@ -1,6 +1,5 @@
 // The viewer as people run it: the real program, and a small publisher in place of the server.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -12,6 +11,7 @@
 #include <osgDB/ReadFile>
 
 #include "idl/particle_sender.h"
+#include "tests/support/bus.h"
 #include "tests/support/eventually.h"
 #include "tests/support/files.h"
 #include "tests/support/process.h"
@@ -91,7 +91,6 @@ class Publisher {
 
 class ViewerProcess : public testing::TestWithParam<Vendor> {
  protected:
-  int domain() const { return 100 + static_cast<int>(getpid() % 101); }
   ChildProcess start(std::vector<std::string> more) {
     std::vector<std::string> arguments{std::string(PALP_BIN_DIR) + "/palp-viewer",
                                        "--headless",
@@ -102,7 +101,7 @@ class ViewerProcess : public testing::TestWithParam<Vendor> {
                                        "--dds",
                                        to_string(GetParam()),
                                        "--domain",
-                                       std::to_string(domain())};
+                                       std::to_string(test_domain())};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return {arguments, folder_ / "log"};
   }
@@ -141,10 +140,10 @@ TEST_P(ViewerProcess, StartsBeforeTheServerAndFollowsItsRestart) {
     return picture(n);
   };
   {
-    Publisher server(GetParam(), domain(), {1, 0, 0});
+    Publisher server(GetParam(), test_domain(), {1, 0, 0});
     EXPECT_TRUE(server.publish_until([&] { return pixels_of(newest(), 0) > 3000; }, 20s)) << viewer.output();
   }
-  Publisher server(GetParam(), domain(), {0, 1, 0});
+  Publisher server(GetParam(), test_domain(), {0, 1, 0});
   EXPECT_TRUE(server.publish_until([&] { return pixels_of(newest(), 1) > 3000; }, 20s)) << viewer.output();
   EXPECT_EQ(pixels_of(newest(), 0), 0);
   viewer.send_signal(SIGTERM);
@@ -152,7 +151,7 @@ TEST_P(ViewerProcess, StartsBeforeTheServerAndFollowsItsRestart) {
 }
 
 TEST_P(ViewerProcess, SigtermLeavesAWholePictureAndVideo) {
-  Publisher server(GetParam(), domain(), {0, 0, 1});
+  Publisher server(GetParam(), test_domain(), {0, 0, 1});
   ChildProcess viewer =
       start({"--color", "speed", "--png", folder_ / "p.png", "--video", folder_ / "v.mp4", "--fps", "15"});
   // the color asked for reaches the server as a command

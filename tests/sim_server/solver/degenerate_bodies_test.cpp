@@ -1,14 +1,13 @@
 // Scenes that a user may write and no textbook has: bodies of a particle or three, of loose particles nearly on
 // top of each other, bodies a little in one another, materials at the ends of their ranges, absolute zero. Each is read
 // from a file, as any scene is, and simulated to something finite (physics reference F).
-#include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
 
 #include <gtest/gtest.h>
 
 #include "tests/support/backend.h"
+#include "tests/support/files.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::test::degenerate_bodies_test {
@@ -43,9 +42,6 @@ const Matter kMatter[] = {
 
 class OddBodies : public ::testing::TestWithParam<Method> {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::string csv(const std::vector<Eigen::Vector3d>& places) {
     std::ofstream out(folder_ / "loose.csv");
     out << "x,y,z\n";
@@ -75,12 +71,12 @@ class OddBodies : public ::testing::TestWithParam<Method> {
     out.close();
     SceneOverrides overrides;
     overrides.method = GetParam();
-    return sample_scene(load_scene((folder_ / "odd.toml").string(), overrides), 100000);
+    return sample_scene(load_scene(folder_ / "odd.toml", overrides), 100000);
   }
 
   bool known(const Matter& matter) const { return matter.paper || GetParam() == Method::accurate; }
 
-  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / ("palp_odd_" + std::to_string(getpid()));
+  ScratchFolder folder_;
 };
 
 // Steps until a time; false, and a failure, where the simulation is not healthy or a place is no number.
