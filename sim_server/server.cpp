@@ -16,7 +16,7 @@
 #include "sim_server/bus_links.h"
 #include "sim_server/device_tracker.h"
 #include "sim_server/messages_from_state.h"
-#include "sim_server/solver/parameters.h"
+#include "sim_server/solver/changeable_parameters.h"
 #include "sim_server/status_reporter.h"
 
 namespace palp {

@@ -9,6 +9,7 @@
 
 #include "config/error.h"
 #include "sim_server/solver/constants.h"
+#include "sim_server/solver/sub_steps.h"
 
 namespace palp {
 namespace {

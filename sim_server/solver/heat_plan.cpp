@@ -7,6 +7,7 @@
 
 #include "config/error.h"
 #include "sim_server/solver/lattice.h"
+#include "sim_server/solver/sub_steps.h"
 
 namespace palp {
 namespace {

@@ -1,7 +1,6 @@
 #include "sim_server/solver/plan.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <set>
 
@@ -10,10 +9,10 @@
 #include "config/error.h"
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/rigid.h"
-#include "sim_server/solver/constants.h"
 #include "sim_server/solver/elastic_plan.h"
 #include "sim_server/solver/heat_plan.h"
 #include "sim_server/solver/state_change_plan.h"
+#include "sim_server/solver/sub_steps.h"
 #include "sim_server/solver/viscosity_plan.h"
 
 namespace palp {
@@ -35,15 +34,6 @@ Level level_of(Accuracy accuracy) {
       return {3.0, 10.0, 0.02};
   }
   return {3.0, 10.0, 0.05};
-}
-
-// Returns a tabulated limit at x = H / dx, linear between and past the entries.
-double interpolate(const std::array<std::array<double, 2>, 4>& table, double x) {
-  std::size_t k = 1;
-  while (k + 1 < table.size() && x > table[k][0]) ++k;
-  const auto [x0, y0] = table[k - 1];
-  const auto [x1, y1] = table[k];
-  return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
 }
 
 // Returns the height that moving matter can fall along an axis [m]: its extent, and the gap to the fixed particles
@@ -230,46 +220,6 @@ void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
   }
 }
 
-void limit_by(const StepLimit& limit, Plan& plan) {
-  if (limit.dt >= plan.dt_limit) return;
-  plan.dt_limit = limit.dt;
-  plan.limited_by = limit.by;
-}
-
-// Limits the sub-step by contact: not for stability, which contact has at any step, but for the depth to which solids
-// enter one another. Like the others this limit is halved by the default safety.
-void limit_by_contact(const Scene& scene, Plan& plan) {
-  if (!plan.fields) return;
-  // a bounce reaches a depth of 1.6 v dt (physics/rigid_contact.h): at the default share less than a spacing
-  double limit = scene.spacing / plan.max_speed;
-  // under a hand: an edge, behind which there is a quarter of the tool's mass, is ten times as stiff as the coupling
-  for (const Proxy& proxy : scene.proxies) {
-    const double stiffness = std::clamp(proxy.limit.stiffness, 1.0, 3000.0);
-    limit = std::min(limit, 2 * std::sqrt(0.1 * scene.bodies[proxy.body].mass / (10 * stiffness)));
-  }
-  limit_by({limit, "contact"}, plan);
-}
-
-void choose_sub_steps(const SceneConfig& config, Plan& plan) {
-  const double step = 1.0 / config.rate_hz;
-  const double needed = std::ceil(step / (config.numerics.safety * plan.dt_limit) - 1e-9);
-  if (needed > 10000)
-    throw ConfigError(fmt::format(
-        "{}: a haptic step of {:.3g} ms would need {:.7g} sub-steps (limited by {}); expected at most 10000: "
-        "raise the spacing or rate_hz, or lower the sound speed or viscosity",
-        config.path, 1e3 * step, needed, plan.limited_by));
-  plan.sub_steps = std::max(1, static_cast<int>(needed));
-  if (config.numerics.sub_steps) {
-    plan.sub_steps = *config.numerics.sub_steps;
-    if (step / plan.sub_steps > plan.dt_limit)
-      throw ConfigError(
-          fmt::format("{}: numerics.sub_steps is {} but a stable step needs at least {:.0f} (limited by {}): raise it "
-                      "or leave it out",
-                      config.path, plan.sub_steps, std::ceil(step / plan.dt_limit), plan.limited_by));
-  }
-  plan.dt = step / plan.sub_steps;
-}
-
 bool has_cohesion(const Scene& scene) {
   return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) {
     const MaterialConfig& m = scene.config.materials[body.material];
@@ -277,66 +227,7 @@ bool has_cohesion(const Scene& scene) {
   });
 }
 
-// Limits the sub-step by the shortest capillary wave, of length 2 dx (Brackbill, Kothe & Zemach 1992).
-void limit_by_tension(const Scene& scene, Plan& plan) {
-  if (!plan.cohesion) return;
-  if (plan.method == Method::paper)
-    throw ConfigError(fmt::format(
-        "{}: a material has surface_tension or adhesion, which method \"paper\" does not know: use method \"accurate\"",
-        scene.config.path));
-  for (const Body& body : scene.bodies) {
-    const MaterialConfig& m = scene.config.materials[body.material];
-    const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
-    if (body.type != BodyKind::fluid || strength == 0) continue;
-    const double limit = std::sqrt(m.density * std::pow(scene.spacing, 3) / (2 * EIGEN_PI * strength));
-    limit_by({limit, "surface tension"}, plan);
-  }
-}
-
-void plan_time(const Scene& scene, Plan& plan) {
-  const SceneConfig& config = scene.config;
-  const double dx = scene.spacing, ratio = plan.support / dx;
-  double physical = 0, fastest = plan.sound_speed;
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    const Body& body = scene.bodies[b];
-    if (body.type != BodyKind::fluid && !plan.changes[b]) continue;
-    const MaterialConfig& m = config.materials[body.material];
-    physical = std::max(physical, m.viscosity / m.density);
-    fastest = std::max(fastest, sound_speed_in(scene, plan, m));
-  }
-  const double nu = plan.artificial * fastest * 0.5 * plan.support / 10;  // equivalent of the artificial viscosity
-  const double sound = acoustic_limit(ratio) * dx / (fastest + plan.max_speed);
-  const auto viscous = [&](double n) { return n > 0 ? viscous_limit(ratio) * dx * dx / n : 1e30; };
-  plan.dt_limit = plan.fluid ? std::min(sound, viscous(nu)) : 1e30;
-  plan.limited_by = sound < viscous(nu) ? "sound" : "viscosity";
-  limit_by(limit_by_elasticity(scene, plan, true), plan);
-  limit_by_tension(scene, plan);
-  limit_by_contact(scene, plan);
-  const StepLimit elastic = limit_by_elasticity(scene, plan, false);
-  plan_elastic_solver(scene, elastic.dt, plan);
-  if (plan.elastic_rounds == 0) limit_by(elastic, plan);
-  const double all = plan.fluid ? std::min(plan.dt_limit, viscous(nu + physical)) : plan.dt_limit;
-  plan_viscosity(scene, plan.dt_limit, all, plan);
-  if (plan.viscous_stages == 0 && all < plan.dt_limit) {
-    plan.dt_limit = all;
-    plan.limited_by = "viscosity";
-  }
-  choose_sub_steps(config, plan);
-}
-
 }  // namespace
-
-double acoustic_limit(double support_over_spacing) {
-  return interpolate({{{2.0, 1.76}, {2.6, 2.23}, {3.0, 2.59}, {4.0, 3.67}}}, support_over_spacing);
-}
-
-double viscous_limit(double support_over_spacing) {
-  return interpolate({{{2.0, 0.311}, {2.6, 0.504}, {3.0, 0.654}, {4.0, 1.15}}}, support_over_spacing);
-}
-
-double elastic_limit(double support_over_spacing) {
-  return interpolate({{{2.0, 1.76}, {2.6, 2.23}, {3.0, 2.60}, {4.0, 3.67}}}, support_over_spacing);
-}
 
 Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach) {
   const SceneConfig& config = scene.config;
@@ -369,7 +260,7 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan.change_support = plan.elastic_support;
   plan.skin = skin_over_spacing * scene.spacing;
   plan_cells(scene, cells_per_reach, plan);
-  plan_time(scene, plan);
+  plan_sub_steps(scene, plan);
   plan_heat(scene, plan);
   return plan;
 }

@@ -83,12 +83,4 @@ Plan make_plan(const Scene& scene, double skin_over_spacing = 0, int cells_per_r
 // Returns one line: "method accurate, dx 20 mm, H 2.5 dx, c 17.7 m/s, ...".
 std::string describe(const Plan& plan, const Scene& scene);
 
-// Return the linear stability limits of c dt / dx for weakly compressible SPH with a Wendland C2 kernel, and of nu dt /
-// dx^2 for the Morris viscosity, on a cubic lattice, as functions of H / dx (from the operators' largest eigenvalues).
-double acoustic_limit(double support_over_spacing);
-double viscous_limit(double support_over_spacing);
-// Returns the limit of c_p dt / dx for total-Lagrangian elasticity with corrected gradients, c_p being the speed of
-// pressure waves.
-double elastic_limit(double support_over_spacing);
-
 }  // namespace palp

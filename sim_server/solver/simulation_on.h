@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "sim_server/physics/pack_frame.h"
+#include "sim_server/solver/changeable_parameters.h"
 #include "sim_server/solver/module_arrays.h"
-#include "sim_server/solver/parameters.h"
 #include "sim_server/solver/particle_store.h"
 #include "sim_server/solver/simulation.h"
 #include "sim_server/solver/step.h"

@@ -11,7 +11,7 @@
 #include "tests/support/files.h"
 #include "tests/support/process.h"
 
-namespace palp::test {
+namespace palp::test::data_dir_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -89,4 +89,4 @@ TEST_F(DataDir, PathsAndTheFolderOnesselfIsInComeFirst) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::data_dir_test

@@ -10,7 +10,7 @@
 
 #include "tests/support/files.h"
 
-namespace palp::test {
+namespace palp::test::json_file_test {
 namespace {
 
 TEST(JsonFile, FieldsStayInOrderAndReadBack) {
@@ -53,4 +53,4 @@ TEST(JsonFile, AFileThatCannotBeWrittenIsNamed) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::json_file_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palp::test {
+namespace palp::test::number_between_test {
 namespace {
 
 // Returns what the program says of an option with this value; empty when it takes the value.
@@ -33,4 +33,4 @@ TEST(NumberBetween, RefusesEverythingElseInOneSentence) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::number_between_test

@@ -6,7 +6,7 @@
 #include "config/error.h"
 #include "tests/support/files.h"
 
-namespace palp::test {
+namespace palp::test::pose_path_test {
 namespace {
 
 class PosePath : public ::testing::Test {
@@ -51,4 +51,4 @@ TEST_F(PosePath, FaultsAreNamedWithTheirLine) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::pose_path_test

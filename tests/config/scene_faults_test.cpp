@@ -6,7 +6,7 @@
 
 #include "tests/config/spoilt_scene.h"
 
-namespace palp::test {
+namespace palp::test::scene_faults_test {
 namespace {
 
 struct BadRow {
@@ -388,4 +388,4 @@ TEST(SceneFaults, MissingFileAndFolder) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::scene_faults_test

@@ -11,7 +11,7 @@
 #include "config/scene_config.h"
 #include "tests/support/files.h"
 
-namespace palp::test {
+namespace palp::test::scene_hands_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -124,4 +124,4 @@ TEST(ScenesOfPalp, NameAHandForEachDeviceAsTheReadmeSays) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::scene_hands_test

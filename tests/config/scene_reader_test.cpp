@@ -9,7 +9,7 @@
 #include "tests/config/spoilt_scene.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::scene_reader_test {
 namespace {
 
 TEST(SceneReader, TakesEveryKey) {
@@ -204,4 +204,4 @@ TEST(SceneReader, FuzzedFilesAreReadOrRefused) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::scene_reader_test

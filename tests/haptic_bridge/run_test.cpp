@@ -20,7 +20,7 @@
 #include "tests/support/count_allocations.h"
 #include "tests/support/count_locks.h"
 
-namespace palp::test {
+namespace palp::test::run_test {
 namespace {
 
 LoopConfig config_for_tests() {
@@ -375,4 +375,4 @@ TEST(Realtime, SaysHonestlyWhatItGot) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::run_test

@@ -9,7 +9,7 @@
 #include "idl/validate.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::assembler_test {
 namespace {
 
 // The value of every float follows from frame and index, so that a wrong one is seen.
@@ -218,4 +218,4 @@ TEST(FrameAssembler, SurvivesRandomLossAndReordering) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::assembler_test

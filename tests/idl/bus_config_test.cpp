@@ -9,7 +9,7 @@
 #include "tests/support/bus.h"
 #include "tests/support/valid_messages.h"
 
-namespace palp::test {
+namespace palp::test::bus_config_test {
 namespace {
 
 // Sets an environment variable for the life of this object.
@@ -146,4 +146,4 @@ INSTANTIATE_TEST_SUITE_P(Vendors, BusConfig, testing::Values(Vendor::cyclone, Ve
                          [](const auto& i) { return std::string(to_string(i.param)); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::bus_config_test

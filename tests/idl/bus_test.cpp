@@ -12,7 +12,7 @@
 #include "tests/support/bus.h"
 #include "tests/support/valid_messages.h"
 
-namespace palp::test {
+namespace palp::test::bus_test {
 namespace {
 
 class BusPair : public testing::TestWithParam<Pairing> {
@@ -223,4 +223,4 @@ TEST(Topics, HaveANameAndATypeOfTheIdlEach) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::bus_test

@@ -8,7 +8,7 @@
 #include "haptic_bridge/loop/local_model.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::coupling_test {
 namespace {
 
 using Vec3 = Eigen::Vector3d;
@@ -196,4 +196,4 @@ TEST(LocalModel, GoesOverToANewSampleWithoutAStep) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::coupling_test

@@ -10,7 +10,7 @@
 #include "idl/particle_sender.h"
 #include "tests/support/bus.h"
 
-namespace palp::test {
+namespace palp::test::frames_test {
 namespace {
 
 constexpr std::uint32_t kParticles = 100'000;
@@ -115,4 +115,4 @@ INSTANTIATE_TEST_SUITE_P(Vendors, Frames,
                          pairing_name<testing::TestParamInfo<Pairing>>);
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::frames_test

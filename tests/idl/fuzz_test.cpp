@@ -16,7 +16,7 @@
 #include "tests/support/seed.h"
 #include "tests/support/valid_messages.h"
 
-namespace palp::test {
+namespace palp::test::fuzz_test {
 namespace {
 
 namespace dds = eprosima::fastdds::dds;
@@ -188,4 +188,4 @@ INSTANTIATE_TEST_SUITE_P(Vendors, Fuzz, ::testing::Values(Vendor::cyclone, Vendo
                          [](const auto& i) { return std::string(to_string(i.param)); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::fuzz_test

@@ -5,7 +5,7 @@
 #include <memory>
 #include <thread>
 
-namespace palp::test {
+namespace palp::test::latest_test {
 namespace {
 
 // Large enough to tear, were it copied while being written.
@@ -72,4 +72,4 @@ TEST(Latest, NeitherTearsNorGoesBackBetweenThreads) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::latest_test

@@ -4,7 +4,7 @@
 #include "tests/idl/reflect.h"
 #include "tests/support/bus.h"
 
-namespace palp::test {
+namespace palp::test::round_trip_test {
 namespace {
 
 class RoundTrip : public testing::TestWithParam<Pairing> {
@@ -51,4 +51,4 @@ INSTANTIATE_TEST_SUITE_P(Vendors, RoundTrip,
                          pairing_name<testing::TestParamInfo<Pairing>>);
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::round_trip_test

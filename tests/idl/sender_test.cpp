@@ -8,7 +8,7 @@
 #include "idl/frame_assembler.h"
 #include "tests/support/bus.h"
 
-namespace palp::test {
+namespace palp::test::sender_test {
 namespace {
 
 // The chunks that a fake writer keeps, and how it behaves, shared with the test.
@@ -156,4 +156,4 @@ TEST(ParticleSender, StopsInTheMiddleOfAFrame) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::sender_test

@@ -6,7 +6,7 @@
 #include "haptic_bridge/number_watch.h"
 #include "idl/roster.h"
 
-namespace palp::test {
+namespace palp::test::session_hold_test {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
@@ -166,4 +166,4 @@ TEST(Roster, EveryStatusNamesItsProcessOnce) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::session_hold_test

@@ -8,7 +8,7 @@
 
 #include "tests/support/valid_messages.h"
 
-namespace palp::test {
+namespace palp::test::validate_test {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -164,4 +164,4 @@ TEST(SequenceGaps, CountsEachSessionAndKeyByItself) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::validate_test

@@ -4,7 +4,7 @@
 
 #include "tests/process/running_system.h"
 
-namespace palp::test {
+namespace palp::test::bad_input_test {
 namespace {
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -121,4 +121,4 @@ INSTANTIATE_TEST_SUITE_P(Programs, BadInput, testing::Values("palp-sim-server", 
                          [](const auto& of) { return of.param == "palp-run" ? "run" : "server"; });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::bad_input_test

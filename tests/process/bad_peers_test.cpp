@@ -10,7 +10,7 @@
 #include "tools/recording/mcap_format.h"
 #include "tools/recording/raw_bus.h"
 
-namespace palp::test {
+namespace palp::test::bad_peers_test {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -160,4 +160,4 @@ INSTANTIATE_TEST_SUITE_P(Senders, BadPeers, testing::Values(Vendor::cyclone, Ven
                          [](const auto& of) { return std::string(to_string(of.param)); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::bad_peers_test

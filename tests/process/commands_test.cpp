@@ -1,7 +1,7 @@
 // Commands to the real server over the bus, by a client of either vendor: replies come and the state follows.
 #include "tests/process/running_system.h"
 
-namespace palp::test {
+namespace palp::test::commands_test {
 namespace {
 
 class Commands : public RunningSystem, public testing::WithParamInterface<Vendor> {
@@ -108,4 +108,4 @@ INSTANTIATE_TEST_SUITE_P(Clients, Commands, testing::Values(Vendor::cyclone, Ven
                          [](const auto& of) { return std::string(to_string(of.param)); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::commands_test

@@ -9,7 +9,7 @@
 #include "config/version.h"
 #include "tests/process/running_system.h"
 
-namespace palp::test {
+namespace palp::test::examples_test {
 namespace {
 
 // Returns the number behind `word` in each line that has both.
@@ -89,4 +89,4 @@ TEST(Programs, SayTheirNameAndVersion) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::examples_test

@@ -5,7 +5,7 @@
 #include "tests/process/fault_system.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::fault_arm_test {
 namespace {
 
 constexpr double kHalf = 0.0005;  // [s], see ArmEvent
@@ -264,4 +264,4 @@ TEST_F(FaultArmFails, TheRunEnds) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::fault_arm_test

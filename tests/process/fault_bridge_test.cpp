@@ -7,7 +7,7 @@
 
 #include "tests/process/fault_system.h"
 
-namespace palp::test {
+namespace palp::test::fault_bridge_test {
 namespace {
 
 constexpr double kHang = 50, kLook = 10;  // of the supervisor [ms]
@@ -195,4 +195,4 @@ TEST_F(FaultBridge, SupervisorsThatDieOrStandStill) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::fault_bridge_test

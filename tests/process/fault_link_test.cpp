@@ -7,7 +7,7 @@
 #include "idl/vendor.h"
 #include "tests/process/fault_system.h"
 
-namespace palp::test {
+namespace palp::test::fault_link_test {
 namespace {
 
 constexpr double kTick = 1;  // [ms]
@@ -351,4 +351,4 @@ TEST_F(FaultLink, SamplesThatCannotBe) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::fault_link_test

@@ -4,7 +4,7 @@
 #include "tests/support/recordings.h"
 #include "tools/recording/raw_bus.h"
 
-namespace palp::test {
+namespace palp::test::recording_test {
 namespace {
 
 const TopicRow* const kWatched[] = {&topic_of<SceneDescription>(), &topic_of<ProxySample>(), &topic_of<ParticleChunk>(),
@@ -70,4 +70,4 @@ INSTANTIATE_TEST_SUITE_P(Readers, Recording, testing::Values(Vendor::cyclone, Ve
                          [](const auto& of) { return std::string(to_string(of.param)); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::recording_test

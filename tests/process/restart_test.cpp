@@ -5,7 +5,7 @@
 #include "tests/process/running_system.h"
 #include "tests/support/flight_table.h"
 
-namespace palp::test {
+namespace palp::test::restart_test {
 namespace {
 
 class Restart : public RunningSystem {};
@@ -106,4 +106,4 @@ TEST_F(Restart, NobodyMissesADeadViewerAndTheNextOneSeesEverything) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::restart_test

@@ -1,7 +1,7 @@
 // The three processes found each other: whichever starts first, whichever vendor each of them speaks.
 #include "tests/process/running_system.h"
 
-namespace palp::test {
+namespace palp::test::start_order_test {
 namespace {
 
 // order: s server, b bridge, v viewer.
@@ -49,4 +49,4 @@ INSTANTIATE_TEST_SUITE_P(Orders, StartOrder,
                          });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::start_order_test

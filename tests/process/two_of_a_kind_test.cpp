@@ -4,7 +4,7 @@
 #include "tests/process/running_system.h"
 #include "tests/support/flight_table.h"
 
-namespace palp::test {
+namespace palp::test::two_of_a_kind_test {
 namespace {
 
 class TwoOfAKind : public RunningSystem, public testing::WithParamInterface<Vendor> {
@@ -161,4 +161,4 @@ INSTANTIATE_TEST_SUITE_P(Seconds, TwoOfAKind, testing::Values(Vendor::cyclone, V
                          [](const auto& of) { return std::string(to_string(of.param)); });
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::two_of_a_kind_test

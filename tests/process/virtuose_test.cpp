@@ -2,7 +2,7 @@
 #include "tests/process/running_system.h"
 #include "tests/support/flight_table.h"
 
-namespace palp::test {
+namespace palp::test::virtuose_test {
 namespace {
 
 class VirtuoseProcess : public RunningSystem {
@@ -78,4 +78,4 @@ TEST_F(VirtuoseProcess, TheArmIsPoweredOffWhenTheBridgeIsKilled) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::virtuose_test

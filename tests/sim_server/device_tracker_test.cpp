@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace palp::test {
+namespace palp::test::device_tracker_test {
 namespace {
 
 constexpr std::int64_t kMillisecond = 1'000'000;
@@ -138,4 +138,4 @@ TEST(DeviceTracker, PullsNoHarderThanItMay) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::device_tracker_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palp::test {
+namespace palp::test::status_reporter_test {
 namespace {
 
 TEST(AdviceForSlow, NamesTheFactorTheLevelAndANumberOfParticles) {
@@ -29,4 +29,4 @@ TEST(AdviceForSlow, TellsABusyMachineFromASlowOne) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::status_reporter_test

@@ -7,7 +7,7 @@
 #include "tests/support/recordings.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::mcap_test {
 namespace {
 
 TEST(Mcap, RoundTripKeepsEveryByteInTheOrderOfTime) {
@@ -259,4 +259,4 @@ TEST(Mcap, AChunkThatClaimsToUnpackToTooMuchIsRefused) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::mcap_test

@@ -11,7 +11,7 @@
 #include "tests/support/recordings.h"
 #include "tools/recording/recover_recording.h"
 
-namespace palp::test {
+namespace palp::test::recover_recording_test {
 namespace {
 
 TEST(Recovery, WhatAKilledRecorderFlushedIsRecovered) {
@@ -140,4 +140,4 @@ TEST(Recovery, AFullDiskIsOneErrorAndKeepsWhatWasWritten) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::recover_recording_test

@@ -12,7 +12,7 @@
 #include "tests/haptic_bridge/log/small_disk.h"
 #include "tests/support/files.h"
 
-namespace palp::test {
+namespace palp::test::flight_log_test {
 namespace {
 
 class LogFile : public testing::Test {
@@ -118,4 +118,4 @@ TEST_F(LogFile, APathThatCannotBeIsRefusedBeforeTheRun) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::flight_log_test

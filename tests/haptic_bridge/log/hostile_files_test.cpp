@@ -16,7 +16,7 @@
 #include "tests/support/files.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::hostile_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -145,4 +145,4 @@ TEST_F(HostileFiles, Paths) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::hostile_files_test

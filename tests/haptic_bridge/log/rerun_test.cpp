@@ -19,7 +19,7 @@
 #include "tests/support/files.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::rerun_test {
 namespace {
 
 constexpr std::int64_t kStart = 5'000'000'000;
@@ -281,4 +281,4 @@ TEST_F(RunAgain, DamagedFilesAreRefusedOrReadAndNeverCrash) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::rerun_test

@@ -7,7 +7,7 @@
 
 #include "tests/haptic_bridge/loop/loop_bench.h"
 
-namespace palp::test {
+namespace palp::test::device_readings_test {
 namespace {
 
 TEST(Loop, ALiftedHandEndsTheForceInTheSameTick) {
@@ -90,4 +90,4 @@ TEST(Loop, AFailingDeviceIsAFaultForGood) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::device_readings_test

@@ -3,7 +3,7 @@
 
 #include "tests/haptic_bridge/loop/loop_bench.h"
 
-namespace palp::test {
+namespace palp::test::fault_table_test {
 namespace {
 
 // Lets go for so many ticks, takes hold, and is felt again on the ramp of half a second.
@@ -342,4 +342,4 @@ TEST(Gains, FallLittleForAGapAndFullyForADelayThatLasts) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::fault_table_test

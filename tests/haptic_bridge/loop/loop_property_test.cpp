@@ -10,7 +10,7 @@
 #include "tests/haptic_bridge/loop/invariants.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::loop_property_test {
 namespace {
 
 #ifdef __SANITIZE_ADDRESS__
@@ -120,4 +120,4 @@ TEST(LoopProperty, TheSameInputsGiveTheSameWrenchesBitForBit) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::loop_property_test

@@ -10,7 +10,7 @@
 #include "haptic_bridge/device/simulated.h"
 #include "tests/haptic_bridge/loop/loop_bench.h"
 
-namespace palp::test {
+namespace palp::test::loop_test {
 namespace {
 
 TEST(Loop, WithoutAServerThereIsNoForceAndTheDeviceIsStillRead) {
@@ -154,4 +154,4 @@ TEST(Loop, LateTicksAreCountedAndDoNotBreakTheSlewLimit) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::loop_test

@@ -9,7 +9,7 @@
 #include "tests/haptic_bridge/loop/fake_server.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::passivity_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -140,4 +140,4 @@ TEST(Passivity, LeavesAHandAloneThatPressesHardAndComesBack) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::passivity_test

@@ -8,7 +8,7 @@
 
 #include "tests/haptic_bridge/loop/loop_bench.h"
 
-namespace palp::test {
+namespace palp::test::server_samples_test {
 namespace {
 
 TEST(Loop, SingleLostSamplesChangeNothingOfAHeldWrench) {
@@ -183,4 +183,4 @@ TEST(Loop, AnswersToOldDeviceStatesAreStaleHoweverFreshTheyArrive) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::server_samples_test

@@ -10,7 +10,7 @@
 #include "sim_server/scene/particle_csv.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::mesh_test {
 namespace {
 
 // A unit cube of 12 triangles, counter-clockwise seen from outside.
@@ -279,4 +279,4 @@ TEST(ParticleCsv, NamesFaultsWithTheirLine) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::mesh_test

@@ -11,7 +11,7 @@
 #include "sim_server/scene/sampling.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::solid_test {
 namespace {
 
 class SolidTest : public ::testing::Test {
@@ -320,4 +320,4 @@ TEST_F(SolidTest, LinesThroughMeshesAreWatertight) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::solid_test

@@ -12,7 +12,7 @@
 #include "tests/support/scene_builder.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::probes_test {
 namespace {
 
 ProbeConfig probe(Quantity quantity, std::vector<Eigen::Vector3d> points = {}) {
@@ -313,4 +313,4 @@ TEST_F(RecorderTest, AFullDiskIsAnError) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::probes_test

@@ -8,7 +8,7 @@
 #include "tests/support/scene_builder.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::packing_test {
 namespace {
 
 using namespace test;
@@ -102,4 +102,4 @@ TEST(Packing, LeavesWhatIsOnOneLatticeAlone) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::packing_test

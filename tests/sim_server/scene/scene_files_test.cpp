@@ -6,7 +6,7 @@
 
 #include "sim_server/scene/scene.h"
 
-namespace palp::test {
+namespace palp::test::scene_files_test {
 namespace {
 
 std::vector<std::string> scene_files() {
@@ -44,4 +44,4 @@ TEST(SceneFiles, SampleAtEveryAccuracy) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::scene_files_test

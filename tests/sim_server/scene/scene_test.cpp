@@ -11,7 +11,7 @@
 #include "tests/support/scene_builder.h"
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::scene_test {
 namespace {
 
 std::string fault_of(const SceneConfig& config, std::size_t max_particles = 1000000) {
@@ -274,4 +274,4 @@ TEST(Scene, SamplingMovesWithTheBody) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::scene_test

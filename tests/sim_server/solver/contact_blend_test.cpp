@@ -9,7 +9,7 @@
 
 #include "tests/support/seed.h"
 
-namespace palp::test {
+namespace palp::test::contact_blend_test {
 namespace {
 
 constexpr double kStep = 1e-3;
@@ -111,4 +111,4 @@ TEST(Blend, KeepsWhatItKnowsWhileTheHandRests) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::contact_blend_test

@@ -1,4 +1,4 @@
-#include "sim_server/solver/parameters.h"
+#include "sim_server/solver/changeable_parameters.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // A scene file and a command at run time take the same values.
-#include "sim_server/solver/parameters.h"
+#include "sim_server/solver/changeable_parameters.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "config/parameter_ranges.h"
 #include "config/scene_reader.h"
 
-namespace palp::test {
+namespace palp::test::changeable_parameters_test {
 namespace {
 
 std::string digits(double value) {
@@ -96,4 +96,4 @@ TEST(Parameters, ACommandsValueIsRead) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::changeable_parameters_test

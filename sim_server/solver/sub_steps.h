@@ -1,0 +1,21 @@
+// The plan of time: how long a sub-step may be, by linear theory and by contact, and how many make a haptic step.
+#pragma once
+
+#include "sim_server/solver/plan.h"
+
+namespace palp {
+
+// Sets what the plan says of sub-steps, and with it whether elasticity and viscosity are solved implicitly or in
+// stages. Modules, bodies, support radii and speeds must be planned. Throws ConfigError when the scene cannot be run as
+// asked.
+void plan_sub_steps(const Scene& scene, Plan& plan);
+
+// Return the linear stability limits of c dt / dx for weakly compressible SPH with a Wendland C2 kernel, and of nu dt /
+// dx^2 for the Morris viscosity, on a cubic lattice, as functions of H / dx (from the operators' largest eigenvalues).
+double acoustic_limit(double support_over_spacing);
+double viscous_limit(double support_over_spacing);
+// Returns the limit of c_p dt / dx for total-Lagrangian elasticity with corrected gradients, c_p being the speed of
+// pressure waves.
+double elastic_limit(double support_over_spacing);
+
+}  // namespace palp
