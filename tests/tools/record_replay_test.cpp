@@ -260,14 +260,19 @@ TEST(Record, WrongUseIsOneClearSentence) {
   }
 }
 
+McapChunkIndex first_chunk_of(const McapReader& recording, const std::string& topic) {
+  for (const McapChunkIndex& chunk : recording.chunks())
+    for (const auto& [channel, at] : chunk.message_index)
+      if (recording.channels().at(channel).topic == topic) return chunk;
+  ADD_FAILURE() << "no chunk has messages of " << topic;
+  return {};
+}
+
 TEST(Replay, GoesOnBehindADamagedChunkAndSaysWhatWasLost) {
   const ScratchFolder folder;
   record_something(folder, Vendor::cyclone, 1500);  // 3 s, a chunk each second
   const std::size_t whole = payloads_by_topic(folder / "a.mcap").at("palp/proxy").size();
-  const std::vector<McapChunkIndex> chunks = McapReader(folder / "a.mcap").chunks();
-  McapChunkIndex hit;
-  for (const McapChunkIndex& chunk : chunks)
-    if (chunk.compression == "zstd" && hit.length == 0) hit = chunk;  // not the particles'
+  const McapChunkIndex hit = first_chunk_of(McapReader(folder / "a.mcap"), "palp/proxy");
   Bytes bytes = file_bytes(folder / "a.mcap");
   bytes[hit.offset + hit.length / 2] ^= 0x10;
   write_file(folder / "a.mcap", bytes);
