@@ -123,6 +123,7 @@ TEST_P(TwoOfAKind, ASecondServerIsPassedOverUntilTheFirstDies) {
   ASSERT_TRUE(force_is_felt(watcher)) << said();
   const std::string first_name = process_of(*server_);
 
+  const auto recorder = start_tool("palp-record", GetParam(), {"--out", folder_ / "run.mcap"});
   const std::int64_t t_second_ns = now_ns();
   const auto second = another("palp-sim-server", "second", GetParam(), {kHere + "small_tray.toml", "--backend", "cpu"});
   EXPECT_TRUE(watcher.sees([&] { return watcher.has_event("two servers answer in this domain"); })) << said();
@@ -136,6 +137,10 @@ TEST_P(TwoOfAKind, ASecondServerIsPassedOverUntilTheFirstDies) {
     return server_->output().find("another sim_server " + process_of(*second)) != std::string::npos;
   })) << server_->output();
 
+  EXPECT_TRUE(watcher.sees([&] {
+    return recorder->output().find("palp-record: 2 servers run in one domain") != std::string::npos;
+  })) << recorder->output();
+
   const std::int64_t t_dead_ns = now_ns();
   server_->stop(SIGKILL);
   EXPECT_TRUE(watcher.sees([&] {
@@ -145,6 +150,10 @@ TEST_P(TwoOfAKind, ASecondServerIsPassedOverUntilTheFirstDies) {
   EXPECT_TRUE(force_is_felt(watcher)) << said();
   stop_bridge();
   EXPECT_EQ(second->stop(), 0) << second->output();
+  EXPECT_EQ(recorder->stop(), 0) << recorder->output();
+  ChildProcess info({kBin + "palp-info", folder_ / "run.mcap"}, folder_ / "info.txt");
+  EXPECT_EQ(info.wait(), 0) << info.output();
+  EXPECT_NE(info.output().find("2 servers spoke at one time"), std::string::npos) << info.output();
 
   const FlightTable log(folder_ / "flight.csv");
   std::size_t restarts = 0;

@@ -2,62 +2,30 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cstring>
-
-#include "idl/roster.h"
 #include "idl/topics.h"
 #include "tools/recording/mcap_reader.h"
+#include "tools/recording/servers_heard.h"
 
 namespace palp {
 namespace {
 
-struct Span {
-  std::uint64_t first_ns = 0, last_ns = 0;
-};
-
-template <class T>
-T value_at(ByteView bytes, std::size_t at) {
-  T value;
-  std::memcpy(&value, bytes.data() + at, sizeof value);
-  return value;
-}
-
-// Returns when each server of the recording spoke, by session.
-std::map<std::uint64_t, Span> servers_in(const McapReader& reader) {
-  // behind the encapsulation: the key, the version that fills eight bytes, the session
-  constexpr std::size_t kKeyAt = 4, kSessionAt = kKeyAt + 16;
+// Returns a warning if two servers spoke at one time, else nothing.
+std::string describe_servers(const McapReader& reader) {
   std::set<std::uint16_t> statuses;
   for (const auto& [id, channel] : reader.channels())
     if (channel.topic == topic_of<Status>().name) statuses.insert(id);
-  std::map<std::uint64_t, Span> servers;
-  if (statuses.empty()) return servers;
-  reader.read(
-      [&](const McapMessage& m) {
-        if (m.data.size() < kSessionAt + 8 || value_at<std::uint64_t>(m.data, kKeyAt) != process_key(kServerName))
-          return true;
-        const auto [server, is_new] = servers.try_emplace(value_at<std::uint64_t>(m.data, kSessionAt));
-        if (is_new) server->second.first_ns = m.log_time_ns;
-        server->second.last_ns = m.log_time_ns;
-        return true;
-      },
-      statuses, [](const std::string&) {});
-  return servers;
-}
-
-// Returns a warning if two servers spoke at one time, else nothing.
-std::string describe_servers(const McapReader& reader) {
-  const std::map<std::uint64_t, Span> servers = servers_in(reader);
-  std::size_t together = 0;
-  for (const auto& [session, span] : servers)
-    together += std::any_of(servers.begin(), servers.end(), [&, here = session, at = span](const auto& other) {
-      return other.first != here && other.second.first_ns < at.last_ns && at.first_ns < other.second.last_ns;
-    });
-  if (together == 0) return "";
+  if (statuses.empty()) return "";
+  ServersHeard servers;
+  const auto add = [&](const McapMessage& m) {
+    servers.add(m.data, m.log_time_ns);
+    return true;
+  };
+  reader.read(add, statuses, [](const std::string&) {});
+  if (servers.together() == 0) return "";
   return fmt::format(
       "  {} servers spoke at one time: what is recorded of the simulation is of all of them, told apart by the session "
       "of each sample\n",
-      together);
+      servers.together());
 }
 
 }  // namespace

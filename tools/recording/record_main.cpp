@@ -89,6 +89,7 @@ int record(const Options& o) {
   const auto every = terminal ? std::chrono::milliseconds(500) : std::chrono::milliseconds(5000);
   auto next_progress = start + every;
   int writers = 0;
+  std::size_t servers = 0;
   while (!stop_asked() && !recorder.failed()) {
     const auto now = Clock::now();
     if (o.seconds > 0 && now - start >= std::chrono::duration<double>(o.seconds)) break;
@@ -98,6 +99,14 @@ int record(const Options& o) {
       next_progress = now + every;
     }
     recorder.poll(std::chrono::milliseconds(50));
+    if (recorder.servers_at_once() > servers) {
+      servers = recorder.servers_at_once();
+      fmt::print(
+          stderr,
+          "{}palp-record: {} servers run in one domain: what is recorded of the simulation is of all of them, told "
+          "apart by the session of each sample; end all but one, or give each a --domain of its own\n",
+          terminal ? "\n" : "", servers);
+    }
   }
   if (!recorder.failed()) recorder.poll(std::chrono::milliseconds(0));  // what came before the stop
   if (terminal) fmt::print(stderr, "\n");

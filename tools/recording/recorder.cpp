@@ -82,6 +82,7 @@ void Recorder::poll(std::chrono::milliseconds timeout) {
   for (Record& record : taken_) {
     // no two log times are equal, so that readers of the file keep this order
     last_log_time_ns_ = record.log_time_ns = std::max(record.log_time_ns, last_log_time_ns_ + 1);
+    if (sources_[record.source].topic == &topic_of<Status>()) servers_.add(record.payload, record.log_time_ns);
     queue(std::move(record));
   }
   taken_.clear();

@@ -17,6 +17,7 @@
 
 #include "tools/recording/mcap_writer.h"
 #include "tools/recording/raw_bus.h"
+#include "tools/recording/servers_heard.h"
 
 namespace palp {
 
@@ -57,6 +58,8 @@ class Recorder {
   RecordingCounts counts() const;
   // Returns how many writers it hears now; what they said before it knew them is not in the recording.
   int writers() const;
+  // Returns how many servers it has heard at one time; 0 while there is one, or none, or statuses are not recorded.
+  std::size_t servers_at_once() const { return servers_.together(); }
   // Writes what is queued, the drop counts and the summary. Throws McapError if the disk refuses now or did before.
   void finish();
 
@@ -89,6 +92,7 @@ class Recorder {
   McapWriter writer_;
   std::vector<Source> sources_;
   std::vector<Record> taken_;  // in one poll
+  ServersHeard servers_;
   std::uint64_t last_log_time_ns_ = 0;
 
   std::mutex mutex_;  // of the queue
