@@ -90,7 +90,8 @@ class CheckingReader : public Reader<T> {
     t_taken_ns_ = now_ns();
     // a vendor may group samples by key
     const auto older = [](const Taken<T>& a, const Taken<T>& b) { return a.source_time_ns < b.source_time_ns; };
-    if (topic_of<T>().keyed) std::stable_sort(taken_.begin(), taken_.begin() + static_cast<std::ptrdiff_t>(n), older);
+    if (topic_of<T>().key_bytes > 0)
+      std::stable_sort(taken_.begin(), taken_.begin() + static_cast<std::ptrdiff_t>(n), older);
     std::size_t sound = 0;
     for (std::size_t i = 0; i < n; ++i) {
       const T& message = taken_[i].message;

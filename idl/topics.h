@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
@@ -15,7 +16,7 @@ enum class Durability { volatile_only, transient_local };
 struct TopicRow {
   const char* name;
   const char* type_name;  // on the wire, the same for both vendors
-  bool keyed;
+  std::size_t key_bytes;  // on the wire, where the key is the first member of the type and of fixed size; 0: no key
   Reliability reliability;
   Durability durability;
   int writer_depth;  // history is always KEEP_LAST: nothing a slow reader does may block a writer
@@ -34,22 +35,22 @@ inline constexpr int kParticleReaderDepth = 768;
 inline constexpr std::array kTopics = std::to_array<TopicRow>({
     // State at 1 kHz: only the newest counts, a repeated old one would do harm. Readers keep a few, so that a second
     // sender of the same key cannot push out what the one that counts has sent (session_hold.h).
-    {"palp/device", "palp::wire::DeviceSample", true, Reliability::best_effort, Durability::volatile_only, 1, 8},
-    {"palp/proxy", "palp::wire::ProxySample", true, Reliability::best_effort, Durability::volatile_only, 1, 8},
+    {"palp/device", "palp::wire::DeviceSample", 4, Reliability::best_effort, Durability::volatile_only, 1, 8},
+    {"palp/proxy", "palp::wire::ProxySample", 4, Reliability::best_effort, Durability::volatile_only, 1, 8},
     // Frames: a lost chunk costs one picture, sending it again would delay the next.
-    {"palp/particles", "palp::wire::ParticleChunk", false, Reliability::best_effort, Durability::volatile_only, 1,
+    {"palp/particles", "palp::wire::ParticleChunk", 0, Reliability::best_effort, Durability::volatile_only, 1,
      kParticleReaderDepth},
     // Needed by all, whenever they start; of several servers, each.
-    {"palp/scene", "palp::wire::SceneDescription", false, Reliability::reliable, Durability::transient_local, 1, 4},
+    {"palp/scene", "palp::wire::SceneDescription", 0, Reliability::reliable, Durability::transient_local, 1, 4},
     // As the particle frames that they go with; a few, for readers that match them to frames.
-    {"palp/bodies", "palp::wire::BodyPoses", false, Reliability::best_effort, Durability::volatile_only, 1, 4},
+    {"palp/bodies", "palp::wire::BodyPoses", 0, Reliability::best_effort, Durability::volatile_only, 1, 4},
     // The last word of each process; who joins late need not wait for the next.
-    {"palp/status", "palp::wire::Status", true, Reliability::reliable, Durability::transient_local, 1, 4},
+    {"palp/status", "palp::wire::Status", 8, Reliability::reliable, Durability::transient_local, 1, 4},
     // People must see them, also in a viewer that was started because of them.
-    {"palp/event", "palp::wire::Event", false, Reliability::reliable, Durability::transient_local, 32, 64},
+    {"palp/event", "palp::wire::Event", 0, Reliability::reliable, Durability::transient_local, 32, 64},
     // Must arrive, but not later: who was not there must not act on it.
-    {"palp/command", "palp::wire::Command", false, Reliability::reliable, Durability::volatile_only, 64, 64},
-    {"palp/command_reply", "palp::wire::CommandReply", false, Reliability::reliable, Durability::volatile_only, 64, 64},
+    {"palp/command", "palp::wire::Command", 0, Reliability::reliable, Durability::volatile_only, 64, 64},
+    {"palp/command_reply", "palp::wire::CommandReply", 0, Reliability::reliable, Durability::volatile_only, 64, 64},
 });
 
 // Runs macro for every message type, in the order of kTopics.
@@ -88,11 +89,14 @@ constexpr std::uint64_t process_key(std::string_view process) {
 // Returns the key within the topic; 0 where the topic has none.
 template <class T>
 std::uint64_t key_of([[maybe_unused]] const T& m) {
-  if constexpr (!topic_of<T>().keyed) {
+  constexpr std::size_t bytes = topic_of<T>().key_bytes;
+  if constexpr (bytes == 0) {
     return 0;
   } else if constexpr (requires { m.device; }) {
+    static_assert(bytes == sizeof m.device);
     return m.device;
   } else {
+    static_assert(bytes == sizeof process_key(m.process));
     return process_key(m.process);
   }
 }

@@ -153,7 +153,8 @@ dds_qos_t* cyclone_qos(const TopicRow& topic, bool reader) {
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, depth);
   dds_qset_durability_service(qos, 0, DDS_HISTORY_KEEP_LAST, topic.writer_depth, DDS_LENGTH_UNLIMITED,
                               DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
-  if (topic.keyed && reader) dds_qset_resource_limits(qos, DDS_LENGTH_UNLIMITED, kMaxKeys, DDS_LENGTH_UNLIMITED);
+  if (topic.key_bytes > 0 && reader)
+    dds_qset_resource_limits(qos, DDS_LENGTH_UNLIMITED, kMaxKeys, DDS_LENGTH_UNLIMITED);
   return qos;
 }
 

@@ -146,7 +146,7 @@ Qos endpoint_qos(const TopicRow& topic, int depth) {
   qos.durability().kind = kept ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = depth;
-  const int keys = topic.keyed ? kMaxKeys : 1;
+  const int keys = topic.key_bytes > 0 ? kMaxKeys : 1;
   qos.resource_limits().max_instances = keys;
   qos.resource_limits().max_samples_per_instance = depth;
   qos.resource_limits().max_samples = depth * keys;

@@ -29,7 +29,7 @@ class RawType : public dds::TopicDataType {
   explicit RawType(const TopicRow& row) {
     setName(row.type_name);
     m_typeSize = 1 << 20;
-    m_isGetKeyDefined = row.keyed;
+    m_isGetKeyDefined = row.key_bytes > 0;
   }
   bool serialize(void* data, rtps::SerializedPayload_t* payload) override {
     const auto& bytes = *static_cast<Bytes*>(data);

@@ -1,22 +1,9 @@
 #include "tools/recording/raw_bus.h"
 
-#include <algorithm>
-#include <stdexcept>
-#include <string>
-#include <string_view>
-
 namespace palp {
 
 std::unique_ptr<RawBus> open_raw_bus(const BusOptions& options) {
   return options.vendor == Vendor::cyclone ? open_raw_cyclone(options) : open_raw_fastdds(options);
-}
-
-std::size_t key_bytes(const TopicRow& topic) {
-  if (!topic.keyed) return 0;
-  const std::string_view name = topic.name;
-  if (name == topic_of<DeviceSample>().name || name == topic_of<ProxySample>().name) return 4;
-  if (name == topic_of<Status>().name) return 8;
-  throw std::logic_error(std::string("the size of the key of ") + topic.name + " is not known here");
 }
 
 bool raw_key(Payload payload, std::size_t bytes, std::array<std::uint8_t, 16>& key) {

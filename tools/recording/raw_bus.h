@@ -55,10 +55,8 @@ std::unique_ptr<RawBus> open_raw_bus(const BusOptions& options);
 std::unique_ptr<RawBus> open_raw_cyclone(const BusOptions& options);
 std::unique_ptr<RawBus> open_raw_fastdds(const BusOptions& options);
 
-// The key of a keyed topic is the first member of its type and of fixed size, so that it can be found without the type.
-// Its size in bytes, 0 for a topic without a key.
-std::size_t key_bytes(const TopicRow& topic);
-// Gives the key as DDS hashes it: big-endian, the rest zero. Returns false when the payload is too short or no plain
+// Gives the key, which is the first member of the type and has so many bytes (TopicRow), as DDS hashes it: big-endian,
+// the rest zero. Returns false when the payload is too short or no plain
 // CDR.
 bool raw_key(Payload payload, std::size_t bytes, std::array<std::uint8_t, 16>& key);
 

@@ -213,8 +213,8 @@ Qos reader_qos(TopicRow row, int depth) {
 // `type` is set to the type that the topic came to use.
 dds_entity_t create_topic(dds_entity_t participant, const TopicRow& row, ddsi_sertype*& type) {
   auto* blob_type = new BlobType();
-  ddsi_sertype_init(blob_type, row.type_name, sertype_ops(), serdata_ops(), !row.keyed);
-  blob_type->key_size = key_bytes(row);
+  ddsi_sertype_init(blob_type, row.type_name, sertype_ops(), serdata_ops(), row.key_bytes == 0);
+  blob_type->key_size = row.key_bytes;
   blob_type->allowed_data_representation = DDS_DATA_REPRESENTATION_FLAG_XCDR1;
   type = blob_type;
   const dds_entity_t topic = dds_create_topic_sertype(participant, row.name, &type, nullptr, nullptr, nullptr);

@@ -29,10 +29,10 @@ constexpr std::uint32_t kFirstSize = 1024;  // payloads grow from here
 
 class BlobType : public dds::TopicDataType {
  public:
-  explicit BlobType(const TopicRow& row) : key_size_(key_bytes(row)) {
+  explicit BlobType(const TopicRow& row) : key_size_(row.key_bytes) {
     setName(row.type_name);
     m_typeSize = kFirstSize;
-    m_isGetKeyDefined = row.keyed;
+    m_isGetKeyDefined = row.key_bytes > 0;
     // Cyclone refuses end points that come with Fast DDS's type information
     auto_fill_type_object(false);
     auto_fill_type_information(false);
@@ -113,7 +113,7 @@ class FastReader : public RawReader {
 class FastWriter : public RawWriter {
  public:
   FastWriter(dds::Publisher& publisher, dds::Topic& topic, const TopicRow& row)
-      : publisher_(publisher), key_size_(key_bytes(row)) {
+      : publisher_(publisher), key_size_(row.key_bytes) {
     writer_ = publisher.create_datawriter(&topic, fastdds_writer_qos(row));
     check(writer_ != nullptr, std::string("cannot write to ") + row.name);
   }

@@ -203,7 +203,7 @@ class Replay {
   // From the second round on the sequence numbers begin again; the sender's session changes with the round, so that
   // readers take it for a restart and not for old samples.
   Payload renewed(Payload payload, const TopicRow& topic) {
-    const std::size_t session_at = 4 + (topic.keyed ? 8 : 0) + 8;  // behind encapsulation, key and version
+    const std::size_t session_at = 4 + (topic.key_bytes > 0 ? 8 : 0) + 8;  // behind encapsulation, key and version
     again_.assign(payload.begin(), payload.end());
     if (again_.size() < session_at + 8) return payload;
     std::uint64_t session = 0;
