@@ -43,7 +43,8 @@ configure() {
   mkdir -p "build/$preset"
   # a first build is compiled together; a tree that somebody has configured for work on it stays as it is
   if [ ! -f "build/$preset/CMakeCache.txt" ]; then set -- -DPALP_TOGETHER=ON "$@"; fi
-  logged "build/$preset/configure.log" cmake --preset "$preset" -DPALP_WERROR="${PALP_WERROR:-OFF}" "$@"
+  if [ -n "${PALP_WERROR:-}" ]; then set -- -DPALP_WERROR="$PALP_WERROR" "$@"; fi
+  logged "build/$preset/configure.log" cmake --preset "$preset" "$@"
   sed -n 's/^-- \(CUDA back end: .*\)/\1/p' "build/$preset/configure.log"
 }
 

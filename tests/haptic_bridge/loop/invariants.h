@@ -132,15 +132,16 @@ class Invariants {
   // Checks that the mean square over ten seconds stays within what the motors hold for ever. What a wrench does for as
   // long as the loop is late nobody could have foreseen.
   bool judge_motors(const Wrench<double>& sent, double dt) {
-    constexpr double kTime = 10, kRounding = 1.02;  // [s]
+    constexpr double kTime = 10;       // [s]
+    constexpr double kAllowed = 1.02;  // of the square, for rounding
     const auto mean = [&](double& square, double now) {
       square += (now > square ? std::min(dt, 2 * seconds(c_.period_ns)) : dt) / kTime * (now - square);
     };
     mean(warm_, sent.force.squaredNorm());
     mean(warm_torque_, sent.torque.squaredNorm());
     const WrenchLimits& l = c_.limits;
-    return warm_ <= kRounding * l.continuous_force * l.continuous_force + kSlack &&
-           warm_torque_ <= kRounding * l.continuous_torque * l.continuous_torque + kSlack;
+    return warm_ <= kAllowed * l.continuous_force * l.continuous_force + kSlack &&
+           warm_torque_ <= kAllowed * l.continuous_torque * l.continuous_torque + kSlack;
   }
 
   // Checks that nothing is left but damping with data older than 60 ms, or while the arm is too fast, once the slope
