@@ -26,8 +26,7 @@ std::string BridgePeers::two_servers(const BusLink& link) const {
   if (other == 0) return "";
   return fmt::format(
       "two servers answer in this domain: the force comes from {} alone, {} is passed over; end one of the two, or "
-      "give "
-      "it another --domain",
+      "give it another --domain",
       roster_.name_of_session(link.server_session()), roster_.name_of_session(other));
 }
 

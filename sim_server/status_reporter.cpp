@@ -36,8 +36,7 @@ std::string advice_for_slow(double real_time_factor, double step_us, const Effor
   if (step_us < kShareOfPeriod * effort.period_us)
     return fmt::format(
         "the simulation runs in slow motion, at {:.2f} of real time, though most of its steps take but {:.0f} of "
-        "{:.0f} "
-        "us: other programs keep this machine busy",
+        "{:.0f} us: other programs keep this machine busy",
         real_time_factor, step_us, effort.period_us);
   // a sub-step's cost grows with the number of particles N, and with the spacing their number a second, as N^(1/3)
   constexpr double kMargin = 0.9;

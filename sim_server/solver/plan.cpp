@@ -129,8 +129,7 @@ void plan_elastic(const Scene& scene, Plan& plan) {
     if ((m.yield_stress || m.tear_strain) && plan.method == Method::paper)
       throw ConfigError(fmt::format(
           "{}: material '{}' has a {}, which method \"paper\" knows nothing of; expected method \"accurate\": change "
-          "it, or "
-          "leave that key out",
+          "it, or leave that key out",
           m.where.empty() ? scene.config.path : m.where, m.name, m.yield_stress ? "yield_stress" : "tear_strain"));
     plan.plastic = plan.plastic || m.yield_stress;
     plan.tears = plan.tears || m.tear_strain;
