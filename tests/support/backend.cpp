@@ -1,5 +1,7 @@
 #include "tests/support/backend.h"
 
+#include <unistd.h>
+
 namespace palp::test {
 namespace {
 
@@ -11,7 +13,14 @@ class NeedsDevice : public ::testing::Environment {
   }
 };
 
+// Lets the tests that start processes go first, which run beside these.
+class GivesWay : public ::testing::Environment {
+ public:
+  void SetUp() override { EXPECT_NE(nice(19), -1); }
+};
+
 const ::testing::Environment* const kRegistered = ::testing::AddGlobalTestEnvironment(new NeedsDevice);
+const ::testing::Environment* const kAlsoRegistered = ::testing::AddGlobalTestEnvironment(new GivesWay);
 
 }  // namespace
 
