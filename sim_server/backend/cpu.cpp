@@ -1,15 +1,18 @@
-// The CPU back end: OpenMP loops over the same functors that the GPU runs, with stored neighbour lists. It is one file,
-// because the compiler contracts products and sums as it inlines: cut in two it computes other last bits.
+// The CPU back end: loops by a team of threads over the same functors that the GPU runs, with stored neighbour lists.
+// It is one file, because the compiler contracts products and sums as it inlines: cut in two it computes other last
+// bits.
 #include <fmt/format.h>
-#include <omp.h>
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <new>
 
 #include "sim_server/solver/make_simulation.h"
 #include "sim_server/solver/simulation_on.h"
+#include "sim_server/solver/stage_times.h"
+#include "sim_server/threads/thread_team.h"
 
 namespace palp {
 namespace {
@@ -44,14 +47,14 @@ class NeighborLists {
   // each into memory of its own that it keeps from one listing to the next.
   template <class Pair>
   void build(const ParticleView& sorted, std::uint32_t n, const CellGrid& grid, real support, real skin,
-             const Pair& interacts, int threads) {
+             const Pair& interacts, ThreadTeam& team) {
     allowed2_ = real(0.25) * skin * skin;
     const real reach = support + skin;
     listed_at_.resize(n);
     end_.resize(n);
     run_ = std::max<std::uint32_t>(1, (n + kRuns - 1) / kRuns);
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-    for (std::uint32_t r = 0; r < kRuns; ++r) {
+    team.for_each(kRuns, 1, [&](std::size_t run) {
+      const auto r = static_cast<std::uint32_t>(run);
       std::vector<std::uint32_t>& list = list_[r];
       std::size_t size = 0;
       for (std::uint32_t i = r * run_; i < std::min(n, (r + 1) * run_); ++i) {
@@ -73,7 +76,7 @@ class NeighborLists {
                      });
         end_[i] = static_cast<std::uint32_t>(size);
       }
-    }
+    });
     valid_ = true;
   }
 
@@ -108,10 +111,10 @@ class Cpu {
 
   // A small scene is stepped by one thread: to wake others, and to wait for them when they are preempted, would cost
   // more than they bring.
-  explicit Cpu(std::size_t particles) : threads_(particles < kSingleThreadBelow ? 1 : omp_get_max_threads()) {}
+  explicit Cpu(std::size_t particles) : team_(particles < kSingleThreadBelow ? 1 : available_threads()) {}
 
   std::string name() const {
-    return fmt::format("cpu ({}), {} thread{}, {}", kInstructions, threads_, threads_ > 1 ? "s" : "",
+    return fmt::format("cpu ({}), {} thread{}, {}", kInstructions, team_.threads(), team_.threads() > 1 ? "s" : "",
                        sizeof(real) == 4 ? "float" : "double");
   }
   const std::vector<std::pair<std::string, std::size_t>>& arrays() const { return arrays_; }
@@ -155,7 +158,14 @@ class Cpu {
     if (record_) launches_.clear();
     complete_ = complete_ || variant + 1 == variants;
     work(variant);
+    if (times_ != nullptr) end_stage();
+    team_.adapt();
     record_ = false;
+  }
+  // Adds the time of each stage up from here on; null: no longer.
+  void time_stages(StageTimes* times) {
+    times_ = times;
+    stage_ = nullptr;
   }
   void forget() {
     launches_.clear();
@@ -164,24 +174,28 @@ class Cpu {
 
   template <class F>
   void for_each(const char* name, std::uint32_t n, const F& f) {
+    if (n == 0) return;
     note(name);
-#pragma omp parallel for schedule(static) num_threads(threads_)
-    for (std::uint32_t i = 0; i < n; ++i) f(i);
+    team_.for_each(n, kCheapChunk, [&f](std::size_t i) { f(static_cast<std::uint32_t>(i)); });
   }
   template <class F>
   void for_each_team(const char* name, std::uint32_t n, const F& f) {
+    if (n == 0) return;
     note(name);
-#pragma omp parallel for schedule(dynamic, 64) num_threads(threads_)
-    for (std::uint32_t i = 0; i < n; ++i) f(i, lists_.of(i));
+    team_.for_each(n, kChunk, [this, &f](std::size_t k) {
+      const auto i = static_cast<std::uint32_t>(k);
+      f(i, lists_.of(i));
+    });
   }
   template <class F>
   void for_each_group(const char* name, std::uint32_t n, const F& f) {
+    if (n == 0) return;
     note(name);
-#pragma omp parallel for schedule(static) num_threads(threads_)
-    for (std::uint32_t i = 0; i < n; ++i) f(i, SerialTeam{});
+    team_.for_each(n, kChunk, [&f](std::size_t i) { f(static_cast<std::uint32_t>(i), SerialTeam{}); });
   }
   template <class F>
   void for_each_block(const char* name, std::uint32_t n, const F& f) {
+    if (n == 0) return;
     note(name);
     for (std::uint32_t i = 0; i < n; ++i) f(i, SerialTeam{});
   }
@@ -200,12 +214,14 @@ class Cpu {
                        real support, real skin, const Pair& interacts) {
     note("sort");
     if (lists_.still_valid(from.xV, n, grid)) {
-#pragma omp parallel for schedule(static) num_threads(threads_)
-      for (std::uint32_t i = 0; i < n; ++i) copy_particle(from, i, to, i);
+      team_.for_each(n, kCheapChunk, [&](std::size_t k) {
+        const auto i = static_cast<std::uint32_t>(k);
+        copy_particle(from, i, to, i);
+      });
       return;
     }
     sort(from, to, n, grid);
-    lists_.build(to, n, grid, support, skin, interacts, threads_);
+    lists_.build(to, n, grid, support, skin, interacts, team_);
   }
 
   template <class F>
@@ -215,6 +231,9 @@ class Cpu {
 
  private:
   static constexpr std::size_t kSingleThreadBelow = 4000;
+  // Particles that a thread takes at once: some 10 us of work, so that little is left to wait for, with neighbours and
+  // without.
+  static constexpr std::size_t kChunk = 64, kCheapChunk = 1024;
   static constexpr std::align_val_t kAlign{64};
 
   // Sorts the particles by cell, by a stable counting sort; inactive particles have a cell of their own.
@@ -232,18 +251,31 @@ class Cpu {
     start_[0] = 0;
   }
 
+  // Every stage calls this as it begins.
   void note(const char* name) {
     if (record_) launches_.emplace_back(name);
+    if (times_ == nullptr) return;
+    end_stage();
+    stage_ = name;
+  }
+  void end_stage() {
+    const auto now = std::chrono::steady_clock::now();
+    if (stage_ != nullptr) add_launch(*times_, stage_, std::chrono::duration<double>(now - stage_begin_).count());
+    stage_ = nullptr;
+    stage_begin_ = now;
   }
   struct Free {
     void operator()(std::byte* p) const { ::operator delete(p, kAlign); }
   };
-  int threads_;
+  ThreadTeam team_;
   std::vector<std::pair<std::string, std::size_t>> arrays_;
   std::vector<std::unique_ptr<std::byte, Free>> blocks_;
   std::vector<std::string> launches_;
   bool record_ = false;
   bool complete_ = false;  // true: launches_ are those of the last variant, which has all stages
+  StageTimes* times_ = nullptr;
+  const char* stage_ = nullptr;  // the one that runs while times are taken
+  std::chrono::steady_clock::time_point stage_begin_;
   std::uint32_t *cell_ = nullptr, *start_ = nullptr;
   NeighborLists lists_;
 };

@@ -14,6 +14,13 @@ std::string cuda_unavailable() {
   return devices > 0 ? "" : "this host has no CUDA device: use --backend cpu";
 }
 
+std::string cuda_device_name() {
+  int device = 0;
+  cudaDeviceProp properties{};
+  if (cudaGetDevice(&device) != cudaSuccess || cudaGetDeviceProperties(&properties, device) != cudaSuccess) return "";
+  return properties.name;
+}
+
 std::unique_ptr<Simulation> make_cuda_simulation(const Scene& scene) {
   if (const std::string why = cuda_unavailable(); !why.empty()) throw std::runtime_error(why);
   return std::make_unique<SimulationOn<Cuda>>(scene);

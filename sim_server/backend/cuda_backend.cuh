@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim_server/backend/cuda_lists.cuh"
+#include "sim_server/solver/stage_times.h"
 
 namespace palp {
 
@@ -52,6 +53,7 @@ class Cuda {
     for (void* p : host_blocks_) cudaFreeHost(p);
     cudaEventDestroy(packed_);
     cudaEventDestroy(copied_);
+    for (const Mark& mark : marks_) cudaEventDestroy(mark.event);
     cudaStreamDestroy(stream_);
     cudaStreamDestroy(copy_stream_);
   }
@@ -127,6 +129,7 @@ class Cuda {
   // each into a graph the first time; then launches the one asked for and waits for it.
   template <class F>
   void execute(int variant, int variants, F&& work) {
+    if (times_ != nullptr) return execute_timed([&] { work(variant); });
     for (int k = static_cast<int>(graphs_.size()); k < variants; ++k) {
       cudaGraph_t graph = nullptr;
       record_ = k + 1 == variants;
@@ -143,6 +146,10 @@ class Cuda {
     check(cudaStreamSynchronize(stream_), "running the step");
   }
 
+  // Adds the time of each stage up from here on, of steps that are launched one by one, without their graph; null: no
+  // longer.
+  void time_stages(StageTimes* times) { times_ = times; }
+
   // Drops the captured step, which no longer holds; the next step captures it again.
   void forget() {
     for (cudaGraphExec_t graph : graphs_) check(cudaGraphExecDestroy(graph), "dropping the step's graph");
@@ -153,22 +160,26 @@ class Cuda {
 
   template <class F>
   void for_each(const char* name, std::uint32_t n, const F& f) {
+    if (n == 0) return;
     note(name);
     launch(name, run_each<F>, n, 256, n, f);
   }
   template <class F>
   void for_each_team(const char* name, std::uint32_t n, const F& f) {
+    if (n == 0) return;
     note(name);
     with_lanes(n,
                [&]<int L>() { launch(name, run_team<L, F>, std::uint64_t(n) * L, kTeamThreads, n, work_.lists, f); });
   }
   template <class F>
   void for_each_group(const char* name, std::uint32_t n, const F& f) {
+    if (n == 0) return;
     note(name);
     with_lanes(n, [&]<int L>() { launch(name, run_group<L, F>, std::uint64_t(n) * L, kTeamThreads, n, f); });
   }
   template <class F>
   void for_each_block(const char* name, std::uint32_t n, const F& f) {
+    if (n == 0) return;
     note(name);
     launch(name, run_block<F>, std::uint64_t(n) * BlockTeam::kThreads, BlockTeam::kThreads, f);
   }
@@ -281,7 +292,34 @@ class Cuda {
   }
   void note(const char* name) {
     if (record_) launches_.emplace_back(name);
+    if (times_ != nullptr) mark(name);
   }
+  // Records the moment at which the device comes to a stage.
+  void mark(const char* name) {
+    if (marked_ == marks_.size()) {
+      marks_.emplace_back();
+      check(cudaEventCreate(&marks_.back().event), "creating an event");
+    }
+    marks_[marked_].name = name;
+    check(cudaEventRecord(marks_[marked_++].event, stream_), "recording an event");
+  }
+  template <class F>
+  void execute_timed(F&& work) {
+    marked_ = 0;
+    work();
+    mark("");
+    check(cudaStreamSynchronize(stream_), "running the step");
+    for (std::size_t k = 0; k + 1 < marked_; ++k) {
+      float ms = 0;
+      check(cudaEventElapsedTime(&ms, marks_[k].event, marks_[k + 1].event), "reading an event");
+      add_launch(*times_, marks_[k].name, 1e-3 * ms);
+    }
+  }
+
+  struct Mark {
+    cudaEvent_t event = nullptr;
+    const char* name = "";
+  };
 
   std::string name_;
   cudaStream_t stream_ = nullptr, copy_stream_ = nullptr;
@@ -291,6 +329,9 @@ class Cuda {
   std::vector<std::pair<std::string, std::size_t>> arrays_;
   std::vector<std::string> launches_;
   bool record_ = false;
+  StageTimes* times_ = nullptr;
+  std::vector<Mark> marks_;
+  std::size_t marked_ = 0;  // marks of the step that is being timed
   int processors_ = 1;
   bool early_launch_ = false;
   ListWork work_;

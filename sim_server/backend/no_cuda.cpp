@@ -9,6 +9,8 @@ std::string cuda_unavailable() {
   return "this build has no CUDA back end: install the CUDA Toolkit and build again, or use --backend cpu";
 }
 
+std::string cuda_device_name() { return ""; }
+
 std::unique_ptr<Simulation> make_cuda_simulation(const Scene&) { throw std::runtime_error(cuda_unavailable()); }
 
 }  // namespace palp

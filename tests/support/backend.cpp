@@ -5,22 +5,17 @@
 namespace palp::test {
 namespace {
 
-class NeedsDevice : public ::testing::Environment {
+// Lets tests that start processes, which run beside these, go first. Skips all where the device is missing.
+class Surroundings : public ::testing::Environment {
  public:
   void SetUp() override {
+    EXPECT_NE(nice(19), -1);
     if (tested_backend() != Backend::cuda) return;
     if (const std::string why = cuda_unavailable(); !why.empty()) GTEST_SKIP() << why;
   }
 };
 
-// Lets the tests that start processes go first, which run beside these.
-class GivesWay : public ::testing::Environment {
- public:
-  void SetUp() override { EXPECT_NE(nice(19), -1); }
-};
-
-const ::testing::Environment* const kRegistered = ::testing::AddGlobalTestEnvironment(new NeedsDevice);
-const ::testing::Environment* const kAlsoRegistered = ::testing::AddGlobalTestEnvironment(new GivesWay);
+const ::testing::Environment* const kRegistered = ::testing::AddGlobalTestEnvironment(new Surroundings);
 
 }  // namespace
 

@@ -1,0 +1,144 @@
+#include "sim_server/threads/thread_team.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <utility>
+
+namespace palp {
+namespace {
+
+constexpr int kSpins = 300;  // pauses before a thread sleeps, some microseconds: longer than from one loop to the next
+constexpr int kFirstPause = 16;  // calls of adapt() for which helpers sleep when they are first found to be in the way
+constexpr int kLongestPause = 4096;
+// The share of the time gained that may be lost by waiting. At 1 helpers and caller are as fast as the caller alone,
+// but not as even.
+constexpr double kBearable = 0.5;
+constexpr double kFading = 0.9;  // of the sums at each call of adapt()
+constexpr std::uint64_t kChunks = 0xffffffffu;
+
+void pause_briefly() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#elif defined(__aarch64__)
+  asm volatile("yield");
+#endif
+}
+
+double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+}  // namespace
+
+int available_threads() {
+  const char* asked = std::getenv("OMP_NUM_THREADS");
+  const int threads = asked != nullptr ? std::atoi(asked) : 0;
+  return std::clamp(threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency()), 1, 1024);
+}
+
+ThreadTeam::ThreadTeam(int threads) : invited_(threads - 1), next_pause_(kFirstPause) {
+  for (int k = 0; k + 1 < threads; ++k) helpers_.emplace_back(&ThreadTeam::help, this, k);
+}
+
+ThreadTeam::~ThreadTeam() {
+  stop_ = true;
+  invited_ = threads();  // those that sleep because they are not invited wake, too
+  invited_.notify_all();
+  ++loop_;
+  loop_.notify_all();
+  for (std::thread& helper : helpers_) helper.join();
+}
+
+void ThreadTeam::run(std::uint64_t chunk) {
+  const std::size_t begin = chunk * job_.chunk;
+  try {
+    job_.call(job_.work, begin, std::min(job_.n, begin + job_.chunk));
+  } catch (...) {
+    const std::lock_guard lock(failure_mutex_);
+    if (!failure_) failure_ = std::current_exception();
+  }
+}
+
+bool ThreadTeam::run_chunk() {
+  std::uint64_t left = left_.load(std::memory_order_acquire);
+  do {
+    if ((left & kChunks) == 0) return false;
+  } while (!left_.compare_exchange_weak(left, left - 1, std::memory_order_acq_rel));
+  run((left & kChunks) - 1);
+  return true;
+}
+
+void ThreadTeam::help(int index) {
+  while (true) {
+    const int invited = invited_.load(std::memory_order_acquire);
+    if (index >= invited) {
+      invited_.wait(invited, std::memory_order_acquire);
+      continue;
+    }
+    const std::uint32_t loop = loop_.load(std::memory_order_acquire);
+    if (stop_) return;
+    while (run_chunk()) {
+      helped_.fetch_add(1, std::memory_order_release);
+      helped_.notify_one();
+    }
+    for (int spin = 0; spin < kSpins && loop_.load(std::memory_order_relaxed) == loop; ++spin) pause_briefly();
+    loop_.wait(loop, std::memory_order_acquire);
+  }
+}
+
+void ThreadTeam::share_out(const Job& job) {
+  const std::size_t chunks = (job.n + job.chunk - 1) / job.chunk;
+  if (chunks <= 1 || invited_.load(std::memory_order_relaxed) == 0) {
+    for (std::size_t begin = 0; begin < job.n; begin += job.chunk)
+      job.call(job.work, begin, std::min(job.n, begin + job.chunk));
+    return;
+  }
+  const double begin = now_s();
+  job_ = job;
+  helped_.store(0, std::memory_order_relaxed);
+  const std::uint64_t number = loop_.load(std::memory_order_relaxed) + 1u;
+  left_.store(number << 32 | chunks, std::memory_order_release);
+  loop_.store(static_cast<std::uint32_t>(number), std::memory_order_release);
+  loop_.notify_all();
+  std::uint32_t own = 0;
+  while (run_chunk()) ++own;
+  const double done = now_s();
+  const auto others = static_cast<std::uint32_t>(chunks) - own;
+  if (helped_.load(std::memory_order_acquire) != others) {
+    wait_for_helpers(others);
+    if (own > 0) lost_ += now_s() - done;  // else this thread was kept from running itself
+  }
+  if (own > 0) gained_ += (done - begin) * others / own;
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+}
+
+void ThreadTeam::wait_for_helpers(std::uint32_t chunks) {
+  for (int spin = 0; spin < kSpins; ++spin) {
+    if (helped_.load(std::memory_order_acquire) == chunks) return;
+    pause_briefly();
+  }
+  for (std::uint32_t done = helped_.load(std::memory_order_acquire); done != chunks;
+       done = helped_.load(std::memory_order_acquire))
+    helped_.wait(done, std::memory_order_acquire);
+}
+
+void ThreadTeam::adapt() {
+  const int all = static_cast<int>(helpers_.size()), invited = invited_.load(std::memory_order_relaxed);
+  if (all == 0) return;
+  if (invited > 0 && lost_ > kBearable * gained_) {
+    invited_.store(invited / 2, std::memory_order_release);
+    pause_ = next_pause_;
+    next_pause_ = std::min(2 * next_pause_, kLongestPause);
+    gained_ = lost_ = 0;
+    good_ = 0;
+  } else if (invited < all && --pause_ <= 0) {
+    invited_.store(std::min(all, std::max(1, 2 * invited)), std::memory_order_release);
+    invited_.notify_all();
+    pause_ = kFirstPause;
+  } else if (++good_ % kLongestPause == 0) {
+    next_pause_ = std::max(next_pause_ / 2, kFirstPause);
+  }
+  gained_ *= kFading;
+  lost_ *= kFading;
+}
+
+}  // namespace palp

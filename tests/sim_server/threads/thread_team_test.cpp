@@ -1,0 +1,125 @@
+// Threads that share out loops.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <numeric>
+#include <random>
+#include <set>
+#include <stdexcept>
+
+#include "sim_server/threads/thread_team.h"
+#include "tests/support/eventually.h"
+#include "tests/support/seed.h"
+
+namespace palp::test::thread_team_test {
+namespace {
+
+constexpr auto kNap = std::chrono::milliseconds(2);
+
+// A loop of 8 chunks whose helpers nap in each of theirs. Returns whether any helper took part.
+bool nap_in_helpers(ThreadTeam& team, bool nap) {
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<int> helped{0};
+  team.for_each(8, 1, [&](std::size_t) {
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
+    if (std::this_thread::get_id() == caller) return;
+    ++helped;
+    if (nap) std::this_thread::sleep_for(10 * kNap);
+  });
+  return helped > 0;
+}
+
+TEST(ThreadTeam, DoesEachOnceWhateverTheChunks) {
+  const unsigned seed = drawn_seed();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  for (const int threads : {1, 2, 5, 16}) {
+    ThreadTeam team(threads);
+    EXPECT_EQ(team.threads(), threads);
+    for (int round = 0; round < 300; ++round) {
+      const std::size_t n = random() % 3000, chunk = 1 + random() % 400;
+      std::vector<int> done(n, 0);
+      team.for_each(n, chunk, [&](std::size_t i) { ++done[i]; });
+      EXPECT_EQ(std::accumulate(done.begin(), done.end(), std::size_t{0}), n);
+      EXPECT_EQ(std::count(done.begin(), done.end(), 1), static_cast<std::ptrdiff_t>(n));
+      team.in_chunks(n, chunk, [&](std::size_t begin, std::size_t end) {
+        EXPECT_TRUE(begin % chunk == 0 && end - begin <= chunk) << begin << " " << end;
+      });
+      team.adapt();
+    }
+  }
+}
+
+TEST(ThreadTeam, HelpersTakePart) {
+  ThreadTeam team(3);
+  EXPECT_TRUE(eventually([&] { return nap_in_helpers(team, false); }));
+}
+
+TEST(ThreadTeam, LeavesOutHelpersThatAreInTheWayAndTriesThemAgain) {
+  ThreadTeam team(3);
+  ASSERT_TRUE(eventually([&] {
+    team.adapt();
+    return nap_in_helpers(team, true);
+  }));
+  // with each pause helpers take part in a smaller share of the loops
+  int helped = 0;
+  constexpr int kLoops = 400;
+  for (int loop = 0; loop < kLoops; ++loop) {
+    helped += nap_in_helpers(team, true) ? 1 : 0;
+    team.adapt();
+  }
+  EXPECT_LT(helped, kLoops / 10);
+  EXPECT_TRUE(eventually([&] {
+    team.adapt();
+    return nap_in_helpers(team, false);
+  }));
+}
+
+TEST(ThreadTeam, PassesAnExceptionOnAndGoesOn) {
+  ThreadTeam team(4);
+  for (int round = 0; round < 50; ++round) {
+    const auto fail = [](std::size_t i) {
+      if (i % 50 == 7) throw std::runtime_error("7");
+    };
+    EXPECT_THROW(team.for_each(1000, 10, fail), std::runtime_error);
+    int sum = 0;
+    team.for_each(100, 100, [&](std::size_t) { ++sum; });
+    EXPECT_EQ(sum, 100);
+  }
+}
+
+// The states of this process's threads: R runs, S sleeps.
+std::multiset<char> thread_states() {
+  std::multiset<char> states;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::ifstream file(task.path() / "stat");
+    std::string line;
+    std::getline(file, line);
+    if (const std::size_t at = line.rfind(") "); at != std::string::npos) states.insert(line[at + 2]);
+  }
+  return states;
+}
+
+// A thread that spins keeps a core from whom it waits for.
+TEST(ThreadTeam, SleepsWhereThereIsNothingToDo) {
+  ThreadTeam team(5);
+  team.for_each(1000, 1, [](std::size_t) {});
+  EXPECT_TRUE(eventually([] { return thread_states().count('S') == 4; }));
+}
+
+TEST(AvailableThreads, AreThoseThatTheUserAsksFor) {
+  const char* before = std::getenv("OMP_NUM_THREADS");
+  const std::string kept = before != nullptr ? before : "";
+  setenv("OMP_NUM_THREADS", "3", 1);
+  EXPECT_EQ(available_threads(), 3);
+  setenv("OMP_NUM_THREADS", "none", 1);
+  EXPECT_GE(available_threads(), 1);
+  if (before != nullptr)
+    setenv("OMP_NUM_THREADS", kept.c_str(), 1);
+  else
+    unsetenv("OMP_NUM_THREADS");
+}
+
+}  // namespace
+}  // namespace palp::test::thread_team_test
