@@ -1,5 +1,5 @@
-// Where palp's own files are found: scenes, hands, device profiles. No path of the machine that built a program is in
-// it, so programs run from any folder, installed or out of a build tree.
+// Where palp's own files are found: scenes, hands, device profiles, tables of the trade between speed and accuracy. No
+// path of the machine that built a program is in it, so programs run from any folder, installed or out of a build tree.
 #pragma once
 
 #include <filesystem>
@@ -16,6 +16,7 @@ struct DataKind {
 inline constexpr DataKind kSceneFiles{"scenes", "scene file"};
 inline constexpr DataKind kHandFiles{"hands", "hand script"};
 inline constexpr DataKind kDeviceProfiles{"devices", "device profile"};
+inline constexpr DataKind kTradeTables{"trade", "table of the trade"};  // JSON: machine_class.h finds them
 
 // The folder that holds `scenes`, `hands` and `devices`: PALP_DATA_DIR where that is set; else share/palp beside the
 // program's bin; else config/ of the source tree whose build folder the program lies in; else palp in XDG_DATA_DIRS.

@@ -43,6 +43,11 @@ void read_general(TomlTable& root, SceneConfig& scene, const SceneOverrides& ove
   scene.gravity_ramp = table.number("gravity_ramp", not_negative("s")).value_or(scene.gravity_ramp);
   scene.rate_hz = table.number("rate_hz", {"Hz", 1, 1e6}).value_or(scene.rate_hz);
   scene.duration = table.number("duration", {"s", 0, 1e6, true}).value_or(scene.duration);
+  if (scene.duration * scene.rate_hz < 1 - 1e-9)
+    table.fault("duration",
+                fmt::format("duration is {:g} s, expected at least one haptic step of {:g} s; make it longer "
+                            "or raise rate_hz",
+                            scene.duration, 1 / scene.rate_hz));
 }
 
 // `spacing` is a number, or a table with a number for each accuracy level.
@@ -83,12 +88,14 @@ void read_numerics(TomlTable& root, SceneConfig& scene, const SceneOverrides& ov
   n.support_over_spacing = table.number("support_over_spacing", range_of("numerics.support_over_spacing"));
   n.sound_speed = table.number("sound_speed", range_of("numerics.sound_speed"));
   n.max_speed = table.number("max_speed", range_of("numerics.max_speed"));
+  n.where = table.where(n.sound_speed ? "sound_speed" : "max_speed");
   n.artificial_viscosity = table.number("artificial_viscosity", range_of("numerics.artificial_viscosity"));
   n.density_diffusion = table.number("density_diffusion", range_of("numerics.density_diffusion"));
   if (const auto scheme = table.choice("viscosity", kViscosity)) n.viscosity = static_cast<ViscosityScheme>(*scheme);
   if (const auto solver = table.choice("elastic_solver", kElasticSolvers); solver && *solver < 2)
     n.elastic_solver = static_cast<ElasticSolver>(*solver);
   n.tension = table.boolean("tension");
+  n.solid_particles = table.boolean("solid_particles").value_or(false) || overrides.solid_particles;
   if (const auto steps = table.integer("sub_steps", 1, 100000)) n.sub_steps = static_cast<int>(*steps);
   n.safety = table.number("safety", range_of("numerics.safety")).value_or(n.safety);
   if (n.sound_speed && n.max_speed && *n.sound_speed <= *n.max_speed) {
@@ -155,6 +162,8 @@ std::uint64_t hash_of_overrides(const SceneOverrides& overrides, std::uint64_t h
   if (overrides.method) hash = hash_of(fmt::format("method {}", to_string(*overrides.method)), hash);
   if (overrides.accuracy) hash = hash_of(fmt::format("accuracy {}", to_string(*overrides.accuracy)), hash);
   if (overrides.spacing) hash = hash_of(fmt::format("spacing {:a}", *overrides.spacing), hash);
+  for (const std::string& setting : overrides.settings) hash = hash_of("set " + setting, hash);
+  if (overrides.solid_particles) hash = hash_of("solid particles", hash);
   return hash;
 }
 
@@ -163,6 +172,7 @@ std::uint64_t hash_of_overrides(const SceneOverrides& overrides, std::uint64_t h
 SceneConfig read_scene(TomlFile& file, const std::string& path, const SceneOverrides& overrides) {
   SceneConfig scene;
   scene.path = path;
+  for (const std::string& setting : overrides.settings) file.set(setting);
   TomlTable root = file.root();
   read_general(root, scene, overrides);
   read_domain(root, scene);

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -136,12 +137,31 @@ struct NumericsConfig {
   std::optional<ElasticSolver> elastic_solver;  // unset: what costs less
   std::optional<bool> tension;                  // let fluid pressure be negative
   std::optional<int> sub_steps;                 // per haptic step; refused when unstable
+  bool solid_particles = false;                 // all rigid and fixed bodies have particles, needed or not
+  std::string where;                            // file:line of sound_speed or max_speed, for messages
   double safety = 0.5;                          // fraction of the linear stability limit that a sub-step uses, 0.05..1
 };
 
 struct StreamConfig {
   double particle_rate_hz = 60;
   ScalarField scalar = ScalarField::speed;
+};
+
+// The choice of --budget or --error: by what it was made, and what it is expected to cost and err
+// (sim_server/trade/choice.h).
+struct NumericsChoice {
+  std::string asked;                  // "a budget of 500 us"
+  double spacing = 0;                 // [m]
+  std::vector<std::string> settings;  // TABLE.KEY=VALUE each
+  double expected_step = 0;           // median of a haptic step while the hand moves [s]
+  double expected_step_p99 = 0;       // [s]
+  double expected_error = 0;          // of the force, rms over rms
+  double uncertainty = 0;             // of the reference that errors were measured against, as a share of the force
+  std::string machine_class;          // of this machine
+  double speed = 1;                   // of this machine over that of the table
+  std::string measured_with;          // the scene whose curve served
+  bool own_curve = false;             // that is this scene
+  std::string table, table_date, table_commit;
 };
 
 struct SceneConfig {
@@ -167,6 +187,8 @@ struct SceneConfig {
   std::vector<HeatZoneConfig> heat_zones;
   std::vector<ProbeConfig> probes;
   std::uint64_t hash = 0;  // of the file's text and the overrides
+  // Shared by the copies of a scene: what is expected is known when the simulation that holds one was timed.
+  std::shared_ptr<const NumericsChoice> choice;  // none: a level or a spacing was given
 };
 
 // Overrides from the command line. Each, when set, wins over the file.
@@ -174,6 +196,8 @@ struct SceneOverrides {
   std::optional<Method> method;
   std::optional<Accuracy> accuracy;
   std::optional<double> spacing;
+  std::vector<std::string> settings;  // TABLE.KEY=VALUE each, a later one wins over an earlier; read as the file is
+  bool solid_particles = false;       // true: as if numerics.solid_particles were
 };
 
 // Reads a scene. Throws ConfigError (config/error.h) that lists every fault found: file:line, what, what was expected.

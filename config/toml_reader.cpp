@@ -2,15 +2,14 @@
 
 #include <fmt/format.h>
 
-// In builds without NDEBUG it would end the process at some malformed keys, which its parser then refuses.
-#define TOML_ASSERT(expr) static_cast<void>(0)
-#include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "config/error.h"
 #include "config/text_file.h"
+#include "config/toml_library.h"
+#include "config/toml_setting.h"
 
 namespace palp {
 
@@ -22,6 +21,7 @@ struct TomlState {
   std::string path;
   std::string text;
   toml::table root;
+  std::vector<std::string> settings;  // their keys stand in lines from kFirstSetting on
   std::vector<Fault> faults;
   std::map<const void*, std::set<std::string, std::less<>>> used;  // by table: keys asked for
   std::set<std::string> asked;
@@ -30,6 +30,13 @@ struct TomlState {
 namespace {
 
 constexpr std::size_t kMaxFileBytes = std::size_t{16} << 20;
+constexpr std::size_t kFirstSetting = 1u << 30;  // no file that is read has so many lines
+
+// Where a line stands, for messages: in the file, or as an option on the command line.
+std::string place_of(const TomlState& state, std::size_t line) {
+  if (line >= kFirstSetting) return "--set " + state.settings.at(line - kFirstSetting);
+  return line > 0 ? fmt::format("{}:{}", state.path, line) : state.path;
+}
 
 const toml::table& as_table(const void* node) { return *static_cast<const toml::table*>(node); }
 
@@ -162,7 +169,7 @@ std::size_t line_of(const toml::table& table, std::string_view key) {
 
 std::string TomlTable::where(std::string_view key) const {
   if (!node_) return state_->path;
-  return fmt::format("{}:{}", state_->path, std::max<std::size_t>(1, line_of(as_table(node_), key)));
+  return place_of(*state_, std::max<std::size_t>(1, line_of(as_table(node_), key)));
 }
 
 void TomlTable::fault(std::string_view key, const std::string& text) {
@@ -342,6 +349,13 @@ TomlFile TomlFile::parse(const std::string& text, const std::string& path) {
   return TomlFile(std::move(state));
 }
 
+void TomlFile::set(const std::string& setting) {
+  const std::size_t line = kFirstSetting + state_->settings.size();
+  state_->settings.push_back(setting);
+  const std::string wrong = insert_setting(state_->root, setting, static_cast<std::uint32_t>(line));
+  if (!wrong.empty()) fault(line, wrong);
+}
+
 TomlTable TomlFile::root() {
   state_->used[&state_->root];
   return {state_, &state_->root, "", ""};
@@ -363,8 +377,7 @@ void TomlFile::finish() {
   std::vector<std::string> texts;
   for (const auto& [line, text] : state_->faults) {
     if (!told.emplace(line, text).second) continue;
-    texts.push_back(line > 0 ? fmt::format("{}:{}: {}", state_->path, line, text)
-                             : fmt::format("{}: {}", state_->path, text));
+    texts.push_back(fmt::format("{}: {}", place_of(*state_, line), text));
   }
   throw ConfigError(texts);
 }

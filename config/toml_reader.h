@@ -93,6 +93,9 @@ class TomlFile {
   static TomlFile read(const std::string& path);
   static TomlFile parse(const std::string& text, const std::string& path);
 
+  // Replaces or adds a value: TABLE.KEY=VALUE, for keys of tables that occur once. It is then read and judged as if it
+  // stood in the file, and messages name it as the option --set. Before root().
+  void set(const std::string& setting);
   TomlTable root();
   const std::string& text() const;  // as read
   bool faulty() const;              // some fault was found so far

@@ -22,8 +22,9 @@ struct ParticleFrame {
   std::int64_t t_receive_ns = 0;  // of the last chunk, on this host's clock
 };
 
+// Returns the number of chunks of a frame: one at least, so that a scene of bodies without particles has frames, too.
 constexpr std::uint32_t chunks_of(std::uint32_t particle_count) {
-  return particle_count / kChunkParticles + (particle_count % kChunkParticles != 0 ? 1 : 0);
+  return std::max(1u, particle_count / kChunkParticles + (particle_count % kChunkParticles != 0 ? 1 : 0));
 }
 
 // How many particles chunk number i of such a frame holds: kChunkParticles, the last one the rest. i < chunks_of(...).

@@ -26,7 +26,7 @@ void wait_for_post(sem_t& semaphore) {
 
 bool sendable(const ParticleFrame& f) {
   const std::size_t n = f.positions.size() / 3;
-  return n >= 1 && n <= kMaxParticles && f.positions.size() == 3 * n &&
+  return n <= kMaxParticles && f.positions.size() == 3 * n &&
          f.scalars.size() == (f.field == ScalarField::none ? 0 : n);
 }
 

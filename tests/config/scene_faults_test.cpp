@@ -38,6 +38,9 @@ const BadRow kBad[] = {
      "4: [scene]: method is \"papr\", expected one of: paper, accurate; did you mean 'paper'?"},
     {"method = \"accurate\"", "method = true", "4: [scene]: method is true, expected one of: paper, accurate"},
     {"rate_hz = 1000", "rate_hz = 0", "9: [scene]: rate_hz is 0, expected a number in Hz from 1 to 1000000"},
+    {"duration = 2", "duration = 0.0005",
+     "10: [scene]: duration is 0.0005 s, expected at least one haptic step of 0.001 s; make it longer or raise "
+     "rate_hz"},
     {"duration = 2", "duration = 0.0", "10: [scene]: duration is 0, expected a number in s above 0"},
     {"max = [1, 1, 1]", "max = [1, -1, 1]", "13: domain: max is -1 on axis y, expected more than min, which is -1"},
     {"min = [-1, -1, -1]", "", "11: domain: min is missing, expected an array of 3 numbers"},
@@ -225,6 +228,40 @@ TEST(SceneFaults, EachFaultHasItsMessageAndLine) {
     for (const std::string& fault : faults) all.append(fault).append("\n");
     EXPECT_TRUE(found) << "expected " << expected << "\ngot\n" << all;
     EXPECT_LE(faults.size(), 3u) << all;
+  }
+}
+
+// A setting is refused as its value in the file would be, and is named instead of a line.
+TEST(SceneFaults, EachFaultOfASettingNamesIt) {
+  const struct {
+    const char *setting, *fault;
+  } rows[] = {
+      {"numerics.safety=2", "numerics: safety is 2, expected a number from 0.05 to 1"},
+      {"numerics.safety=nan", "numerics: safety is nan, expected"},
+      {"numerics.safety=much", "numerics: safety is \"much\", expected a number"},
+      {"numerics.saftey=0.4", "unknown key 'saftey' in [numerics], did you mean 'safety'?"},
+      {"nummerics.safety=0.4", "unknown key 'nummerics', did you mean 'numerics'?"},
+      {"numerics.elastic_solver=implict", "did you mean 'implicit'?"},
+      {"scene.rate_hz=0", "[scene]: rate_hz is 0, expected a number in Hz from 1 to 1000000"},
+      {"heat.rate_hz=-1", "rate_hz is -1, expected"},
+      {"material.density=5", "material is no table that occurs once in the file, expected a key of one"},
+      {"numerics.safety.x=5", "safety is no table that occurs once"},
+      {"numerics.safety=", "the value is not valid TOML, expected"},
+      {"numerics.safety=1\n[scene]", "the value is not valid TOML, expected"},
+      {"numerics.safety=0.5 0.6", "the value is not valid TOML, expected"},
+      {"numerics.safety", "expected TABLE.KEY=VALUE, such as numerics.safety=0.4"},
+      {"safety=0.4", "expected TABLE.KEY=VALUE"},
+      {".=1", "'' is no name of a table"},
+      {"numerics.=1", "'' is no name of a key"},
+      {"numerics. safety=1", "' safety' is no name of a key"},
+  };
+  for (const auto& row : rows) {
+    SceneOverrides overrides;
+    overrides.settings = {"scene.duration=1", row.setting};
+    const std::vector<std::string> faults = faults_of(kScene, overrides);
+    ASSERT_EQ(faults.size(), 1u) << row.setting;
+    EXPECT_EQ(faults[0].rfind("--set " + printable(row.setting) + ": ", 0), 0u) << faults[0];
+    EXPECT_NE(faults[0].find(row.fault), std::string::npos) << faults[0];
   }
 }
 

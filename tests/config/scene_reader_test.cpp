@@ -149,6 +149,49 @@ TEST(SceneReader, OverridesWinAndChangeTheHash) {
   EXPECT_EQ(faults_of(kScene, overrides).size(), 1u);
 }
 
+TEST(SceneReader, SettingsWinOverTheFileAndChangeTheHash) {
+  const SceneConfig plain = read(kScene);
+  SceneOverrides overrides;
+  overrides.settings = {"numerics.safety=0.9",
+                        "numerics.safety=0.3",
+                        "numerics.elastic_solver=explicit",
+                        "numerics.tension=true",
+                        "scene.rate_hz=500",
+                        "scene.gravity=[0, 0, -1]",
+                        "scene.name=\"by hand\"",
+                        "numerics.spacing.fast=0.2",
+                        "heat.rate_hz=50",
+                        "stream.scalar=temperature",
+                        "domain.periodic=[false, false, false]"};
+  const SceneConfig set = read(kScene, overrides);
+  EXPECT_EQ(set.numerics.safety, 0.3);
+  EXPECT_EQ(set.numerics.elastic_solver, ElasticSolver::explicit_);
+  EXPECT_EQ(set.numerics.tension, true);
+  EXPECT_EQ(set.rate_hz, 500);
+  EXPECT_EQ(set.gravity, Eigen::Vector3d(0, 0, -1));
+  EXPECT_EQ(set.name, "by hand");
+  EXPECT_EQ(set.numerics.spacing, 0.2);
+  EXPECT_EQ(set.heat.rate_hz, 50);
+  EXPECT_EQ(set.stream.scalar, ScalarField::temperature);
+  EXPECT_EQ(set.numerics.max_speed, plain.numerics.max_speed);
+  EXPECT_NE(set.hash, plain.hash);
+  SceneOverrides other = overrides;
+  other.settings[1] = "numerics.safety=0.31";
+  EXPECT_NE(read(kScene, other).hash, set.hash);
+  other.settings = {"numerics.spacing=0.15"};
+  EXPECT_EQ(read(kScene, other).numerics.spacing, 0.15);
+  other.spacing = 0.25;
+  EXPECT_EQ(read(kScene, other).numerics.spacing, 0.25);
+}
+
+TEST(SceneReader, ASettingMakesATableThatTheFileLacks) {
+  const std::string bare =
+      replaced(kScene, "[stream]\nparticle_rate_hz = 30                   # 26\nscalar = \"density\"\n", "");
+  SceneOverrides overrides;
+  overrides.settings = {"stream.particle_rate_hz=7"};
+  EXPECT_EQ(read(bare, overrides).stream.particle_rate_hz, 7);
+}
+
 // Returns the keys that README.md documents: its headings name tables, its rows begin with a key.
 std::set<std::string> documented_keys() {
   std::ifstream in(PALP_SOURCE_DIR "/config/scenes/README.md");

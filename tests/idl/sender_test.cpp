@@ -129,11 +129,11 @@ TEST(ParticleSender, SendsNothingWhileNobodyListens) {
 TEST(ParticleSender, CountsFramesThatCannotBeSentAndChunksThatAreRefused) {
   const auto wire = std::make_shared<Wire>();
   ParticleSender sender(std::make_unique<FakeWriter>(wire));
-  submit(sender, 1, 0);
-  ASSERT_TRUE(eventually([&] { return sender.counts().bad_frames == 1; }));
-  sender.frame().positions.assign(10, 0);
-  sender.submit();
-  ASSERT_TRUE(eventually([&] { return sender.counts().bad_frames == 2; }));
+  for (std::uint64_t bad = 1; bad <= 2; ++bad) {
+    sender.frame().positions.assign(9 + bad, 0);
+    sender.submit();
+    ASSERT_TRUE(eventually([&] { return sender.counts().bad_frames == bad; }));
+  }
   wire->refuse = true;
   submit(sender, 2, 5'000);
   ASSERT_TRUE(eventually([&] { return sender.counts().refused_chunks == 2; }));
