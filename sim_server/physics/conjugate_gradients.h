@@ -1,7 +1,8 @@
 // The linear solver of implicit elasticity (implicit_elastic.h): conjugate gradients without a matrix.
 //
-// Preconditioned with the mass, so that momentum is exact however few rounds there are, in the form with one sum a
-// round (Chronopoulos & Gear 1989). z = r / m:
+// Preconditioned with the mass, so that momentum is exact however few rounds there are, and with contact (hold), whose
+// stiffness would else take many of them; in the form with one sum a round (Chronopoulos & Gear 1989).
+// z = (m + hold)^-1 r:
 //   w = A z, gamma = r.z, delta = w.z, beta = gamma / gamma', alpha = gamma / (delta - beta gamma / alpha')
 //   p = z + beta p, s = w + beta s, y += alpha p, r -= alpha s
 // The plan fixes the number of rounds; those after the last that changed something return at once.
@@ -32,9 +33,8 @@ struct SumRound {
     const std::uint32_t end = first_of_part(elastic, solve, part + 1);
     real gamma = 0, delta = 0;
     for (std::uint32_t i = first_of_part(elastic, solve, part) + team.lane(); i < end; i += team.size()) {
-      const Packed r = solve.residual[i];
-      const Vec3 z = preconditioned(r);
-      gamma += r.xyz().dot(z);
+      const Vec3 z = solve.scaled[i].xyz();
+      gamma += solve.residual[i].xyz().dot(z);
       delta += solve.image[i].xyz().dot(z);
     }
     gamma = team.sum(gamma);
@@ -89,12 +89,14 @@ struct AdvanceRound {
     const std::uint32_t end = first_of_part(elastic, solve, part + 1);
     for (std::uint32_t i = first_of_part(elastic, solve, part) + team.lane(); i < end; i += team.size()) {
       const Packed r = solve.residual[i];
-      const Vec3 p = preconditioned(r) + beta * solve.direction[i].xyz();
+      const Vec3 p = solve.scaled[i].xyz() + beta * solve.direction[i].xyz();
       const Vec3 s = solve.image[i].xyz() + beta * solve.advance[i].xyz();
       solve.direction[i] = pack(p, 0);
       solve.advance[i] = pack(s, 0);
       solve.change[i] = pack(solve.change[i].xyz() + now.alpha * p, 0);
-      solve.residual[i] = pack(r.xyz() - now.alpha * s, r.w);
+      const Packed left = pack(r.xyz() - now.alpha * s, r.w);
+      solve.residual[i] = left;
+      solve.scaled[i] = pack(preconditioned(solve, i, left), 0);
     }
   }
 };

@@ -1,106 +1,305 @@
-// Contact of soft bodies with rigid and fixed ones: each particle, a ball half a spacing wide, against their signed
-// distances, by the law of rigid_contact.h. Forces act in the particle's middle, so that both momenta are kept.
+// Contact of elastic bodies with rigid and fixed ones: a spring of the elastic matter itself between each particle that
+// touches and the other body's surface, in place of what its half of a spacing would be squeezed. So the force does not
+// depend on the sub-step. The spring is implicit (backward Euler), which no stiffness makes unstable.
 //
-// m_i = min(m of the particle, m_b / n): m_b is the other body's effective mass along the normal at the particle, n the
-// number of contacts that may act on it at once (BodyState::contact_mass), so that all of them together are stable on
-// either side.
+// symbol   meaning                                                                                unit
+// d, n     depth of the particle in the body; outward normal there                                m, -
+// v*       velocity against the body at the end of the sub-step, were there no contact            m/s
+// k, k_t   s (lambda + 2 mu) V / dx^2, s = kContactLayers, or less (contact_stiffness());             N/m
+//          k mu / (lambda + 2 mu)
+// q        dt k / (1 + dt^2 k a): the force that a unit of velocity at the end of the step takes  N s/m
+// a        N / m_b: inverse of the share of the body's effective mass along n that each of its N
+//          contacts has (mass splitting: Tonge, Benevolenski & Voroshilov 2012); 0 for a fixed body  1/kg
+// P        k (d - dt v*.n) q / (dt k): the push, were the particle's mass infinite                N
+// push     explicit elasticity: P / (1 + dt q / m). Implicit: P - q n.y with v in place of v*, y being what the solve
+//          adds to v (implicit_elastic.h), in whose matrix dt q n n^T stands
+//
+// Friction is Coulomb's, of a spring k_t between the particle and the place where it stuck, by the same equations, cut
+// off where it passes the coefficient times the push. In an implicit solve the push of the sub-step before decides
+// whether a particle slips, and one that does is pushed with a given force.
 #pragma once
 
-#include "sim_server/physics/elastic.h"
-#include "sim_server/physics/rigid_contact.h"
+#include "sim_server/physics/implicit_elastic.h"
+#include "sim_server/physics/soft_contact.h"
 
 namespace palp {
 
-// The matter of elastic bodies, by their particles in the order of forces.
-struct ElasticMatter {
+// s above, measured: tools/results/README.md, "Contact of elastic bodies".
+inline constexpr real kContactLayers = real(32);
+
+// Returns dt^2 k / m. waves: what the sub-step is of the time in which a pressure wave crosses a spacing. Where that is
+// long, matter is so stiff that less than its own stiffness holds it close enough, p dt^2 / (10 density spacing) under
+// a pressure p, and spares the implicit solve most of its rounds.
+template <class S>
+PALP_HD inline S contact_stiffness(S waves) {
+  const S own = S(kContactLayers) * waves * waves, enough = S(10) + S(100) / waves;
+  return own < enough ? own : enough;
+}
+
+// The contact of one particle with one body in a sub-step of an implicit solve.
+struct ElasticPush {
+  Vec3 n;                      // normal; zero without contact
+  Vec3 arm;                    // place from the body's centre [m]
+  Vec3 push;                   // force for y = 0, friction included [N]
+  real resists, resists_slip;  // q along n, and across it [N s/m]
+  real k_slip;                 // k_t [N/m]
+  bool touched;                // it touched in the last sub-step, too
+  real owed;                   // kinetic friction of the loads so far that has not acted yet [N]
+};
+
+PALP_HD inline ElasticPush no_elastic_push() {
+  return {Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), real(0), real(0), real(0), false, real(0)};
+}
+
+// Elastic particles, in the order of forces, against the bodies of the pairs that their part has.
+struct ElasticTouching {
+  PairPoints all;
   ElasticViews elastic;
   BodyViews bodies;
   Medium medium;
 
-  // Returns true for a particle that takes part in contact.
-  PALP_HD bool acts(std::uint32_t) const { return true; }
-  // Returns the share of the contact's forces that a particle gets.
-  PALP_HD real share(std::uint32_t) const { return real(1); }
-  // Returns true for a particle that friction acts on.
-  PALP_HD bool rough(std::uint32_t) const { return true; }
-  PALP_HD Motion motion(std::uint32_t i) const {
-    return {elastic.rest[i].xyz() + elastic.u[i].xyz(), elastic.v[i].xyz(), Vec3(0, 0, 0), false};
-  }
+  // A particle that may touch.
+  struct Candidate {
+    PairPoints::Touch t;
+    Vec3 v;             // v*
+    real q, q_slip;     // along n, and across it [N s/m]
+    real push;          // P, positive where the particle touches [N]
+    real k_slip, mass;  // k_t; of the particle
+  };
+
   PALP_HD real mass(std::uint32_t i) const {
     return medium.material[elastic.tag[i].material()].density * elastic.rest[i].w;
   }
-  PALP_HD void add(std::uint32_t i, const Vec3& f) const { bodies.force[i] = pack(bodies.force[i].xyz() + f, 0); }
-  // Returns the distance at which contact begins; only frozen matter remembers a smaller one.
-  PALP_HD real reach(std::uint32_t, std::uint32_t, real half, real) const { return half; }
-};
 
-// Computes contact of soft matter with rigid and fixed bodies. One team a part of a soft body, so that no two teams
-// touch the same particle.
-template <class Matter>
-struct SoftContact {
-  PairPoints all;
-  const SoftPart* parts;
-  Matter matter;
-  real spacing;
-
-  PALP_HD static real moving_mass(real particle, const BodyState& field, const Mat3& R, const PairPoints::Touch& t) {
-    if (field.kind != BodyKind::rigid) return particle;
-    const Vec3 b = R.transpose() * t.other.cross(t.n);
-    const real share = field.contact_mass / field.mass;
-    const real other = share / (real(1) / field.mass + b.dot(field.inverse_inertia * b));
-    return other < particle ? other : particle;
+  PALP_HD PairPoints::Touch find(std::uint32_t i, const ContactPair& pair, const Mat3& R, ContactState& state) const {
+    const Motion particle{elastic.rest[i].xyz() + elastic.u[i].xyz(), elastic.v[i].xyz(), Vec3(0, 0, 0), false};
+    return find_soft_touch(all, particle, pair, all.body[pair.b], R, real(0.5) * medium.spacing, state);
   }
 
-  // Returns the force on particle i by the pair's body b, zero without contact.
-  PALP_HD Vec3 force_on(std::uint32_t i, const ContactPair& pair, const BodyState& field, const Mat3& R,
-                        std::uint32_t place, Vec3& arm) const {
-    ContactState& state = all.contact.state[place];
-    const real half = real(0.5) * spacing;
-    PairPoints::Touch t = all.touch(matter.motion(i), motion_of(field), Vec3(0, 0, 0), half, false, R,
-                                    all.contact.shape[pair.shape_b], state.side);
-    const real reach = matter.reach(i, place, half, t.near ? half - t.depth : half);
-    if (!t.near) {
-      if (state.side.w > real(-1e29)) state = no_contact();
-      return Vec3(0, 0, 0);
+  // Returns N of a body.
+  PALP_HD real contacts_of(std::uint32_t body) const {
+    if (!all.contact.elastic_on_rigid || all.body[body].kind != BodyKind::rigid) return real(0);
+    const PairWrenches& by = all.contact.by;
+    real sum = 0;
+    for (std::uint32_t p = by.of_body[body]; p < by.of_body[body + 1]; ++p) sum += by.wrench[by.part[p] / 2].contacts;
+    return sum;
+  }
+
+  // Returns what gravity accelerates the body by; a hand holds its tool [m/s^2].
+  PALP_HD Vec3 fall_of(const BodyState& field) const {
+    if (field.kind != BodyKind::rigid || field.proxy >= 0) return Vec3(0, 0, 0);
+    return surroundings(all.grid, *all.forcing, field.x, all.dt).pull;
+  }
+
+  // Returns what the contact of particle i would be with the touch t. gain: what other forces add in the
+  // sub-step to the velocity that t knows [m/s].
+  PALP_HD Candidate candidate(std::uint32_t i, const PairPoints::Touch& t, const Vec3& gain, const BodyState& field,
+                              const Mat3& R, real contacts) const {
+    const Material& m = medium.material[elastic.tag[i].material()];
+    const real a = contacts * inverse_mass_along(field, R, t);
+    const real dt = all.dt;
+    Candidate c;
+    c.mass = mass(i);
+    const real wave = Eigen::numext::sqrt((m.lame + real(2) * m.shear) / m.density);
+    const real k = contact_stiffness(dt * wave / medium.spacing) * c.mass / (dt * dt);
+    c.t = t;
+    c.v = t.v + gain;
+    c.k_slip = k * m.shear / (m.lame + real(2) * m.shear);
+    c.q = dt * k / (real(1) + dt * dt * k * a);
+    c.q_slip = dt * c.k_slip / (real(1) + dt * dt * c.k_slip * a);
+    c.push = c.q * (t.depth / dt - c.v.dot(t.n));
+    return c;
+  }
+
+  // Returns the force across n of a particle that sticks, for y = 0 [N]. anchor: ContactState::anchor, world axes.
+  PALP_HD Vec3 sticking(const Candidate& c, const Vec3& anchor) const {
+    const Vec3 across = c.v - c.v.dot(c.t.n) * c.t.n, s = anchor - anchor.dot(c.t.n) * c.t.n;
+    return -c.q_slip * (s / all.dt + across);
+  }
+};
+
+// Counts, by pair, the particles that touch a rigid body; one team a part.
+struct CountElasticContacts {
+  ElasticTouching touching;
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t index, Team team) const {
+    const ContactViews& contact = touching.all.contact;
+    const SoftPart part = contact.elastic_part[index];
+    for (std::uint32_t k = part.first_pair; k < part.first_pair + part.pairs; ++k) {
+      const ContactPair pair = contact.pair[k];
+      const BodyState& field = touching.all.body[pair.b];
+      if (field.kind != BodyKind::rigid) continue;
+      const Mat3 R = field.q.toRotationMatrix();
+      real count = 0;
+      for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) {
+        const PairPoints::Touch t = touching.find(part.first + p, pair, R, contact.state[pair.first + p]);
+        if (t.near && t.depth > touching.all.dt * t.v.dot(t.n)) count += real(1);
+      }
+      count = team.sum(count);
+      if (team.leader()) contact.by.wrench[k].contacts = count;
     }
-    state.side = pack(R.transpose() * t.n, t.depth);
-    if (reach < half) all.set_depth(t, t.depth - (half - reach));
-    if (!(t.mean > real(0))) {
+  }
+};
+
+// Computes contact for explicit elasticity, and adds it to the particles' forces. One team a part, so that no two touch
+// the same particle.
+struct ElasticContact {
+  ElasticTouching touching;
+
+  PALP_HD Vec3 force_on(std::uint32_t i, const ContactPair& pair, const BodyState& field, const Mat3& R, real contacts,
+                        ContactState& state, Vec3& arm) const {
+    const PairPoints& all = touching.all;
+    const PairPoints::Touch t = touching.find(i, pair, R, state);
+    if (!t.near) return Vec3(0, 0, 0);
+    const Vec3 x = touching.elastic.rest[i].xyz() + touching.elastic.u[i].xyz();
+    const Vec3 pull =
+        touching.bodies.force[i].xyz() / touching.mass(i) + surroundings(all.grid, *all.forcing, x, all.dt).pull;
+    const Vec3 gain = all.dt * (pull - touching.fall_of(field));
+    const ElasticTouching::Candidate c = touching.candidate(i, t, gain, field, R, contacts);
+    if (!(c.push > real(0))) {
       state.anchor = {0, 0, 0, 0};
       return Vec3(0, 0, 0);
     }
     arm = t.other;
-    ContactLaw law = pair.law;
-    if (!matter.rough(i)) law.friction = real(0);
-    const real m = matter.share(i) * moving_mass(matter.mass(i), field, R, t);
-    return all.force(law, t, m, all.normal_force(law, t, m, real(1)), real(1), R, state);
+    const real push = c.push / (real(1) + all.dt * c.q / c.mass);
+    if (!(pair.law.friction > real(0))) return push * t.n;
+    Vec3 across = touching.sticking(c, R * state.anchor.xyz()) / (real(1) + all.dt * c.q_slip / c.mass);
+    const real size = across.norm(), slips = state.anchor.w;
+    const bool moves = size > (slips > real(0) ? pair.law.kinetic : pair.law.friction) * push;
+    if (moves) across *= pair.law.kinetic * push / size;
+    state.anchor = pack(R.transpose() * (across / -c.k_slip), moves ? real(1) : real(0));
+    return push * t.n + across;
   }
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t index, Team team) const {
-    const SoftPart part = parts[index];
+    const ContactViews& contact = touching.all.contact;
+    const SoftPart part = contact.elastic_part[index];
     for (std::uint32_t k = part.first_pair; k < part.first_pair + part.pairs; ++k) {
-      const ContactPair pair = all.contact.pair[k];
-      const BodyState& field = all.body[pair.b];
+      const ContactPair pair = contact.pair[k];
+      const BodyState& field = touching.all.body[pair.b];
       const Mat3 R = field.q.toRotationMatrix();
-      Vec3 force(0, 0, 0), torque(0, 0, 0);
-      for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) {
-        const std::uint32_t i = part.first + p;
-        if (!matter.acts(i)) continue;
-        Vec3 arm(0, 0, 0);
-        const Vec3 f = force_on(i, pair, field, R, pair.first + p, arm);
-        if (f.isZero(0)) continue;
-        matter.add(i, f);
-        force += f;
-        torque -= arm.cross(f);
+      const real contacts = touching.contacts_of(pair.b);
+      sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
+        const Vec3 f = force_on(i, pair, field, R, contacts, contact.state[place], arm);
+        touching.bodies.force[i] = pack(touching.bodies.force[i].xyz() + f, 0);
+        return f;
+      });
+    }
+  }
+};
+
+// Adds contact to the implicit solve's residual and matrix, once the elastic residual is known.
+struct BeginElasticContact {
+  ElasticTouching touching;
+  ImplicitViews solve;
+
+  // Returns the force across n for y = 0, and takes from c the resistance to slip where the particle slips.
+  PALP_HD Vec3 friction(const ContactPair& pair, const Mat3& R, const ElasticPush& last, ElasticTouching::Candidate& c,
+                        ContactState& state) const {
+    const Vec3 s = R * state.anchor.xyz(), sticks = touching.sticking(c, s);
+    const real dt = touching.all.dt, size = sticks.norm();
+    bool slips = state.anchor.w > real(0) && c.v.dot(s) > real(0);
+    real holds = last.owed;
+    if (!last.touched) {  // it has just come: its own mass is all that is known to press
+      const real load = c.push / (real(1) + dt * c.q / c.mass);
+      slips = size > pair.law.friction * load * (real(1) + dt * c.q_slip / c.mass);
+      if (!(holds > real(0))) holds = pair.law.kinetic * load;
+    }
+    if (!slips || !(size > real(0))) {
+      state.anchor.w = real(0);
+      return sticks;
+    }
+    state.anchor.w = real(1);
+    c.q_slip = real(0);
+    return (size > holds ? holds / size : real(1)) * sticks;
+  }
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t index, Team team) const {
+    const PairPoints& all = touching.all;
+    const SoftPart part = all.contact.elastic_part[index];
+    const real dt = all.dt;
+    for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) {
+      const std::uint32_t i = part.first + p;
+      Mat3 hold = Mat3::Zero();
+      Vec3 impulse(0, 0, 0);
+      for (std::uint32_t k = part.first_pair; k < part.first_pair + part.pairs; ++k) {
+        const ContactPair pair = all.contact.pair[k];
+        const BodyState& field = all.body[pair.b];
+        const Mat3 R = field.q.toRotationMatrix();
+        ContactState& state = all.contact.state[pair.first + p];
+        ElasticPush& out = all.contact.elastic_push[pair.first + p];
+        const PairPoints::Touch t = touching.find(i, pair, R, state);
+        ElasticTouching::Candidate c{};
+        const Vec3 gain = -dt * touching.fall_of(field);
+        if (t.near) c = touching.candidate(i, t, gain, field, R, touching.contacts_of(pair.b));
+        if (!(c.push > real(0))) {
+          const real owed = t.near ? out.owed : real(0);
+          out = no_elastic_push();
+          out.owed = owed;
+          if (t.near) state.anchor = {0, 0, 0, 0};
+          continue;
+        }
+        const Vec3 n = t.n;
+        out.push = c.push * n;
+        if (pair.law.friction > real(0))
+          out.push += friction(pair, R, out, c, state);
+        else
+          c.q_slip = real(0);
+        out.n = n;
+        out.arm = t.other;
+        out.resists = c.q;
+        out.k_slip = c.k_slip;
+        out.resists_slip = c.q_slip;
+        hold += dt * ((c.q - c.q_slip) * n * n.transpose() + c.q_slip * Mat3::Identity());
+        impulse += dt * out.push;
       }
-      force = team.sum(force);
-      torque = team.sum(torque);
-      if (!team.leader()) continue;
-      PairWrench out = no_wrench();
-      out.force = force;
-      out.torque_b = torque;
-      all.contact.by.wrench[k] = out;
+      solve.hold[i] = hold;
+      const Packed r = solve.residual[i];
+      solve.residual[i] = pack(r.xyz() + impulse, r.w);
+    }
+  }
+};
+
+// Finds the forces that contact has had once the solve is done, for the bodies' wrenches and for friction.
+struct EndElasticContact {
+  ElasticTouching touching;
+  ImplicitViews solve;
+
+  PALP_HD Vec3 force_on(std::uint32_t i, const ContactPair& pair, const Mat3& R, ElasticPush& push,
+                        ContactState& state) const {
+    const Vec3 y = solve.change[i].xyz(), along = y.dot(push.n) * push.n;
+    const Vec3 f = push.push - push.resists * along - push.resists_slip * (y - along);
+    const real load = f.dot(push.n);
+    push.touched = true;
+    if (!(pair.law.friction > real(0))) return f;
+    const Vec3 across = f - load * push.n;
+    const real size = across.norm(), presses = load > real(0) ? load : real(0), holds = pair.law.kinetic * presses;
+    const bool slid = state.anchor.w > real(0), slips = slid || size > pair.law.friction * presses;
+    const real owes = slid ? push.owed - size : real(0);
+    push.owed = holds + (owes > real(0) ? owes : real(0));
+    const real kept = slips && size > holds ? holds / size : real(1);
+    state.anchor = pack(R.transpose() * (across * (kept / -push.k_slip)), slips ? real(1) : real(0));
+    return f;
+  }
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t index, Team team) const {
+    const ContactViews& contact = touching.all.contact;
+    const SoftPart part = contact.elastic_part[index];
+    for (std::uint32_t k = part.first_pair; k < part.first_pair + part.pairs; ++k) {
+      const ContactPair pair = contact.pair[k];
+      const Mat3 R = touching.all.body[pair.b].q.toRotationMatrix();
+      sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
+        ElasticPush& push = contact.elastic_push[place];
+        if (push.n.isZero(0)) return Vec3(0, 0, 0);
+        const Vec3 f = force_on(i, pair, R, push, contact.state[place]);
+        arm = push.arm;
+        solve.outer[i] = pack(solve.outer[i].xyz() + touching.all.dt * f, 0);
+        return f;
+      });
     }
   }
 };

@@ -1,5 +1,9 @@
-// Contact of matter that has frozen or set (state_change.h) with rigid and fixed bodies, by the law for elastic bodies:
+// Contact of matter that has frozen or set (state_change.h) with rigid and fixed bodies, by the law of contact_law.h:
 // it gets the solid's share K of the force, while the fluid's forces keep 1 - K (bonded.h).
+//
+// m_i = min(m of the particle, m_b / n): m_b is the other body's effective mass along the normal at the particle, n the
+// number of contacts that may act on it at once (BodyState::contact_mass), so that all of them together are stable on
+// either side.
 //
 // A fluid's particles may be nearer to a wall than half a spacing. A particle that freezes there may stay there until
 // it has left, so that freezing pushes nothing away and stores no energy.
@@ -9,33 +13,73 @@
 // not get to.
 #pragma once
 
-#include "sim_server/physics/elastic_contact.h"
+#include "sim_server/physics/soft_contact.h"
 #include "sim_server/physics/state_change.h"
 
 namespace palp {
 
-// The matter that changes state, by slot (ElasticMatter has the meaning of the members).
-struct FrozenMatter {
+// Computes contact of the matter that changes state, by slot. One team a part, so that no two touch the same particle.
+struct FrozenContact {
+  PairPoints all;
   ChangeViews change;
   Medium medium;
-  ClosestApproach* near;  // by contact state, from the state `first` on
-  std::uint32_t first;
 
-  PALP_HD bool acts(std::uint32_t i) const { return change.x[i].w > real(0); }
   PALP_HD bool rough(std::uint32_t i) const { return change.solid[i] > real(0); }
-  PALP_HD real share(std::uint32_t i) const { return rough(i) ? change.solid[i] : real(1); }
-  PALP_HD Motion motion(std::uint32_t i) const { return {change.x[i].xyz(), change.v[i].xyz(), Vec3(0, 0, 0), false}; }
-  PALP_HD real mass(std::uint32_t i) const { return medium.material[change.tag[i].material()].density * change.x[i].w; }
-  PALP_HD void add(std::uint32_t i, const Vec3& f) const { change.force[i] = pack(change.force[i].xyz() + f, 0); }
+
+  // Returns the distance at which contact begins. distance: that to the body now.
   PALP_HD real reach(std::uint32_t i, std::uint32_t place, real half, real distance) const {
     const std::uint32_t solid = rough(i) ? 1 : 0;
     const real limit = solid != 0 ? half : real(0.4) * half;
-    ClosestApproach& kept = near[place - first];
+    ClosestApproach& kept = all.contact.near[place - all.contact.first_frozen];
     if (distance >= limit)
       kept = {limit, solid};
     else if (kept.solid != solid)
       kept = {distance, solid};
     return kept.reach;
+  }
+
+  // Returns m_i.
+  PALP_HD real moving_mass(std::uint32_t i, const BodyState& field, const Mat3& R, const PairPoints::Touch& t) const {
+    const real particle = medium.material[change.tag[i].material()].density * change.x[i].w;
+    if (field.kind != BodyKind::rigid) return particle;
+    const real other = field.contact_mass / (field.mass * inverse_mass_along(field, R, t));
+    return other < particle ? other : particle;
+  }
+
+  PALP_HD Vec3 force_on(std::uint32_t i, const ContactPair& pair, const BodyState& field, const Mat3& R,
+                        std::uint32_t place, Vec3& arm) const {
+    if (!(change.x[i].w > real(0))) return Vec3(0, 0, 0);
+    ContactState& state = all.contact.state[place];
+    const real half = real(0.5) * medium.spacing;
+    const Motion particle{change.x[i].xyz(), change.v[i].xyz(), Vec3(0, 0, 0), false};
+    PairPoints::Touch t = find_soft_touch(all, particle, pair, field, R, half, state);
+    const real reached = reach(i, place, half, t.near ? half - t.depth : half);
+    if (!t.near) return Vec3(0, 0, 0);
+    if (reached < half) all.set_depth(t, t.depth - (half - reached));
+    if (!(t.mean > real(0))) {
+      state.anchor = {0, 0, 0, 0};
+      return Vec3(0, 0, 0);
+    }
+    arm = t.other;
+    ContactLaw law = pair.law;
+    if (!rough(i)) law.friction = real(0);
+    const real m = (rough(i) ? change.solid[i] : real(1)) * moving_mass(i, field, R, t);
+    return all.force(law, t, m, all.normal_force(law, t, m, real(1)), real(1), {real(0), real(0)}, R, state);
+  }
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t index, Team team) const {
+    const SoftPart part = all.contact.frozen_part[index];
+    for (std::uint32_t k = part.first_pair; k < part.first_pair + part.pairs; ++k) {
+      const ContactPair pair = all.contact.pair[k];
+      const BodyState& field = all.body[pair.b];
+      const Mat3 R = field.q.toRotationMatrix();
+      sum_soft_pair(all.contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
+        const Vec3 f = force_on(i, pair, field, R, place, arm);
+        change.force[i] = pack(change.force[i].xyz() + f, 0);
+        return f;
+      });
+    }
   }
 };
 

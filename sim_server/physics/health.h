@@ -12,6 +12,8 @@ struct HealthSums {
   real max_mach = 0;         // largest speed over the sound speed in the particle's medium
   real max_compression = 0;  // rho / rho0 - 1
   real kinetic_energy = 0;   // energy of fluids and elastic bodies [J]
+  real fluid_mass = 0;       // [kg]
+  real compressed_mass = 0;  // sum of mass times compression, of particles that are compressed [kg]
   real unsolved = 0;         // share of the energy of an implicit solve that its last round still changed
   std::uint32_t non_finite = 0;
   std::uint32_t outside = 0;   // particles outside the domain
@@ -27,6 +29,8 @@ PALP_HD inline HealthSums combine(HealthSums s, Team team) {
   s.max_mach = team.max(s.max_mach);
   s.max_compression = team.max(s.max_compression);
   s.kinetic_energy = team.sum(s.kinetic_energy);
+  s.fluid_mass = team.sum(s.fluid_mass);
+  s.compressed_mass = team.sum(s.compressed_mass);
   s.non_finite = team.sum(s.non_finite);
   s.outside = team.sum(s.outside);
   s.inactive = team.sum(s.inactive);
@@ -80,6 +84,8 @@ struct MeasureHealth {
       if (!tag.is_fluid()) continue;
       const real compression = compression_at(vp.w, material.density, material.sound_speed);
       if (compression > s.max_compression) s.max_compression = compression;
+      s.fluid_mass += state.mass[i];
+      if (compression > real(0)) s.compressed_mass += state.mass[i] * compression;
       s.kinetic_energy += real(0.5) * state.mass[i] * speed2;
     }
     s = combine(s, team);
@@ -101,6 +107,8 @@ struct CollectHealth {
       if (part[b].max_mach > s.max_mach) s.max_mach = part[b].max_mach;
       if (part[b].max_compression > s.max_compression) s.max_compression = part[b].max_compression;
       s.kinetic_energy += part[b].kinetic_energy;
+      s.fluid_mass += part[b].fluid_mass;
+      s.compressed_mass += part[b].compressed_mass;
       s.non_finite += part[b].non_finite;
       s.outside += part[b].outside;
       s.inactive += part[b].inactive;

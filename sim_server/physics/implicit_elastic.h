@@ -3,11 +3,11 @@
 // that are bonded stay where they are.
 //
 // symbol      meaning                                                        source
-// v*          v + dt (all other forces / m + g)                              so these act in full, however many rounds
-// x*          x + dt v*
-// y           velocity that elasticity adds: (M + dt C + dt^2 K) y = dt f    v' = v* + y, x' = x + dt v'
-// R, R*       rotations of the neighbourhoods at x, and at x*                rotation.h
-// f           elastic force of the strain at x*, but along the axes of x:    so the energy of a turn is not taken for
+// x*          x + dt v
+// y           what the step adds to v: (M + dt C + dt^2 K) y = dt (f + g)    v' = v + y, x' = x + dt v'; a body at
+// rest, g           all other forces, gravity included                             y = 0, is in equilibrium, whatever
+// the rounds R, R*       rotations of the neighbourhoods at x, and at x*                rotation.h f           elastic
+// force of the strain at x*, but along the axes of x:    so the energy of a turn is not taken for
 //             stress R R*^T P(F*), damping along x_ji                        strain, and x cross f sums to zero
 // K           dP = R (2 mu sym A + lambda tr A I), A = R^T dF: the slope     symmetric, never negative
 //             of P with R fixed and without stress
@@ -19,7 +19,7 @@
 // that: any between half of the true slope and more leaves a step stable; y is small where K is too stiff.
 //
 // The solver is conjugate_gradients.h. A bonded particle has 1 / m = 0: its r is the impulse on it of all that is
-// bonded to it.
+// bonded to it. Contact (elastic_contact.h) adds a block to each particle's row, and its push to r.
 #pragma once
 
 #include "sim_server/physics/elastic.h"
@@ -39,14 +39,18 @@ struct ImplicitViews {
   Packed* predicted = nullptr;          // u at x* [m]
   Quat* rotation = nullptr;             // R*
   Packed* residual = nullptr;           // r [kg m/s]; 1 / m
+  Packed* scaled = nullptr;             // z [m/s]
   Packed* image = nullptr;              // w [kg m/s]
   Packed* direction = nullptr;          // p [m/s]
   Packed* advance = nullptr;            // s [kg m/s]
   Packed* change = nullptr;             // y [m/s]
+  Packed* outer = nullptr;              // impulse of all but elasticity [kg m/s]
   Packed* sums = nullptr;               // by part: gamma, delta
   SolveRound* round = nullptr;
   real* unsolved = nullptr;  // largest share of y's energy in this haptic step that the last round still changed
   std::uint32_t free_bodies = 0;
+  // contact's part of the matrix: the impulse on a particle that a unit of its y takes [kg]; null where none can touch
+  Mat3* hold = nullptr;
   const std::uint32_t* free_body = nullptr;  // indices of the bodies that are bonded to nothing
   real min_work = 0;                         // change of y's energy below which a round is the last [J]
 };
@@ -67,13 +71,13 @@ struct ListPairs {
   }
 };
 
-// Clears the forces before contact adds its own, where nothing else has set them.
+// Clears the forces where nothing else has set them.
 struct ClearForce {
   BodyViews bodies;
   PALP_HD void operator()(std::uint32_t i) const { bodies.force[i] = Packed{0, 0, 0, 0}; }
 };
 
-// Sets v*, x* and the start of the solve.
+// Sets x* and the start of the solve: r = dt g.
 struct BeginImplicit {
   ElasticViews elastic;
   ImplicitViews solve;
@@ -86,15 +90,18 @@ struct BeginImplicit {
     const Tag tag = elastic.tag[i];
     const bool free = tag.kind() == BodyKind::elastic;
     const real mass = medium.material[tag.material()].density * elastic.rest[i].w;
-    Vec3 v(0, 0, 0);
+    Vec3 v(0, 0, 0), impulse(0, 0, 0);
     if (free) {
       const Vec3 x = elastic.rest[i].xyz() + elastic.u[i].xyz();
       const Surroundings around = surroundings(grid, *forcing, x, medium.dt);
-      v = around.kept * (elastic.v[i].xyz() + medium.dt * (bodies.force[i].xyz() / mass + around.pull));
+      v = around.kept * elastic.v[i].xyz();
+      impulse = around.kept * medium.dt * (bodies.force[i].xyz() + mass * around.pull);
+      bodies.force[i] = pack(mass * around.kept * around.pull, 0);
     }
     elastic.v[i] = pack(v, 0);
     solve.predicted[i] = pack(elastic.u[i].xyz() + medium.dt * v, 0);
-    solve.residual[i] = pack(Vec3(0, 0, 0), free ? real(1) / mass : real(0));
+    solve.outer[i] = pack(impulse, 0);
+    solve.residual[i] = pack(impulse, free ? real(1) / mass : real(0));
     solve.direction[i] = solve.advance[i] = solve.change[i] = Packed{0, 0, 0, 0};
   }
 };
@@ -136,7 +143,7 @@ struct PredictedStrain {
   }
 };
 
-// Computes the residual to begin with: r = dt f.
+// Completes the residual to begin with: r = dt (f + g).
 struct PredictedForce {
   ElasticViews elastic;
   ImplicitViews solve;
@@ -163,12 +170,27 @@ struct PredictedForce {
         force += (VVF * damping * (elastic.v[j].xyz() - v_i).dot(x_ji) / r2) * x_ji;
     }
     force = team.sum(force);
-    if (team.leader()) solve.residual[i] = pack(medium.dt * force, solve.residual[i].w);
+    if (!team.leader()) return;
+    const Packed r = solve.residual[i];
+    solve.residual[i] = pack(r.xyz() + medium.dt * force, r.w);
   }
 };
 
-// Returns z = r / m.
-PALP_HD inline Vec3 preconditioned(const Packed& r) { return r.w * r.xyz(); }
+// Returns z = (m + hold)^-1 r: mass, and contact, which would else take many rounds.
+PALP_HD inline Vec3 preconditioned(const ImplicitViews& solve, std::uint32_t i, const Packed& r) {
+  if (!(r.w > real(0))) return Vec3(0, 0, 0);
+  if (solve.hold == nullptr || solve.hold[i].isZero(0)) return r.w * r.xyz();
+  const Mat3 held = Mat3::Identity() + r.w * solve.hold[i];
+  return held.inverse() * (r.w * r.xyz());
+}
+
+// Sets z for the first round.
+struct BeginSolve {
+  ImplicitViews solve;
+  PALP_HD void operator()(std::uint32_t i) const {
+    solve.scaled[i] = pack(preconditioned(solve, i, solve.residual[i]), 0);
+  }
+};
 
 // Computes the factor of X_ji in K z, as PredictedStrain does that in f.
 struct StrainChange {
@@ -180,12 +202,12 @@ struct StrainChange {
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     if (round > 0 && solve.round[round - 1].ended) return;
-    const Vec3 z_i = preconditioned(solve.residual[i]);
+    const Vec3 z_i = solve.scaled[i].xyz();
     Mat3 change = Mat3::Zero();
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
       const std::uint32_t j = elastic.neighbor[k];
       const Packed pair = solve.pair[k];
-      change += (preconditioned(solve.residual[j]) - z_i) * (pair.w * pair.xyz()).transpose();
+      change += (solve.scaled[j].xyz() - z_i) * (pair.w * pair.xyz()).transpose();
     }
     change = team_sum(team, change);
     if (!team.leader()) return;
@@ -213,7 +235,7 @@ struct ForceChange {
     const Material& m = medium.material[elastic.tag[i].material()];
     const Packed r_i = solve.residual[i];
     const real V_i = elastic.rest[i].w;
-    const Vec3 u_i = elastic.u[i].xyz(), z_i = preconditioned(r_i);
+    const Vec3 u_i = elastic.u[i].xyz(), z_i = solve.scaled[i].xyz();
     const Mat3 stress_i = elastic.stress[i];
     const real dt = medium.dt, hold_i = kZeroEnergyBeta * young_modulus(m);
     Vec3 impulse(0, 0, 0);
@@ -221,7 +243,7 @@ struct ForceChange {
       const std::uint32_t j = elastic.neighbor[k];
       const Packed pair = solve.pair[k];
       const Material& m_j = medium.material[elastic.tag[j].material()];
-      const Vec3 X_ji = pair.xyz(), z_ji = preconditioned(solve.residual[j]) - z_i;
+      const Vec3 X_ji = pair.xyz(), z_ji = solve.scaled[j].xyz() - z_i;
       const real VVF = V_i * pair.w;
       const real hold = hold_i + kZeroEnergyBeta * young_modulus(m_j), damping = real(5) * (m.damping + m_j.damping);
       impulse += (dt * dt * VVF) * (mat_vec(stress_i + elastic.stress[j], X_ji) + hold * z_ji);
@@ -232,52 +254,14 @@ struct ForceChange {
     }
     impulse = team.sum(impulse);
     if (!team.leader()) return;
-    solve.image[i] = pack((r_i.w > real(0) ? r_i.xyz() : Vec3(0, 0, 0)) - impulse, 0);
+    if (solve.hold != nullptr) impulse -= mat_vec(solve.hold[i], z_i);
+    if (r_i.w > real(0)) impulse -= z_i / r_i.w;
+    solve.image[i] = pack(-impulse, 0);
   }
 };
 
-// Takes momentum and angular momentum out of y for bodies that are bonded to nothing. Elasticity may give them neither,
-// but rounding adds some of both, and the parts of the slope that K leaves out turn the body. One team a body.
-struct ConserveMomenta {
-  ElasticViews elastic;
-  ImplicitViews solve;
-  BodyViews bodies;
-
-  template <class Team>
-  PALP_HD void operator()(std::uint32_t k, Team team) const {
-    const BodyState& b = bodies.body[solve.free_body[k]];
-    const std::uint32_t end = b.force_first + b.count;
-    Vec3 x(0, 0, 0), y(0, 0, 0);
-    real volume = 0;
-    for (std::uint32_t i = b.force_first + team.lane(); i < end; i += team.size()) {
-      const Packed X = elastic.rest[i];
-      x += X.w * (X.xyz() - b.x + elastic.u[i].xyz());
-      y += X.w * solve.change[i].xyz();
-      volume += X.w;
-    }
-    volume = team.sum(volume);
-    x = team.sum(x) / volume, y = team.sum(y) / volume;
-    Mat3 spread = Mat3::Zero();
-    Vec3 turn(0, 0, 0);
-    for (std::uint32_t i = b.force_first + team.lane(); i < end; i += team.size()) {
-      const Packed X = elastic.rest[i];
-      const Vec3 r = X.xyz() - b.x + elastic.u[i].xyz() - x;
-      spread += (X.w * r) * r.transpose();
-      turn += X.w * r.cross(solve.change[i].xyz() - y);
-    }
-    spread = team_sum(team, spread);
-    turn = team.sum(turn);
-    // a body on a line does not turn about it
-    const Mat3 inertia = (real(1) + real(1e-5)) * spread.trace() * Mat3::Identity() - spread;
-    const Vec3 w = spread.trace() > real(0) ? Vec3(inertia.inverse() * turn) : Vec3(0, 0, 0);
-    for (std::uint32_t i = b.force_first + team.lane(); i < end; i += team.size()) {
-      const Vec3 r = elastic.rest[i].xyz() - b.x + elastic.u[i].xyz() - x;
-      solve.change[i] = pack(solve.change[i].xyz() - y - w.cross(r), 0);
-    }
-  }
-};
-
-// Sets velocities, and the forces that have acted; on bonded particles these are the forces of the bonds.
+// Sets velocities, and the forces that have acted, gravity left out; on bonded particles these are the forces of the
+// bonds beside those that acted already.
 struct EndImplicit {
   ElasticViews elastic;
   ImplicitViews solve;
@@ -286,9 +270,13 @@ struct EndImplicit {
 
   PALP_HD void operator()(std::uint32_t i) const {
     const Packed r = solve.residual[i];
-    const Vec3 y = solve.change[i].xyz(), impulse = r.w > real(0) ? Vec3(y / r.w) : r.xyz();
-    if (r.w > real(0)) elastic.v[i] = pack(elastic.v[i].xyz() + y, 0);
-    bodies.force[i] = pack(bodies.force[i].xyz() + impulse / medium.dt, 0);
+    const Vec3 y = solve.change[i].xyz(), before = bodies.force[i].xyz();
+    if (!(r.w > real(0))) {
+      bodies.force[i] = pack(before + r.xyz() / medium.dt, 0);
+      return;
+    }
+    elastic.v[i] = pack(elastic.v[i].xyz() + y, 0);
+    bodies.force[i] = pack(y / (r.w * medium.dt) - before, 0);  // before: the weight
   }
 };
 

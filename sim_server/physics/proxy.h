@@ -16,6 +16,7 @@ struct ProxyInput {
   MotionState<real> device;  // at the start of the step; it moves on with its twist
   Gains<real> gains;
   bool engaged;
+  real fastest;  // the largest speed of any of its points that the fluid around it can take [m/s]
 };
 
 // Returns the state of a proxy's handle.
@@ -69,9 +70,21 @@ PALP_HD inline void add_wrench(BodyState& b, const Vec3& force, const Vec3& torq
   b.torque_sum += torque;
 }
 
+// Slows a body down that would move past what fluid can take, which a hand that jumps would else break: nothing in a
+// weakly compressible fluid may move at its speed of sound. What this takes is lost, as by a wave drag.
+PALP_HD inline void hold_back(const BodyState& b, real fastest, Vec3& v, Vec3& w) {
+  // the radius of a ball with the body's mean moment of inertia
+  const real radius = Eigen::numext::sqrt(b.inertia.trace() / (real(1.2) * b.mass));
+  const real speed = v.norm() + radius * w.norm();
+  if (!(speed > fastest)) return;
+  v *= fastest / speed;
+  w *= fastest / speed;
+}
+
 // Advances a proxy by one sub-step.
-PALP_HD inline void advance_proxy(BodyState& b, const MotionState<real>& device, const Gains<real>& gains,
+PALP_HD inline void advance_proxy(BodyState& b, const MotionState<real>& device, const ProxyInput& input,
                                   const Vec3& gravity, const Resistance& contact, real dt) {
+  const Gains<real>& gains = input.gains;
   ProxyStep s = begin_proxy(b, device, gains, gravity, contact, dt);
   Vec3 v, w;
   s.mass.solve(s.p, s.l, v, w);
@@ -85,6 +98,7 @@ PALP_HD inline void advance_proxy(BodyState& b, const MotionState<real>& device,
   } else {
     add_wrench(b, -force, -torque);
   }
+  hold_back(b, input.fastest, v, w);
   b.v = v;
   b.w = w;
   const Mat3 R = b.q.toRotationMatrix();
@@ -141,7 +155,7 @@ struct AdvanceBodies {
     const Vec3 gravity = forcing->gravity + forcing->body_force;
     const ProxyInput& p = proxy[b.proxy];
     if (!p.engaged) return hold_body(b);
-    advance_proxy(b, device_after(p, elapsed), p.gains, gravity, resistance_of(contact, moving[k]), dt);
+    advance_proxy(b, device_after(p, elapsed), p, gravity, resistance_of(contact, moving[k]), dt);
   }
 };
 

@@ -44,6 +44,7 @@ struct PairWrench {
   Vec3 force, torque_a, torque_b;  // force on a by b; torque on a about a's centre; torque on b about b's centre
   real depth, sharing;             // sum D^2 / sum D of this sub-step; N
   bool near;                       // true: a state of the pair may be in use
+  real contacts;                   // particles of an elastic body a that touch b (elastic_contact.h)
 };
 
 // The resistance of contact to a change of a body's motion within a sub-step, about its centre of mass, world axes:

@@ -106,9 +106,13 @@ TEST(JellySheet, RipsAndLetsTheStickThrough) {
   hand.simulation->snapshot(hand.snapshot);
   // the stick's lower end is well below the sheet, and the sheet where the frame holds it
   const Body& stick = hand.scene.bodies[hand.scene.proxies[0].body];
+  const RigidState& now = hand.simulation->output().bodies[hand.scene.proxies[0].body].state;
   double low = 1;
-  for (std::size_t i = stick.first; i < stick.first + stick.count; ++i)
-    low = std::min<double>(low, hand.snapshot.position[3 * i + 2]);
+  for (int c = 0; c < 8; ++c) {
+    const auto which = static_cast<Eigen::AlignedBox3d::CornerType>(c);
+    const Vector3d corner = stick.extent.corner(which) - stick.orientation.conjugate() * stick.position;
+    low = std::min(low, (now.position + now.orientation * corner).z());
+  }
   EXPECT_LT(low, -0.1);
   int near = 0, below = 0;
   for (std::size_t i = sheet.first; i < sheet.first + sheet.count; ++i) {

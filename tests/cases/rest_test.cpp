@@ -104,8 +104,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Kind{"jelly", [] { return with_block([](MaterialConfig& m) { m.tear_strain = 0.3; }); }},
                       Kind{"ice", [] { return frozen(BodyKind::elastic); }},
                       Kind{"frozen_water", [] { return frozen(BodyKind::fluid); }},
-                      Kind{"tray_elastic", [] { return scene_file("tray_elastic"); }},
-                      Kind{"tray_rigid", [] { return scene_file("tray_rigid"); }},
+                      Kind{"tray_elastic", [] { return scene_file("tray_elastic", Accuracy::fast, true); }},
+                      Kind{"tray_rigid", [] { return scene_file("tray_rigid", Accuracy::fast, true); }},
                       Kind{"tray_fluid", [] { return scene_file("tray_fluid"); }}),
     [](const auto& kind) { return std::string(kind.param.name); });
 

@@ -176,6 +176,45 @@ TEST(ElasticContact, AHandPressesAndDrawsATool) {
   EXPECT_LT(std::abs(across), 0.1 * up);
 }
 
+// A heavy plate on a layer that is bonded to a floor and cannot give way sideways sinks by p h / (lambda + 2 mu), its
+// own and half of the layer's weight, whichever solver computes the layer.
+TEST(ElasticContact, APlateSinksIntoALayerAsDeepByEitherSolver) {
+  constexpr double dx = 0.01, width = 0.06, height = 0.08, young = 2.5e5;
+  double sinks[2] = {};
+  for (const auto solver : {ElasticSolver::explicit_, ElasticSolver::implicit}) {
+    SceneConfig config = contact_scene(dx, 0.3, 0.2);
+    config.domain_min = {-width / 2, -width / 2, -0.1};
+    config.domain_max = {width / 2, width / 2, 0.3};
+    config.periodic = {true, true, false};
+    config.numerics.support_over_spacing = 2;
+    config.numerics.elastic_solver = solver;
+    MaterialConfig soft = config.materials[0];
+    soft.name = "soft";
+    soft.young_modulus = young;
+    soft.poisson_ratio = 0.3;
+    soft.damping = 30;
+    config.materials[0].density = 4000;
+    config.materials.push_back(soft);
+    BodyConfig layer = at(body("layer", BodyKind::elastic, box({width, width, height})), {0, 0, height / 2});
+    layer.material = "soft";
+    layer.bonded_to = {"floor"};
+    config.bodies = {at(body("floor", BodyKind::fixed, box({width, width, 0.04})), {0, 0, -0.02}), layer,
+                     at(body("plate", BodyKind::rigid, box({width, width, 0.1})), {0, 0, height + 0.05})};
+    const auto simulation = simulate(sampled(config));
+    run(*simulation, 2);
+    double mean = 0;
+    for (int k = 0; k < 500; ++k) mean += (height + 0.05 - simulation->step({}).bodies[2].state.position.z()) / 500;
+    const double modulus = young * 0.7 / (1.3 * 0.4), weight = kGravity * (4000 * 0.1 + 0.5 * soft.density * height);
+    const double exact = weight * height / modulus;
+    const char* name = solver == ElasticSolver::implicit ? "implicit" : "explicit";
+    EXPECT_TRUE(within(mean / exact - 1, tol::kPlateOnLayer,
+                       {std::string("plate on an elastic layer, ") + name,
+                        "p h / (lambda + 2 mu) = " + quantity(1e3 * exact, "mm"), quantity(1e3 * mean, "mm")}));
+    sinks[solver == ElasticSolver::implicit ? 1 : 0] = mean;
+  }
+  EXPECT_TRUE(within(sinks[1] / sinks[0] - 1, tol::kPlateOnLayer));
+}
+
 TEST(ElasticContact, NeedsNoNeighboursOfOtherBodies) {
   const Scene scene = level(0.3);
   const Plan plan = make_plan(scene);

@@ -36,12 +36,14 @@ class Solve {
  public:
   explicit Solve(const std::array<int, 3>& n) : elastic(block(n)) {
     const std::size_t count = elastic.plan().elastic_count;
-    for (auto* field : {&predicted_, &residual_, &image_, &direction_, &advance_, &change_, &force_})
+    for (auto* field : {&predicted_, &residual_, &scaled_, &outer_, &image_, &direction_, &advance_, &change_, &force_})
       field->assign(count, Packed{0, 0, 0, 0});
     rotation_.assign(count, Quat::Identity());
     solve_.predicted = predicted_.data();
     solve_.rotation = rotation_.data();
     solve_.residual = residual_.data();
+    solve_.scaled = scaled_.data();
+    solve_.outer = outer_.data();
     solve_.image = image_.data();
     solve_.direction = direction_.data();
     solve_.advance = advance_.data();
@@ -60,7 +62,7 @@ class Solve {
     const auto places = places_;
     elastic.deform([&](const Vector3d& X) { return places(X); }, [&](const Vector3d&) { return v[i++]; });
     const ElasticViews e = elastic.views();
-    const Forcing none{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+    const Forcing none{Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), false};
     const BeginImplicit begin{e, solve_, bodies_, elastic.medium(), elastic.grid(), &none};
     const PredictedStrain strain{e, solve_, elastic.medium()};
     const PredictedForce force{e, solve_, elastic.medium()};
@@ -73,14 +75,13 @@ class Solve {
   // (dt C + dt^2 K) z at the places and rotations of the last impulse().
   std::vector<Vector3d> product(const std::vector<Vector3d>& z) {
     const ElasticViews e = elastic.views();
-    for (std::uint32_t k = 0; k < e.count; ++k)
-      residual_[k] = pack((z[k] / double(residual_[k].w)).cast<real>(), residual_[k].w);
+    for (std::uint32_t k = 0; k < e.count; ++k) scaled_[k] = pack(z[k].cast<real>(), 0);
     const StrainChange strain{e, solve_, elastic.medium(), 0};
     const ForceChange force{e, solve_, elastic.medium(), 0};
     for (std::uint32_t k = 0; k < e.count; ++k) strain(k, SerialTeam{});
     for (std::uint32_t k = 0; k < e.count; ++k) force(k, SerialTeam{});
     std::vector<Vector3d> out = values(image_);
-    for (std::uint32_t k = 0; k < e.count; ++k) out[k] -= residual_[k].xyz().cast<double>();
+    for (std::uint32_t k = 0; k < e.count; ++k) out[k] -= z[k] / double(residual_[k].w);
     return out;
   }
 
@@ -98,7 +99,7 @@ class Solve {
 
   ImplicitViews solve_;
   BodyViews bodies_;
-  std::vector<Packed> predicted_, residual_, image_, direction_, advance_, change_, force_, pair_;
+  std::vector<Packed> predicted_, residual_, scaled_, outer_, image_, direction_, advance_, change_, force_, pair_;
   std::vector<Quat> rotation_;
   std::function<Vector3d(const Vector3d&)> places_ = [](const Vector3d& X) { return X; };
 };

@@ -137,6 +137,28 @@ TEST(ContactMotion, EnergyNeverGrows) {
     }
 }
 
+// A block that is placed on a slope below its angle of static friction stays, though kinetic friction could not hold
+// it; above that angle it slides.
+TEST(ContactMotion, ABlockPlacedOnASlopeStays) {
+  for (const double restitution : {0.2, 0.6})
+    for (const double part : {0.83, 0.97, 1.03}) {
+      SCOPED_TRACE(std::to_string(restitution) + ", " + std::to_string(part) + " of the friction angle");
+      SceneConfig config = contact_scene(0.02, 0.7, restitution);
+      config.materials[0].kinetic_friction = 0.5;
+      const double slope = part * std::atan(0.7);
+      config.gravity = {kGravity * std::sin(slope), 0, -kGravity * std::cos(slope)};
+      config.bodies = {at(body("plate", BodyKind::fixed, box({1.2, 0.4, 0.08})), {0.3, 0, -0.04}),
+                       at(body("block", BodyKind::rigid, box({0.12, 0.08, 0.05})), {0, 0, 0.025})};
+      const auto simulation = simulate(sampled(config));
+      run(*simulation, 1);
+      const double way = simulation->output().bodies[1].state.position.x();
+      if (part < 1)
+        EXPECT_LT(std::abs(way), 1e-3);
+      else
+        EXPECT_GT(way, 0.1);
+    }
+}
+
 // A stack beside a ball in a cup, for a minute.
 TEST(ContactMotion, AMinuteOfRest) {
   constexpr double dx = 0.02;

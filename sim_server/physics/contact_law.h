@@ -1,0 +1,286 @@
+// The law of contact between two rigid or fixed bodies: points of each one's surface against the other's signed
+// distance.
+//
+// symbol     meaning                                                                        unit
+// d, n       depth of a point, outward normal where it is; v = velocity against the other   m, -, m/s
+// m_i        1 / (1/m + (r x n).I^-1 (r x n)) of both bodies: effective mass along n at i    kg
+// D_i        depth, averaged over the sub-step at constant velocity                         m
+// N          (sum D)^2 / sum D^2 over the pair's points: the number that share the load     -
+// normal     k_i D_i - c_i v.n >= 0,  k_i = kappa m_i / (N dt^2),  c_i = gamma m_i / (N dt)
+// tangential -k_t s - c_t v_t, at most mu times the normal force, s = what the point has moved since it stuck;
+//            k_t = 2/7 k N D_i / sum D (Cundall & Strack 1979), so that each point holds in proportion to its load
+//            and all slip at once; static friction acts until a point slips, kinetic friction while it slips
+//
+// A tool in a hand meets fixed bodies implicitly: its step (proxy.h) takes dt k_i + c_i times the change of v.n from
+// the normal force, and no number of points or walls makes that unstable. Its kappa is 1, more than an explicit step
+// affords: the tool enters a wall less. Its tangential stiffness is that of the explicit law; friction counts no more
+// than the spring, since the damper's force ahead of that change is far too large.
+//
+// k grows with the mass and falls with the sub-step so that k dt^2/m + 2 c dt/m keeps its share of the stability limit
+// of 4; dividing by N makes it independent of how many points touch. Where a body meets more than two others at once, N
+// grows in proportion. kappa and gamma of a pair follow from its restitution (solver/constants.h). The averaged depth
+// makes a bounce independent, to first order in kappa, of the moment within the sub-step at which it begins.
+//
+// A body that is placed on another one has no load in its first moments, which friction would count with: it would
+// begin to slide. So while a scene settles a body that gravity alone moves does not bounce, the load that it will have
+// at rest, m g cos, counts already, and the tangential spring, damped almost critically, alone decides whether a
+// point slips.
+//
+// A point remembers on which side it came near: past the middle of a thin plate its nearest surface would be the wrong
+// one, and its depth is then counted on from the last sub-step.
+#pragma once
+
+#include "sim_server/physics/distance.h"
+#include "sim_server/physics/rigid.h"
+
+namespace palp {
+
+// The time in which gravity accelerates a body to the speed past which it counts as thrown, not as placed [s].
+inline constexpr real kSettlingFall = real(0.01);
+
+struct ContactLaw {
+  real friction, kinetic;   // static and kinetic coefficient
+  real stiffness, damping;  // kappa, gamma
+  real tangential;          // kappa of the tangential spring
+  bool implicit;
+};
+
+struct ContactPair {
+  std::uint32_t a, b;              // bodies
+  std::uint32_t shape_a, shape_b;  // indices in ContactViews::shape; kNone where a is soft
+  std::uint32_t first;             // index in ContactViews::state: a's points, then b's; where a is soft its particles
+  ContactLaw law;
+};
+
+// A part of the particles of a soft body, in the order of its kind of matter, and the pairs in which these particles
+// are body a.
+struct SoftPart {
+  std::uint32_t first, count;
+  std::uint32_t first_pair, pairs;
+};
+
+// The memory of one point against one body, in that body's axes.
+struct ContactState {
+  Packed side;    // normal of the side on which the point is; its depth, -1e30: far away
+  Packed anchor;  // displacement since it stuck; 1: it slips
+};
+
+// The distance from a body up to which a particle that changes state may come [m], negative where it was inside, and
+// its state when that distance was found: 0 liquid, 1 solid, 2 not found yet.
+struct ClosestApproach {
+  real reach;
+  std::uint32_t solid;
+};
+
+struct ElasticPush;
+
+struct ContactViews {
+  std::uint32_t pairs = 0;  // pairs of rigid and fixed bodies; those of soft parts follow
+  std::uint32_t elastic_parts = 0, frozen_parts = 0;
+  bool elastic_on_rigid = false;  // elastic bodies may touch rigid ones, which share their mass among these contacts
+  bool single_pass = false;       // no rigid body is in so many pairs that their loads have to be compared first
+  const ContactPair* pair = nullptr;
+  const ContactBody* shape = nullptr;
+  const Piece* piece = nullptr;
+  const NodeGrid* grid = nullptr;
+  const Packed* point = nullptr;  // about the centre of mass, body axes; radius of the ball around it
+  const SoftPart* elastic_part = nullptr;
+  const SoftPart* frozen_part = nullptr;
+  ContactState* state = nullptr;
+  ClosestApproach* near = nullptr;  // FrozenMatter::near
+  std::uint32_t first_frozen = 0;
+  ElasticPush* elastic_push = nullptr;  // by contact state of elastic particles; null unless elasticity is implicit
+  PairWrenches by;
+};
+
+PALP_HD inline PairWrench no_wrench() {
+  return {Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), real(0), real(1), false, real(0)};
+}
+PALP_HD inline ContactState no_contact() { return {{0, 0, 0, real(-1e30)}, {0, 0, 0, 0}}; }
+
+// Returns the mean of max(0, depth) over a sub-step in which the depth grows at a constant rate and is `depth` in the
+// middle. half: the change of depth in half a sub-step.
+template <class S>
+PALP_HD inline S mean_depth(S depth, S half) {
+  if (depth >= half) return depth > S(0) ? depth : S(0);
+  if (!(depth > -half)) return S(0);
+  return (depth + half) * (depth + half) / (S(4) * half);
+}
+
+// Returns the share of the sub-step in which the point is inside.
+template <class S>
+PALP_HD inline S share_inside(S depth, S half) {
+  if (depth >= half) return S(1);
+  return depth > -half ? (depth + half) / (S(2) * half) : S(0);
+}
+
+// The motion of a body, or of a particle, as a whole.
+struct Motion {
+  Vec3 x, v, w;
+  bool fixed;  // its velocity is that of its surface, which stays in place
+};
+
+PALP_HD inline Motion motion_of(const BodyState& b) { return {b.x, b.v, b.w, b.kind == BodyKind::fixed}; }
+
+// The inputs and functions that all passes over contact points share.
+struct PairPoints {
+  ContactViews contact;
+  const BodyState* body;
+  CellGrid grid;  // for its periods
+  const Forcing* forcing;
+  real dt;
+
+  // The state of one point of `owner` against the distance field of `field`.
+  struct Touch {
+    Vec3 n, v;      // normal; velocity of the owner against the field's body; world axes
+    Vec3 r, other;  // place of the point from the owner's and from the field's centre
+    real depth, mean, share;
+    bool near;
+  };
+
+  PALP_HD static real inverse_mass(const BodyState& b) {
+    return b.kind == BodyKind::rigid ? real(1) / b.mass : real(0);
+  }
+
+  PALP_HD Vec3 nearest_image(Vec3 d) const {
+    for (int a = 0; a < 3; ++a)
+      if (grid.periodic(a)) d[a] -= grid.period[a] * Eigen::numext::floor(d[a] / grid.period[a] + real(0.5));
+    return d;
+  }
+
+  // Returns the touch of a point, which is a ball around owner.x + arm; forces act at its surface, or (solid = false)
+  // in its middle.
+  PALP_HD Touch touch(const Motion& owner, const Motion& field, const Vec3& arm, real radius, bool solid,
+                      const Mat3& R_field, const ContactBody& shape, const Packed& side) const {
+    Touch t;
+    const Vec3 x = nearest_image(owner.x - field.x + arm);
+    const Vec3 v_field = field.fixed ? Vec3(0, 0, 0) : Vec3(field.v + field.w.cross(x));
+    t.v = owner.fixed ? Vec3(-v_field) : Vec3(owner.v + owner.w.cross(arm) - v_field);
+    const real moved = dt * t.v.norm();
+    const Vec3 y = R_field.transpose() * x;
+    t.near = false;
+    t.depth = real(-1e30);
+    t.mean = t.share = real(0);
+    // the box around the solid spares most points the rest
+    const Vec3 z = shape.R.transpose() * (y - shape.c);
+    const real margin = radius + real(2) * moved;
+    if (side.w < real(-1e29))
+      for (int a = 0; a < 3; ++a)
+        if (z[a] < shape.low[a] - margin || z[a] > shape.high[a] + margin) return t;
+    const Distance now = solid_distance(shape, contact.piece, contact.grid, y);
+    t.depth = radius - now.d;
+    t.n = R_field * now.n;
+    if (side.w > real(-1e29) && now.n.dot(side.xyz()) < real(-0.5)) {
+      t.n = R_field * side.xyz();
+      t.depth = side.w - dt * t.v.dot(t.n);
+    }
+    t.near = t.depth > real(-2) * moved;
+    if (!t.near) return t;
+    const real lever = solid ? radius : real(0);
+    t.r = arm - lever * t.n;
+    t.other = x - lever * t.n;
+    t.v = owner.v + owner.w.cross(t.r) - field.v - (field.fixed ? Vec3(0, 0, 0) : Vec3(field.w.cross(t.other)));
+    if (field.fixed) t.v += field.v.dot(t.n) * t.n;
+    if (owner.fixed) t.v -= owner.v.dot(t.n) * t.n;
+    set_depth(t, t.depth);
+    return t;
+  }
+
+  PALP_HD void set_depth(Touch& t, real depth) const {
+    const real half = real(0.5) * dt * Eigen::numext::abs(t.v.dot(t.n));
+    t.depth = depth;
+    t.mean = mean_depth(depth, half);
+    t.share = share_inside(depth, half);
+  }
+
+  // Returns the effective mass of both bodies along n at the point [kg].
+  PALP_HD static real moving_mass(const BodyState& owner, const BodyState& field, const Mat3& R_owner,
+                                  const Mat3& R_field, const Touch& t) {
+    const Vec3 a = R_owner.transpose() * t.r.cross(t.n), b = R_field.transpose() * t.other.cross(t.n);
+    return real(1) / (inverse_mass(owner) + inverse_mass(field) + a.dot(owner.inverse_inertia * a) +
+                      b.dot(field.inverse_inertia * b));
+  }
+
+  // The force at a point along its normal [N], the load that friction counts with [N], and the force that a unit of an
+  // implicit step's change of velocity takes from it [N s/m].
+  struct NormalForce {
+    real push, load, resists;
+  };
+
+  // Returns true while the scene settles for a point that gravity alone can have set in motion since the start.
+  PALP_HD bool settles(const Touch& t) const {
+    return forcing->settling && t.v.squaredNorm() < kSettlingFall * kSettlingFall * forcing->gravity.squaredNorm();
+  }
+
+  PALP_HD NormalForce normal_force(const ContactLaw& law, const Touch& t, real m, real sharing) const {
+    const real k = law.stiffness * m / (sharing * dt * dt), most = real(0.5) * (real(1.6) - law.stiffness);
+    const real gamma = settles(t) && law.damping < most ? most : law.damping;
+    const real c = gamma * m / (sharing * dt);
+    const real spring = k * t.mean, push = spring - c * t.share * t.v.dot(t.n);
+    if (!(push > real(0))) return {real(0), real(0), real(0)};
+    return {push, law.implicit && spring < push ? spring : push, law.implicit ? t.share * (dt * k + c) : real(0)};
+  }
+
+  // The mass of a body on a fixed one [kg], and its load once it is at rest [N]; 0 once the scene has settled.
+  struct Settling {
+    real mass, load;
+  };
+  PALP_HD Settling settling(const BodyState& owner, const BodyState& field, const Touch& t) const {
+    // within a stack dampers as strong as these would add up past the stability limit
+    const bool one_moves = (owner.kind == BodyKind::rigid) != (field.kind == BodyKind::rigid);
+    if (!one_moves || !settles(t)) return {real(0), real(0)};
+    const real mass = owner.kind == BodyKind::rigid ? owner.mass : field.mass;
+    return {mass, mass * Eigen::numext::abs(forcing->gravity.dot(t.n))};
+  }
+
+  // Returns normal and tangential force. part: the share of the pair's load that this point bears. rests:
+  // settling().
+  PALP_HD Vec3 force(const ContactLaw& law, const Touch& t, real m, const NormalForce& normal, real part,
+                     const Settling& rests, const Mat3& R_field, ContactState& state) const {
+    if (!(law.friction > real(0))) return normal.push * t.n;
+    const Vec3 v_t = t.v - t.v.dot(t.n) * t.n;
+    Vec3 s = R_field * state.anchor.xyz() + dt * v_t;
+    s -= s.dot(t.n) * t.n;
+    const real k_t = real(2) / real(7) * law.tangential * m * part / (dt * dt);
+    const bool settles = rests.load > real(0);
+    const real load = part * rests.load > normal.load ? part * rests.load : normal.load;
+    // the damper's share of a ball's mass that rolls is 3.5 times this
+    const real most = real(0.5) * part * rests.mass / dt;
+    const real over = real(3) * Eigen::numext::sqrt(k_t * part * rests.mass);
+    const real c_t = !settles ? real(0.6) * Eigen::numext::sqrt(k_t * m * part) : (over < most ? over : most);
+    Vec3 f = -k_t * s - c_t * v_t;
+    const real size = settles ? k_t * s.norm() : f.norm();
+    const real holds = (state.anchor.w > real(0) && !settles ? law.kinetic : law.friction) * load;
+    real slips = 0;
+    if (size > holds) {
+      f *= law.kinetic * load / f.norm();
+      s = -f / k_t;
+      slips = 1;
+    }
+    state.anchor = pack(R_field.transpose() * s, slips);
+    return normal.push * t.n + f;
+  }
+
+  PALP_HD bool far(const ContactPair& pair) const {
+    const BodyState &a = body[pair.a], &b = body[pair.b];
+    const real reach_a = contact.shape[pair.shape_a].reach, reach_b = contact.shape[pair.shape_b].reach;
+    const real speed = (a.v - b.v).norm() + a.w.norm() * reach_a + b.w.norm() * reach_b;
+    return nearest_image(a.x - b.x).norm() > reach_a + reach_b + real(3) * dt * speed;
+  }
+
+  PALP_HD Touch touch(const ContactPair& pair, const Mat3& R_a, const Mat3& R_b, std::uint32_t p) const {
+    const BodyState &a = body[pair.a], &b = body[pair.b];
+    const ContactBody &shape_a = contact.shape[pair.shape_a], &shape_b = contact.shape[pair.shape_b];
+    const Packed side = contact.state[pair.first + p].side;
+    const bool mine = p < shape_a.points;
+    const Packed point = contact.point[mine ? shape_a.first_point + p : shape_b.first_point + p - shape_a.points];
+    return touch(motion_of(mine ? a : b), motion_of(mine ? b : a), (mine ? R_a : R_b) * point.xyz(), point.w, true,
+                 mine ? R_b : R_a, mine ? shape_b : shape_a, side);
+  }
+
+  PALP_HD std::uint32_t points(const ContactPair& pair) const {
+    return contact.shape[pair.shape_a].points + contact.shape[pair.shape_b].points;
+  }
+};
+
+}  // namespace palp

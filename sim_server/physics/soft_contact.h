@@ -1,0 +1,52 @@
+// The common part of contact of soft bodies with rigid and fixed ones: each particle, a ball half a spacing wide,
+// touches the signed distance of the other body. Forces act in the particle's middle, so that both momenta are kept.
+#pragma once
+
+#include "sim_server/physics/contact_law.h"
+
+namespace palp {
+
+// Finds the touch of a particle with the body of a pair, and keeps in state the side on which it came; a particle that
+// is far away loses its memory of the contact.
+PALP_HD inline PairPoints::Touch find_soft_touch(const PairPoints& all, const Motion& particle, const ContactPair& pair,
+                                                 const BodyState& field, const Mat3& R, real radius,
+                                                 ContactState& state) {
+  const PairPoints::Touch t = all.touch(particle, motion_of(field), Vec3(0, 0, 0), radius, false, R,
+                                        all.contact.shape[pair.shape_b], state.side);
+  if (t.near)
+    state.side = pack(R.transpose() * t.n, t.depth);
+  else if (state.side.w > real(-1e29))
+    state = no_contact();
+  return t;
+}
+
+// Returns the inverse of a body's effective mass along n at the touch [1/kg], 0 for a fixed one.
+PALP_HD inline real inverse_mass_along(const BodyState& field, const Mat3& R, const PairPoints::Touch& t) {
+  if (field.kind != BodyKind::rigid) return real(0);
+  const Vec3 b = R.transpose() * t.other.cross(t.n);
+  return real(1) / field.mass + b.dot(field.inverse_inertia * b);
+}
+
+// Adds up the forces on the particles of a part by the body of pair k, and their torque on the body about its centre.
+// force_on(i, place, arm): the force on particle i, whose memory is contact state `place` [N]; arm: where it acts from
+// the body's centre [m].
+template <class Team, class F>
+PALP_HD inline void sum_soft_pair(const ContactViews& contact, const SoftPart& part, std::uint32_t k, Team team,
+                                  F&& force_on) {
+  Vec3 force(0, 0, 0), torque(0, 0, 0);
+  for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) {
+    Vec3 arm(0, 0, 0);
+    const Vec3 f = force_on(part.first + p, contact.pair[k].first + p, arm);
+    if (f.isZero(0)) continue;
+    force += f;
+    torque -= arm.cross(f);
+  }
+  force = team.sum(force);
+  torque = team.sum(torque);
+  if (!team.leader()) return;
+  PairWrench& out = contact.by.wrench[k];  // other teams may read the number of its contacts
+  out.force = force;
+  out.torque_b = torque;
+}
+
+}  // namespace palp
