@@ -1,7 +1,8 @@
-// Points in a uniform hashed grid, for finding those near a place; and a domain that may be periodic. Host, double
+// Points in a uniform grid, for finding those near a place; and a domain that may be periodic. Host, double
 // precision, for checks and probes. Results come in an order that depends only on the points.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -39,85 +40,113 @@ struct PeriodicBox {
 
 class PointGrid {
  public:
-  // Keeps a reference to the points, which must be finite. `reach`: the radius that near() covers.
-  PointGrid(const std::vector<Eigen::Vector3d>& points, const PeriodicBox& box, double reach) : box_(box) {
+  // `reach`: the radius that near() covers. The points must be finite.
+  PointGrid(const std::vector<Eigen::Vector3d>& points, const PeriodicBox& box, double reach) : origin_(box.min) {
     for (int axis = 0; axis < 3; ++axis) {
       const double length = box.max[axis] - box.min[axis];
-      cells_[axis] = box.is_periodic(axis) ? std::max(1.0, std::floor(length / reach)) : 0;
-      size_[axis] = box.is_periodic(axis) ? length / cells_[axis] : reach;
+      Axis& a = axis_[axis];
+      a.periodic = box.is_periodic(axis);
+      if (a.periodic)
+        a.cells = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::min(length / reach, 1e9)), 1, kMostCells);
+      a.size = a.periodic ? length / static_cast<double>(a.cells) : reach;
     }
-    std::size_t buckets = 1;
-    while (buckets < points.size()) buckets *= 2;
-    mask_ = buckets - 1;
-    first_.assign(buckets + 1, 0);
+    choose_cells(points);
+    first_.assign(mask_ + 2, 0);
     entry_.resize(points.size());
-    std::vector<Cell> cells(points.size());
+    std::vector<std::uint64_t> number(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
-      cells[i] = cell_of(points[i]);
-      ++first_[bucket(cells[i]) + 1];
+      number[i] = row_of(folded(1, cell_of(points[i], 1)), folded(2, cell_of(points[i], 2))) +
+                  static_cast<std::uint64_t>(folded(0, cell_of(points[i], 0)));
+      ++first_[(number[i] & mask_) + 1];
     }
-    for (std::size_t b = 0; b < buckets; ++b) first_[b + 1] += first_[b];
+    for (std::size_t b = 0; b <= mask_; ++b) first_[b + 1] += first_[b];
     std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      entry_[next[bucket(cells[i])]++] = {cells[i], static_cast<std::uint32_t>(i)};
-    }
+    for (std::size_t i = 0; i < points.size(); ++i)
+      entry_[next[number[i] & mask_]++] = {number[i], static_cast<std::uint32_t>(i)};
   }
 
   // Calls visit(index) for every point within reach of p, and for some farther ones; each once.
   template <class Visit>
   void near(const Eigen::Vector3d& p, Visit&& visit) const {
-    const Cell center = cell_of(p);
-    std::array<int, 3> low, high;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double cells = cells_[static_cast<int>(axis)];
-      low[axis] = cells == 1 || cells == 2 ? 0 : -1;
-      high[axis] = cells == 1 ? 0 : 1;
+    std::array<std::int64_t, 3> low, high;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Axis& a = axis_[axis];
+      const auto k = static_cast<std::size_t>(axis);
+      const std::int64_t center = cell_of(p, axis);
+      low[k] = center - (a.periodic && a.cells <= 2 ? 0 : 1);
+      high[k] = center + (a.periodic && a.cells == 1 ? 0 : 1);
+      if (a.folds) continue;
+      low[k] = std::max<std::int64_t>(low[k], 0);
+      high[k] = std::min(high[k], a.cells - 1);
     }
-    for (int z = low[2]; z <= high[2]; ++z) {
-      for (int y = low[1]; y <= high[1]; ++y) {
-        for (int x = low[0]; x <= high[0]; ++x) {
-          const Cell cell = wrapped({center[0] + x, center[1] + y, center[2] + z});
-          const std::size_t b = bucket(cell);
-          for (std::uint32_t e = first_[b]; e < first_[b + 1]; ++e) {
-            if (entry_[e].cell == cell) visit(entry_[e].index);
-          }
+    for (std::int64_t z = low[2]; z <= high[2]; ++z) {
+      for (std::int64_t y = low[1]; y <= high[1]; ++y) {
+        const std::uint64_t row = row_of(folded(1, y), folded(2, z));
+        for (std::int64_t x = low[0]; x <= high[0]; ++x) {
+          const std::uint64_t number = row + static_cast<std::uint64_t>(folded(0, x));
+          const std::size_t b = number & mask_;
+          for (std::uint32_t e = first_[b]; e < first_[b + 1]; ++e)
+            if (entry_[e].cell == number) visit(entry_[e].index);
         }
       }
     }
   }
 
  private:
-  using Cell = std::array<std::int64_t, 3>;
+  static constexpr std::int64_t kMostCells = 1 << 20;  // along an axis, so that a cell's number has less than 64 bits
+  struct Axis {
+    bool periodic = false;
+    bool folds = false;      // cells past the ends are others' cells
+    std::int64_t cells = 0;  // from the first one that holds a point on
+    std::int64_t first = 0;
+    double size = 1;
+  };
   struct Entry {
-    Cell cell;
+    std::uint64_t cell;
     std::uint32_t index;
   };
 
-  Cell cell_of(const Eigen::Vector3d& p) const {
-    Cell cell;
+  // Numbers the cells that hold points in rows along x, and chooses as many buckets, or where cells are many fewer. A
+  // bucket is a number's lowest bits, so that neighbouring cells lie side by side in memory.
+  void choose_cells(const std::vector<Eigen::Vector3d>& points) {
+    double cells = 1;
     for (int axis = 0; axis < 3; ++axis) {
-      cell[static_cast<std::size_t>(axis)] =
-          static_cast<std::int64_t>(std::floor((p[axis] - box_.min[axis]) / size_[axis]));
+      Axis& a = axis_[axis];
+      if (!a.periodic && !points.empty()) {
+        double low = points.front()[axis], high = low;
+        for (const Eigen::Vector3d& p : points) {
+          low = std::min(low, p[axis]);
+          high = std::max(high, p[axis]);
+        }
+        const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor((x - origin_[axis]) / a.size)); };
+        a.first = cell(low);
+        a.cells = cell(high) - a.first + 1;
+      }
+      a.folds = a.periodic || a.cells > kMostCells;
+      a.cells = std::min(a.cells, kMostCells);
+      cells *= static_cast<double>(a.cells);
     }
-    return wrapped(cell);
-  }
-  Cell wrapped(Cell cell) const {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto count = static_cast<std::int64_t>(cells_[static_cast<int>(axis)]);
-      if (count > 0) cell[axis] = (cell[axis] % count + count) % count;
-    }
-    return cell;
-  }
-  std::size_t bucket(const Cell& c) const {
-    const auto mix = static_cast<std::uint64_t>(c[0]) * 0x9E3779B97F4A7C15ULL ^
-                     static_cast<std::uint64_t>(c[1]) * 0xC2B2AE3D27D4EB4FULL ^
-                     static_cast<std::uint64_t>(c[2]) * 0x165667B19E3779F9ULL;
-    return static_cast<std::size_t>(mix ^ mix >> 29) & mask_;
+    const double wanted = std::min(cells, 4.0 * static_cast<double>(points.size()));
+    std::size_t buckets = 1;
+    while (static_cast<double>(buckets) < wanted) buckets *= 2;
+    mask_ = buckets - 1;
   }
 
-  PeriodicBox box_;
-  Eigen::Vector3d size_ = Eigen::Vector3d::Ones();
-  Eigen::Vector3d cells_ = Eigen::Vector3d::Zero();  // per axis, 0: not periodic
+  std::int64_t cell_of(const Eigen::Vector3d& p, int axis) const {
+    const Axis& a = axis_[axis];
+    return static_cast<std::int64_t>(std::floor((p[axis] - origin_[axis]) / a.size)) - a.first;
+  }
+  std::int64_t folded(int axis, std::int64_t cell) const {
+    const Axis& a = axis_[axis];
+    if (cell >= 0 && cell < a.cells) return cell;
+    return (cell % a.cells + a.cells) % a.cells;
+  }
+  std::uint64_t row_of(std::int64_t y, std::int64_t z) const {
+    return static_cast<std::uint64_t>((z * axis_[1].cells + y) * axis_[0].cells);
+  }
+
+  Eigen::Vector3d origin_;
+  Axis axis_[3];
   std::size_t mask_ = 0;
   std::vector<std::uint32_t> first_;
   std::vector<Entry> entry_;

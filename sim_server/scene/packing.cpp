@@ -1,10 +1,12 @@
 #include "sim_server/scene/packing.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "sim_server/geometry/point_grid.h"
-#include "sim_server/physics/smoothing.h"
+#include "sim_server/scene/relaxation.h"
+#include "sim_server/threads/thread_team.h"
 
 namespace palp {
 
@@ -13,76 +15,86 @@ namespace {
 using Eigen::Vector3d;
 
 // All lengths in spacings.
-constexpr double kSupport = 2.2;            // of the kernel
+constexpr double kSupport = 2.2;            // of the kernel by which particles are packed
 constexpr double kContactDistance = 1.6;    // particles of two bodies this near share a lattice, or are packed
 constexpr double kLatticeTolerance = 0.03;  // how far from sites of one lattice is still on it
 constexpr double kLayerDepth = 3;           // of the layer around them that is packed
-constexpr double kListSkin = 0.3;           // that a particle moves at most before neighbours are listed anew
 constexpr double kOccupiedDistance = 0.75;  // a site nearer than this to a particle is not open
-constexpr int kMinLists = 3;                // neighbours are listed anew this often at least
-constexpr int kMaxLists = 12;               // and this often while two particles are nearer than kMinDistance
-constexpr int kShiftsPerList = 20;          // particles move this often between two lists
-constexpr double kMinDistance = 0.88;
-constexpr double kShiftCoefficient = 0.2;  // of the displacement, over spacing^2 sum V gradW
-constexpr double kMaxShift = 0.1;          // a displacement at most
-constexpr double kConvergedShift = 2e-3;   // a largest displacement at which packing ends
-constexpr double kMaxVolumeChange = 0.25;  // change of a particle's volume
-
-constexpr auto kKernel = WendlandC2Of<double>::unit();  // of q = r / H
 
 struct Packing {
   Scene& scene;
   const std::vector<std::optional<Solid>>& solids;
+  ThreadTeam& team;
   PeriodicBox box;
   double dx;
+  std::vector<Eigen::Matrix3d> axes;        // by body: of the lattice that its particles were laid in
+  std::vector<Eigen::Isometry3d> to_solid;  // by body, from the world
 
-  const Body& body_of(std::size_t i) const { return scene.bodies[scene.body[i]]; }
-  bool movable(std::size_t i) const { return body_of(i).type == BodyKind::fluid && solids[scene.body[i]].has_value(); }
-  // Axes of the lattice that particle i was laid in.
-  Eigen::Matrix3d axes(std::size_t i) const {
-    return body_of(i).orientation.toRotationMatrix() * solids[scene.body[i]]->frame.linear();
+  bool movable(std::size_t i) const {
+    return scene.bodies[scene.body[i]].type == BodyKind::fluid && solids[scene.body[i]].has_value();
   }
+  const Eigen::Matrix3d& axes_of(std::size_t i) const { return axes[scene.body[i]]; }
 };
+
+Packing begin_packing(Scene& scene, const std::vector<std::optional<Solid>>& solids, ThreadTeam& team) {
+  Packing p{scene, solids, team, {scene.bounds_min, scene.bounds_max, scene.config.periodic}, scene.spacing, {}, {}};
+  for (std::size_t b = 0; b < solids.size(); ++b) {
+    const Body& body = scene.bodies[b];
+    Eigen::Isometry3d to_world = Eigen::Translation3d(body.position) * body.orientation;
+    if (solids[b]) to_world = to_world * solids[b]->frame;
+    p.axes.emplace_back(to_world.linear());
+    p.to_solid.push_back(to_world.inverse());
+  }
+  return p;
+}
 
 bool on_lattice(const Vector3d& steps) {
   return ((steps.array() - steps.array().round()).abs() < kLatticeTolerance).all();
 }
 
-// Particles to move: those near a place where a fluid meets another body off its lattice.
+// Returns the indices of those that a mark says yes to.
+std::vector<std::uint32_t> marked(const std::vector<std::uint8_t>& mark) {
+  std::vector<std::uint32_t> out;
+  for (std::uint32_t i = 0; i < mark.size(); ++i)
+    if (mark[i] != 0) out.push_back(i);
+  return out;
+}
+
+// Returns the particles to move: those near a place where a fluid meets another body off its lattice.
 std::vector<std::uint32_t> off_lattice_particles(const Packing& p) {
   const std::vector<Vector3d>& x = p.scene.position;
-  const PointGrid grid(x, p.box, kContactDistance * p.dx);
-  std::vector<Vector3d> places;
-  for (std::uint32_t i = 0; i < x.size(); ++i) {
-    if (!p.movable(i)) continue;
-    bool fits = true;
-    const Eigen::Matrix3d to_lattice = p.axes(i).transpose() / p.dx;
-    grid.near(x[i], [&](std::uint32_t j) {
-      if (!fits || p.scene.body[i] == p.scene.body[j]) return;
-      const Vector3d d = to_lattice * p.box.between(x[j], x[i]);
-      if (d.norm() < kContactDistance) fits = on_lattice(d);
+  std::vector<std::uint8_t> mark(x.size(), 0);
+  {
+    const PointGrid grid(x, p.box, kContactDistance * p.dx);
+    p.team.for_each(x.size(), kParticlesAtOnce, [&](std::size_t i) {
+      if (!p.movable(i)) return;
+      bool fits = true;
+      grid.near(x[i], [&](std::uint32_t j) {
+        if (p.scene.body[i] == p.scene.body[j] || !fits) return;
+        const Vector3d d = p.axes_of(i).transpose() * p.box.between(x[j], x[i]) / p.dx;
+        if (d.squaredNorm() < kContactDistance * kContactDistance) fits = on_lattice(d);
+      });
+      mark[i] = fits ? 0 : 1;
     });
-    if (!fits) places.push_back(x[i]);
   }
-  std::vector<std::uint32_t> active;
-  if (places.empty()) return active;
+  std::vector<Vector3d> places;
+  for (const std::uint32_t i : marked(mark)) places.push_back(x[i]);
+  if (places.empty()) return {};
   const PointGrid near(places, p.box, kLayerDepth * p.dx);
-  for (std::uint32_t i = 0; i < x.size(); ++i) {
-    if (!p.movable(i)) continue;
+  const double depth2 = kLayerDepth * kLayerDepth * p.dx * p.dx;
+  p.team.for_each(x.size(), kParticlesAtOnce, [&](std::size_t i) {
+    if (!p.movable(i) || mark[i] != 0) return;
     bool found = false;
-    near.near(x[i],
-              [&](std::uint32_t k) { found = found || p.box.between(places[k], x[i]).norm() < kLayerDepth * p.dx; });
-    if (found) active.push_back(i);
-  }
-  return active;
+    near.near(x[i], [&](std::uint32_t k) { found = found || p.box.between(places[k], x[i]).squaredNorm() < depth2; });
+    mark[i] = found ? 1 : 0;
+  });
+  return marked(mark);
 }
 
 bool inside_a_body(const Packing& p, const Vector3d& place) {
   for (std::size_t b = 0; b < p.solids.size(); ++b) {
     if (!p.solids[b]) continue;
-    const Body& body = p.scene.bodies[b];
-    const Eigen::Isometry3d to_world = Eigen::Translation3d(body.position) * body.orientation * p.solids[b]->frame;
-    const Vector3d local = to_world.inverse() * place;
+    const Vector3d local = p.to_solid[b] * place;
     if (p.solids[b]->bounds.contains(local) && p.solids[b]->contains(local)) return true;
   }
   return false;
@@ -94,146 +106,72 @@ Vector3d lattice_steps(int c, int reach) {
   return Vector3d(x, y, z) - Vector3d::Constant(reach);
 }
 
+// Appends the sites of a particle's lattice within its support that no particle fills.
+void add_open_sites(const Packing& p, const PointGrid& around, const PointGrid& at, std::size_t i,
+                    std::vector<Vector3d>& out) {
+  const std::vector<Vector3d>& x = p.scene.position;
+  const double occupied2 = kOccupiedDistance * kOccupiedDistance;
+  // most sites have a particle that is nearer to them than to any other one
+  std::array<bool, 125> filled{};
+  around.near(x[i], [&](std::uint32_t j) {
+    const Vector3d d = p.axes_of(i).transpose() * p.box.between(x[j], x[i]) / p.dx;
+    const Eigen::Array3d steps = d.array().round();
+    if ((steps.abs() <= 2).all() && (d - steps.matrix()).squaredNorm() < occupied2)
+      filled[static_cast<std::size_t>((steps.z() + 2) * 25 + (steps.y() + 2) * 5 + steps.x() + 2)] = true;
+  });
+  for (int c = 0; c < 125; ++c) {
+    const Vector3d steps = lattice_steps(c, 2);
+    if (filled[static_cast<std::size_t>(c)] || steps.norm() > kSupport) continue;
+    const Vector3d site = p.box.wrapped(x[i] + p.axes_of(i) * steps * p.dx);
+    bool taken = false;
+    at.near(site, [&](std::uint32_t j) {
+      taken = taken || p.box.between(x[j], site).squaredNorm() < occupied2 * p.dx * p.dx;
+    });
+    if (!taken) out.push_back(site);
+  }
+}
+
 // The lattice of the active particles goes on into open space, so that they do not spread into it.
 std::vector<Vector3d> open_sites(const Packing& p, const std::vector<std::uint32_t>& active) {
   const std::vector<Vector3d>& x = p.scene.position;
-  const PointGrid grid(x, p.box, kOccupiedDistance * p.dx);
+  const PointGrid around(x, p.box, kSupport * p.dx), at(x, p.box, kOccupiedDistance * p.dx);
+  std::vector<std::vector<Vector3d>> part(active.size() / kParticlesAtOnce + 1);
+  p.team.in_chunks(active.size(), kParticlesAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) add_open_sites(p, around, at, active[k], part[begin / kParticlesAtOnce]);
+  });
   std::vector<Vector3d> candidates, sites;
-  for (const std::uint32_t i : active) {
-    const Eigen::Matrix3d axes = p.axes(i) * p.dx;
-    for (int c = 0; c < 125; ++c) {
-      const Vector3d steps = lattice_steps(c, 2);
-      if (steps.norm() > kSupport) continue;
-      const Vector3d site = p.box.wrapped(x[i] + axes * steps);
-      bool filled = false;
-      grid.near(site, [&](std::uint32_t j) {
-        filled = filled || p.box.between(x[j], site).norm() < kOccupiedDistance * p.dx;
-      });
-      if (!filled) candidates.push_back(site);
-    }
-  }
+  for (const std::vector<Vector3d>& each : part) candidates.insert(candidates.end(), each.begin(), each.end());
   const PointGrid among(candidates, p.box, kOccupiedDistance * p.dx);
-  for (std::uint32_t k = 0; k < candidates.size(); ++k) {
+  std::vector<std::uint8_t> mark(candidates.size(), 0);
+  p.team.for_each(candidates.size(), kParticlesAtOnce, [&](std::size_t k) {
     bool first = true;
     among.near(candidates[k], [&](std::uint32_t j) {
       first = first && (j >= k || p.box.between(candidates[j], candidates[k]).norm() >= kOccupiedDistance * p.dx);
     });
-    if (first && !inside_a_body(p, candidates[k])) sites.push_back(candidates[k]);
-  }
+    mark[k] = first && !inside_a_body(p, candidates[k]) ? 1 : 0;
+  });
+  for (const std::uint32_t k : marked(mark)) sites.push_back(candidates[k]);
   return sites;
-}
-
-// Neighbours of the active particles among particles and, counted on from those, open sites.
-struct Neighbors {
-  std::vector<std::size_t> first;
-  std::vector<std::uint32_t> index;
-};
-
-Neighbors list_neighbors(const Packing& p, const std::vector<std::uint32_t>& active, const std::vector<Vector3d>& all) {
-  const double reach = (kSupport + 2 * kListSkin) * p.dx;
-  const PointGrid grid(all, p.box, reach);
-  Neighbors lists;
-  lists.first.push_back(0);
-  for (const std::uint32_t i : active) {
-    grid.near(all[i], [&](std::uint32_t j) {
-      if (j != i && p.box.between(all[i], all[j]).norm() < reach) lists.index.push_back(j);
-    });
-    lists.first.push_back(lists.index.size());
-  }
-  return lists;
-}
-
-// Returns sum W over the neighbourhood of a particle of a whole cubic lattice, itself included.
-double lattice_sum() {
-  double sum = 0;
-  for (int c = 0; c < 343; ++c) {
-    const Vector3d steps = lattice_steps(c, 3);
-    sum += kKernel.W(steps.norm() / kSupport);
-  }
-  return sum;
-}
-
-// Moves the active particles down the gradient of sum V W. True when they have come to rest.
-bool relax(const Packing& p, const std::vector<std::uint32_t>& active, const Neighbors& lists,
-           const std::vector<double>& volume_ratio, std::vector<Vector3d>& x) {
-  const double dx = p.dx, H = kSupport * dx;
-  const double scale = kShiftCoefficient * dx * 21 / (2 * EIGEN_PI * std::pow(kSupport, 4));
-  const double near = 0.2 / std::pow(kKernel.W(1 / kSupport), 4);
-  const std::vector<Vector3d> start = x;
-  std::vector<Vector3d> shift(active.size());
-  for (int round = 0; round < kShiftsPerList; ++round) {
-    double farthest = 0;
-    for (std::size_t k = 0; k < active.size(); ++k) {
-      shift[k].setZero();
-      for (std::size_t e = lists.first[k]; e < lists.first[k + 1]; ++e) {
-        const std::uint32_t j = lists.index[e];
-        const Vector3d d = p.box.between(x[active[k]], x[j]) / H;
-        const double q2 = d.squaredNorm();
-        if (q2 >= 1) continue;
-        const double q = std::sqrt(q2), W = kKernel.W(q);
-        // Monaghan 2000: particles nearer than a spacing are pushed harder
-        shift[k] += scale * volume_ratio[j] * (1 + near * W * W * W * W) * kKernel.F(q) * d;
-      }
-      shift[k] *= std::min(1.0, kMaxShift * dx / std::max(shift[k].norm(), 1e-300));
-      farthest = std::max(farthest, shift[k].norm());
-    }
-    for (std::size_t k = 0; k < active.size(); ++k) {
-      const std::uint32_t i = active[k];
-      const Vector3d moved = p.box.between(x[i] + shift[k], start[i]);
-      x[i] = p.box.wrapped(start[i] + moved * std::min(1.0, kListSkin * dx / std::max(moved.norm(), 1e-300)));
-    }
-    if (farthest < kConvergedShift * dx) return true;
-  }
-  return false;
-}
-
-bool some_too_near(const Packing& p, const std::vector<std::uint32_t>& active, const Neighbors& lists,
-                   const std::vector<Vector3d>& x) {
-  for (std::size_t k = 0; k < active.size(); ++k)
-    for (std::size_t e = lists.first[k]; e < lists.first[k + 1]; ++e)
-      if (p.box.between(x[active[k]], x[lists.index[e]]).norm() < kMinDistance * p.dx) return true;
-  return false;
-}
-
-// Volumes that share the space out: V = V0 / sum V W, relative to what a lattice has for the sum.
-void assign_volumes(const Packing& p, const std::vector<std::uint32_t>& active, const std::vector<Vector3d>& x,
-                    std::vector<double>& volume_ratio) {
-  const double H = kSupport * p.dx, full = lattice_sum();
-  const Neighbors lists = list_neighbors(p, active, x);
-  std::vector<double> next(active.size());
-  for (int round = 0; round < 4; ++round) {
-    for (std::size_t k = 0; k < active.size(); ++k) {
-      double sum = volume_ratio[active[k]];
-      for (std::size_t e = lists.first[k]; e < lists.first[k + 1]; ++e)
-        sum += volume_ratio[lists.index[e]] * kKernel.W(p.box.between(x[active[k]], x[lists.index[e]]).norm() / H);
-      next[k] = std::clamp(volume_ratio[active[k]] * full / sum, 1 - kMaxVolumeChange, 1 + kMaxVolumeChange);
-    }
-    for (std::size_t k = 0; k < active.size(); ++k) volume_ratio[active[k]] = next[k];
-  }
 }
 
 }  // namespace
 
-void pack_fluids(Scene& scene, const std::vector<std::optional<Solid>>& solids) {
-  const double cell = std::pow(scene.spacing, 3);
-  const Packing p{scene, solids, {scene.bounds_min, scene.bounds_max, scene.config.periodic}, scene.spacing};
+void pack_fluids(Scene& scene, const std::vector<std::optional<Solid>>& solids, ThreadTeam& team,
+                 const LoadingProgress& progress) {
+  const Packing p = begin_packing(scene, solids, team);
   const std::vector<std::uint32_t> active = off_lattice_particles(p);
   if (active.empty()) return;
-  std::vector<Vector3d> x = scene.position;
-  std::vector<double> volume_ratio(x.size());  // volume over that of a cell
-  for (std::size_t i = 0; i < x.size(); ++i) volume_ratio[i] = scene.volume[i] / cell;
+  const double cell = std::pow(scene.spacing, 3);
+  Relaxation points{p.box, p.dx, scene.position, {}, active, {}};
+  for (const double volume : scene.volume) points.volume.push_back(volume / cell);
   const std::vector<Vector3d> open = open_sites(p, active);
-  x.insert(x.end(), open.begin(), open.end());
-  volume_ratio.resize(x.size(), 1.0);
-  for (int list = 0; list < kMaxLists; ++list) {
-    const Neighbors lists = list_neighbors(p, active, x);
-    if (list >= kMinLists && !some_too_near(p, active, lists, x)) break;
-    if (relax(p, active, lists, volume_ratio, x)) break;
-  }
-  assign_volumes(p, active, x, volume_ratio);
+  points.place.insert(points.place.end(), open.begin(), open.end());
+  points.volume.resize(points.place.size(), 1.0);
+  if (progress) points.progress = [&](double share) { progress("packing fluids around solids", share); };
+  relax(points, team);
   for (const std::uint32_t i : active) {
-    scene.position[i] = x[i];
-    scene.volume[i] = volume_ratio[i] * cell;
+    scene.position[i] = points.place[i];
+    scene.volume[i] = points.volume[i] * cell;
   }
 }
 

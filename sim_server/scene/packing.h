@@ -7,6 +7,7 @@
 
 #include "sim_server/geometry/solid.h"
 #include "sim_server/scene/scene.h"
+#include "sim_server/threads/thread_team.h"
 
 namespace palp {
 
@@ -14,7 +15,8 @@ namespace palp {
 // of V gradW vanishes, as in the particle packing of Zhu, Zhang & Hu 2021), free surfaces staying where they are, and
 // makes their volumes a partition of it (V = V0 / sum V W). Particles that lie on one lattice with their surroundings
 // keep place and volume to the bit, as do solids and loose particles from files.
-// `solids`: by body, empty for bodies of loose particles.
-void pack_fluids(Scene& scene, const std::vector<std::optional<Solid>>& solids);
+// `solids`: by body, empty for bodies of loose particles. The same bits whatever the number of threads.
+void pack_fluids(Scene& scene, const std::vector<std::optional<Solid>>& solids, ThreadTeam& team,
+                 const LoadingProgress& progress = {});
 
 }  // namespace palp

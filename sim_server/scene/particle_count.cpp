@@ -48,7 +48,7 @@ double count(const std::vector<Matter>& matter, double spacing) {
 std::size_t matter_particles(const Scene& scene) {
   const std::vector<bool> matter = is_matter(scene.config);
   std::size_t sum = 0;
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b) sum += matter[b] ? scene.bodies[b].count : 0;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) sum += matter[b] ? scene.bodies[b].sites : 0;
   return sum;
 }
 

@@ -11,6 +11,7 @@
 #include "sim_server/geometry/surface.h"
 #include "sim_server/scene/packing.h"
 #include "sim_server/scene/particle_csv.h"
+#include "sim_server/scene/particle_reason.h"
 #include "sim_server/scene/sampling.h"
 #include "sim_server/scene/scene_checks.h"
 
@@ -144,7 +145,7 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
 
 void append(Scene& scene, const BodyConfig& from, Body body, const Particles& particles) {
   body.first = static_cast<std::uint32_t>(scene.position.size());
-  body.count = static_cast<std::uint32_t>(particles.position.size());
+  body.count = body.sites = static_cast<std::uint32_t>(particles.position.size());
   const Eigen::Isometry3d pose = Eigen::Translation3d(body.position) * body.orientation;
   for (std::size_t i = 0; i < particles.position.size(); ++i) {
     scene.position.push_back(pose * particles.position[i]);
@@ -194,7 +195,7 @@ void add_proxies(Scene& scene) {
 
 }  // namespace
 
-Scene sample_scene(const SceneConfig& config, std::size_t max_particles) {
+Scene sample_scene(const SceneConfig& config, std::size_t max_particles, const LoadingProgress& progress) {
   if (!config.numerics.spacing) throw ConfigError(config.path + ": the scene has no particle spacing");
   max_particles = std::min<std::size_t>(max_particles, 0xffffffffu);
   Scene scene;
@@ -206,7 +207,13 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles) {
   std::vector<std::optional<Solid>> solids;
   std::size_t sampled = 0;
   double left_out = 0;  // particles of bodies that do not fit
+  ThreadTeam team;
+  const auto tell = [&](const char* doing, double share) {
+    if (progress) progress(doing, share);
+  };
   for (const BodyConfig& from : config.bodies) {
+    tell("filling bodies with particles",
+         static_cast<double>(solids.size()) / static_cast<double>(config.bodies.size()));
     Body body = start_body(config, from);
     std::optional<Solid> solid;
     try {
@@ -225,12 +232,16 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles) {
     faults.push_back(too_many(config, left_out + static_cast<double>(scene.position.size()), max_particles));
   if (sampled < config.bodies.size()) throw ConfigError(faults);  // where the others are cannot be judged without them
   add_proxies(scene);
+  tell("looking for bodies that overlap", 0);
   check_inside_domain(scene, faults);
-  check_apart(scene, solids, faults);
+  check_apart(scene, solids, team, faults);
   if (!faults.empty()) throw ConfigError(faults);
-  pack_fluids(scene, solids);
-  check_distances(scene, faults);
+  tell("packing fluids around solids", 0);
+  pack_fluids(scene, solids, team, progress);
+  tell("looking for particles that overlap", 0);
+  check_distances(scene, team, faults);
   if (!faults.empty()) throw ConfigError(faults);
+  leave_out_particles(scene);
   return scene;
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,8 +24,9 @@ struct Body {
   std::uint32_t material = 0;  // index into Scene::config.materials
   std::uint32_t first = 0;     // particles [first, first + count)
   std::uint32_t count = 0;
-  double volume = 0;                                      // exact volume of the shape [m^3]
-  double mass = 0;                                        // [kg]
+  std::uint32_t sites = 0;  // particles that fill its shape at the scene's spacing, left out or not
+  double volume = 0;        // exact volume of the shape [m^3]
+  double mass = 0;          // [kg]
   Eigen::Vector3d center = Eigen::Vector3d::Zero();       // centre of mass in the body frame [m]
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Identity();  // about the centre of mass, body axes [kg m^2]
   Eigen::Vector3d position = Eigen::Vector3d::Zero();     // of the body frame in the world, at the start [m]
@@ -38,6 +40,8 @@ struct Body {
   // The shape that rigid_contact.h needs (contact_shape.h); none for fluids, elastic bodies, loose particles and method
   // "paper".
   std::shared_ptr<const ContactShape> contact;
+  // The box around the centres of the particles that fill it, along the body's axes [m]; empty where none is left out.
+  Eigen::AlignedBox3d extent;
 };
 
 struct Proxy {
@@ -45,6 +49,12 @@ struct Proxy {
   std::uint32_t body = 0;                            // index into Scene::bodies, a rigid one
   Eigen::Vector3d handle = Eigen::Vector3d::Zero();  // coupling point in the body frame [m]
   CouplingGains limit = kDefaultGains;
+};
+
+// The facts that the plan asks of the particles of rigid and fixed bodies, of a scene that leaves some of them out.
+struct LeftOut {
+  double speed = 0;                             // largest of them at the start [m/s]
+  std::array<std::array<double, 2>, 3> fall{};  // fall_height() of the rigid bodies by axis, for up = -1 and 1 [m]
 };
 
 // Particles in the scene's order: body after body. World frame.
@@ -60,11 +70,16 @@ struct Scene {
   std::vector<double> temperature;                       // [K]; empty when no body has one
   Eigen::Vector3d bounds_min = Eigen::Vector3d::Zero();  // of the domain
   Eigen::Vector3d bounds_max = Eigen::Vector3d::Zero();
+  std::optional<LeftOut> left_out;  // none: every body has its particles
 };
+
+// Takes what is being done and which share of it is done, 0 to 1, now and then; called by the thread that loads.
+using LoadingProgress = std::function<void(const char* doing, double share)>;
 
 // Samples the scene's bodies at the spacing that the accuracy level gives. Throws ConfigError with every fault found:
 // open or missing mesh, overlapping bodies, a body or shape without particles, a particle outside the domain, more
-// particles than max_particles (what memory allows).
-Scene sample_scene(const SceneConfig& config, std::size_t max_particles);
+// particles than max_particles (what memory allows). Bodies that need no particles (particle_reason.h) are checked with
+// theirs and then have none.
+Scene sample_scene(const SceneConfig& config, std::size_t max_particles, const LoadingProgress& progress = {});
 
 }  // namespace palp

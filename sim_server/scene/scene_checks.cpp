@@ -86,36 +86,43 @@ void check_inside_domain(Scene& scene, std::vector<std::string>& faults) {
   }
 }
 
-void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& solids,
+void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& solids, ThreadTeam& team,
                  std::vector<std::string>& faults) {
   Pairs pairs(scene, faults);
+  std::vector<std::uint8_t> inside(scene.position.size());
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     if (!solids[b]) continue;
     const Body& body = scene.bodies[b];
     const Eigen::Isometry3d to_world = Eigen::Translation3d(body.position) * body.orientation * solids[b]->frame;
     const Eigen::Isometry3d to_solid = to_world.inverse();
-    for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
-      if (scene.body[i] != b && well_inside(*solids[b], to_solid * scene.position[i], kSurface * scene.spacing))
-        pairs.overlap(scene.body[i], b, scene.position[i]);
-    }
+    team.for_each(scene.position.size(), kParticlesAtOnce, [&](std::size_t i) {
+      inside[i] = scene.body[i] != b && well_inside(*solids[b], to_solid * scene.position[i], kSurface * scene.spacing);
+    });
+    for (std::uint32_t i = 0; i < scene.position.size(); ++i)
+      if (inside[i] != 0) pairs.overlap(scene.body[i], b, scene.position[i]);
   }
 }
 
-void check_distances(const Scene& scene, std::vector<std::string>& faults) {
+void check_distances(const Scene& scene, ThreadTeam& team, std::vector<std::string>& faults) {
   Pairs pairs(scene, faults);
   const PeriodicBox box = box_of(scene);
   const PointGrid grid(scene.position, box, kNearest * scene.spacing);
-  for (std::uint32_t i = 0; i < scene.position.size(); ++i) {
+  // calls found(j) for each particle j > i that is too near
+  const auto look = [&](std::uint32_t i, auto found) {
+    const double limit = kNearest * scene.spacing * (1 - 1e-6);
+    const bool elastic = scene.bodies[scene.body[i]].type == BodyKind::elastic;
+    const double within = (elastic ? kElastic : kCoincident) * scene.spacing * (1 - 1e-6);
     grid.near(scene.position[i], [&](std::uint32_t j) {
       if (j <= i) return;
-      const bool elastic = scene.bodies[scene.body[i]].type == BodyKind::elastic;
-      const double within = elastic ? kElastic : kCoincident;
-      const double limit = (scene.body[i] == scene.body[j] ? within : kNearest) * scene.spacing * (1 - 1e-6);
-      if (box.between(scene.position[i], scene.position[j]).norm() < limit) {
-        pairs.overlap(scene.body[i], scene.body[j], scene.position[i]);
-      }
+      const double least = scene.body[i] == scene.body[j] ? within : limit;
+      if (box.between(scene.position[i], scene.position[j]).squaredNorm() < least * least) found(j);
     });
-  }
+  };
+  std::vector<std::uint8_t> near(scene.position.size(), 0);
+  team.for_each(scene.position.size(), kParticlesAtOnce,
+                [&](std::size_t i) { look(static_cast<std::uint32_t>(i), [&](std::uint32_t) { near[i] = 1; }); });
+  for (std::uint32_t i = 0; i < scene.position.size(); ++i)
+    if (near[i] != 0) look(i, [&](std::uint32_t j) { pairs.overlap(scene.body[i], scene.body[j], scene.position[i]); });
 }
 
 }  // namespace palp

@@ -7,6 +7,7 @@
 
 #include "sim_server/geometry/solid.h"
 #include "sim_server/scene/scene.h"
+#include "sim_server/threads/thread_team.h"
 
 namespace palp {
 
@@ -15,10 +16,11 @@ void check_inside_domain(Scene& scene, std::vector<std::string>& faults);
 
 // Particles inside the solid of another body; one fault for each pair of bodies. `solids`: by body, empty for bodies of
 // loose particles.
-void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& solids, std::vector<std::string>& faults);
+void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& solids, ThreadTeam& team,
+                 std::vector<std::string>& faults);
 
 // Particles of two bodies, or of one elastic body, nearer than half a spacing, and particles of any other body on top
 // of each other. One fault for each pair of bodies.
-void check_distances(const Scene& scene, std::vector<std::string>& faults);
+void check_distances(const Scene& scene, ThreadTeam& team, std::vector<std::string>& faults);
 
 }  // namespace palp

@@ -25,6 +25,7 @@ TEST(SceneFiles, SampleAtEveryAccuracy) {
       SCOPED_TRACE(file + " " + to_string(accuracy));
       SceneOverrides overrides;
       overrides.accuracy = accuracy;
+      overrides.solid_particles = true;
       Scene scene;
       ASSERT_NO_THROW(scene = sample_scene(load_scene(file, overrides), 1000000));
       const std::size_t count = scene.position.size();

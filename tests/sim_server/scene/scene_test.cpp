@@ -25,6 +25,7 @@ std::string fault_of(const SceneConfig& config, std::size_t max_particles = 1000
 
 TEST(Scene, RigidBodiesHaveExactMassAndMoveAsOne) {
   SceneConfig config = scene(0.05);
+  config.numerics.solid_particles = true;
   BodyConfig from = body("ball", BodyKind::rigid, sphere(0.2, {0.1, 0, 0}));
   from.position = {0.2, 0.3, -0.1};
   from.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()));
@@ -59,7 +60,7 @@ TEST(Scene, HasAsManyParticlesAsWanted) {
       const Scene s = sample_scene(load_scene_with_particles(file, {}, wanted), 1000000);
       SCOPED_TRACE(particle_choice(s, wanted));
       const std::size_t block =
-          std::find_if(s.bodies.begin(), s.bodies.end(), [](const Body& b) { return b.name == "cuboid"; })->count;
+          std::find_if(s.bodies.begin(), s.bodies.end(), [](const Body& b) { return b.name == "cuboid"; })->sites;
       EXPECT_EQ(matter_particles(s), block) << "the tool and what holds the cuboid do not count";
       EXPECT_NEAR(static_cast<double>(block), static_cast<double>(wanted), 0.1 * static_cast<double>(wanted));
     }
@@ -196,6 +197,7 @@ class FileScene : public ::testing::Test {
 TEST_F(FileScene, MeshesAreFilledAndDamagedOnesNamed) {
   const std::string tetrahedron = "v 0 0 0\nv 300 0 0\nv 0 300 0\nv 0 0 300\nf 1 3 2\nf 1 2 4\nf 2 3 4\n";
   SceneConfig config = scene(0.02);
+  config.numerics.solid_particles = true;
   ShapeConfig mesh = box({0, 0, 0});
   mesh.type = ShapeType::mesh;
   mesh.scale = 0.001;
@@ -256,6 +258,7 @@ TEST(Scene, SamplingMovesWithTheBody) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(-1, 1);
   SceneConfig config = scene(0.05);
+  config.numerics.solid_particles = true;
   config.bodies.push_back(body("b", BodyKind::rigid, sphere(0.15)));
   config.bodies[0].shapes.push_back(box({0.1, 0.1, 0.4}, {0, 0, 0.2}));
   const Scene still = sample_scene(config, 100000);
