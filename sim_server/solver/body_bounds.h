@@ -1,4 +1,4 @@
-// The box around the particles of a body at the start. Host only.
+// The boxes around the particles of a body at the start. Host only.
 #pragma once
 
 #include "sim_server/scene/scene.h"
@@ -12,6 +12,11 @@ inline Eigen::AlignedBox3d body_bounds(const Scene& scene, const Body& body,
   for (std::uint32_t i = body.first; i < body.first + body.count; ++i)
     box.extend(Eigen::Vector3d(axes.conjugate() * scene.position[i]));
   return box;
+}
+
+// Returns the same box along the body's axes, around the places of particles that were left out, too.
+inline Eigen::AlignedBox3d own_bounds(const Scene& scene, const Body& body) {
+  return body.extent.isEmpty() ? body_bounds(scene, body, body.orientation) : body.extent;
 }
 
 }  // namespace palp

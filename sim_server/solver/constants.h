@@ -2,8 +2,8 @@
 #pragma once
 
 #include "sim_server/physics/cohesion.h"
+#include "sim_server/physics/contact_law.h"
 #include "sim_server/physics/heat.h"
-#include "sim_server/physics/rigid_contact.h"
 #include "sim_server/physics/state_change.h"
 #include "sim_server/solver/plan.h"
 
@@ -30,7 +30,7 @@ CohesionMedium make_cohesion_medium(const Scene& scene, const Plan& plan);
 HeatMedium make_heat_medium(const Scene& scene, const Plan& plan);      // the plan has heat
 ChangeMedium make_change_medium(const Scene& scene, const Plan& plan);  // the plan has changes of state
 
-// kappa and gamma of physics/rigid_contact.h.
+// kappa and gamma of physics/contact_law.h.
 struct BounceCoefficients {
   double stiffness = 0, damping = 0;
 };

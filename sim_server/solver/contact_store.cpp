@@ -121,17 +121,20 @@ void ContactStore::add_rigid_pairs(const Scene& scene, const Plan& plan, Parts& 
 void ContactStore::add_soft_parts(const Scene& scene, const Plan& plan, std::uint32_t a, std::uint32_t first,
                                   std::vector<SoftPart>& list, Parts& parts) {
   constexpr std::uint32_t kPart = 256;  // particles: enough for a block of threads, few enough for many blocks
+  std::vector<ContactLaw> laws;         // with each body: to make one takes long
+  for (const Body& other : scene.bodies)
+    laws.push_back(
+        soft_contact_law(scene.config.materials[scene.bodies[a].material], scene.config.materials[other.material]));
   for (std::uint32_t done = 0; done < scene.bodies[a].count; done += kPart) {
     SoftPart one{first + done, std::min(kPart, scene.bodies[a].count - done), static_cast<std::uint32_t>(pair.size()),
                  0};
     for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
       if (shape_of_[b] == kNone || plan.group[a] == plan.group[b]) continue;
-      const ContactLaw law = soft_contact_law(scene.config.materials[scene.bodies[a].material],
-                                              scene.config.materials[scene.bodies[b].material]);
       parts[b].push_back(2 * static_cast<std::uint32_t>(pair.size()) + 1);
-      pair.push_back({a, b, kNone, shape_of_[b], static_cast<std::uint32_t>(states), law});
+      pair.push_back({a, b, kNone, shape_of_[b], static_cast<std::uint32_t>(states), laws[b]});
       states += one.count;
       ++one.pairs;
+      elastic_on_rigid = elastic_on_rigid || (!plan.changes[a] && scene.bodies[b].type == BodyKind::rigid);
     }
     if (one.pairs > 0) list.push_back(one);
   }

@@ -12,7 +12,8 @@ namespace palp {
 struct ContactStore {
   std::vector<ContactPair> pair;  // pairs of rigid and fixed bodies, then of soft parts
   std::uint32_t rigid_pairs = 0;
-  bool single_pass = true;  // ContactViews::single_pass
+  bool single_pass = true;        // ContactViews::single_pass
+  bool elastic_on_rigid = false;  // ContactViews::elastic_on_rigid
   std::vector<SoftPart> elastic_part, frozen_part;
   std::vector<ContactBody> shape;
   std::vector<Piece> piece;

@@ -13,14 +13,9 @@ namespace palp {
 // The square of the speed of all elastic matter below which a round of the solve has nothing to add [m^2/s^2].
 inline constexpr double kMinSpeed2 = 1e-12;
 
-// The largest stable sub-step by linear theory, and the name of the process that limits it.
-struct StepLimit {
-  double dt = 1e30;  // [s]
-  std::string by;
-};
-
-// Returns the limit of explicit elastic bodies, or (changing) of the bonds of those that change state.
-StepLimit limit_by_elasticity(const Scene& scene, const Plan& plan, bool changing);
+// Returns the limits of explicit elastic bodies, or (changing) of the bonds of those that change state, by linear
+// theory: the least by waves and the least by damping, as far as the scene has them.
+std::vector<StepLimit> limits_by_elasticity(const Scene& scene, const Plan& plan, bool changing);
 
 // Sets plan.elastic_rounds, elastic_sub_steps and elastic_choice. explicit_limit: the largest stable sub-step of the
 // elastic bodies by linear theory; plan.dt_limit: that of all else [s]. Throws ConfigError when the scene asks for an

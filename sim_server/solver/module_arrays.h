@@ -66,15 +66,18 @@ void allocate_implicit(B& back_end, const Scene& scene, const Plan& plan, StepVi
   s.predicted = back_end.template allocate<Packed>("implicit predicted place", n);
   s.rotation = back_end.template allocate<Quat>("implicit rotation", n);
   s.residual = back_end.template allocate<Packed>("implicit residual", n);
+  s.scaled = back_end.template allocate<Packed>("implicit scaled residual", n);
   s.image = back_end.template allocate<Packed>("implicit image", n);
   s.direction = back_end.template allocate<Packed>("implicit direction", n);
   s.advance = back_end.template allocate<Packed>("implicit advance", n);
   s.change = back_end.template allocate<Packed>("implicit change", n);
+  s.outer = back_end.template allocate<Packed>("implicit outer impulse", n);
   s.sums = back_end.template allocate<Packed>("implicit sums", s.parts);
   s.round = back_end.template allocate<SolveRound>("implicit rounds", s.rounds);
   s.unsolved = back_end.template allocate<real>("implicit unsolved", 1);
   const std::vector<std::uint32_t> free = free_elastic_bodies(scene, plan);
   s.free_bodies = static_cast<std::uint32_t>(free.size());
+  if (v.contact.elastic_parts > 0) s.hold = back_end.template allocate<Mat3>("implicit hold", n);
   s.free_body = allocate_copy(back_end, "implicit free bodies", free);
   double mass = 0;
   for (const std::uint32_t b : plan.elastic_bodies)
@@ -135,6 +138,7 @@ ContactCounts allocate_contact(B& back_end, const Scene& scene, const Plan& plan
   c.pairs = store.rigid_pairs;
   c.elastic_parts = static_cast<std::uint32_t>(store.elastic_part.size());
   c.single_pass = store.single_pass;
+  c.elastic_on_rigid = store.elastic_on_rigid;
   c.pair = allocate_copy(back_end, "contact pairs", store.pair);
   c.shape = allocate_copy(back_end, "contact shapes", store.shape);
   c.piece = allocate_copy(back_end, "contact pieces", store.piece);
@@ -154,6 +158,8 @@ ContactCounts allocate_contact(B& back_end, const Scene& scene, const Plan& plan
   c.by.held = allocate_copy(back_end, "contact held", store.held);
   if (store.held_pairs > 0)
     c.by.resistance = back_end.template allocate<Resistance>("contact resistance", store.held_pairs);
+  if (plan.elastic_rounds > 0 && c.elastic_parts > 0)
+    c.elastic_push = back_end.template allocate<ElasticPush>("contact elastic push", store.first_frozen);
   return {store.states, store.states - store.first_frozen, store.pair.size()};
 }
 
@@ -161,6 +167,8 @@ template <class B>
 void reset_contact(B& back_end, ContactCounts counts, const ContactViews& c) {
   back_end.upload(c.state, std::vector<ContactState>(counts.states, no_contact()));
   back_end.upload(c.by.wrench, std::vector<PairWrench>(counts.pairs, no_wrench()));
+  if (c.elastic_push != nullptr)
+    back_end.upload(c.elastic_push, std::vector<ElasticPush>(c.first_frozen, no_elastic_push()));
   if (c.frozen_parts > 0)
     back_end.upload(c.near, std::vector<ClosestApproach>(counts.frozen_states, ClosestApproach{0, 2}));
 }

@@ -15,7 +15,7 @@ namespace {
 // Returns the number of contacts that may push a body at once, by which its stiffest contact is divided to stay stable
 // (rigid.h): at most about the largest face of the box around it, when it lies flat.
 double contacts_at_once(const Scene& scene, const Body& body) {
-  const Eigen::Array3d n = body_bounds(scene, body, body.orientation).sizes().array() / scene.spacing + 1;
+  const Eigen::Array3d n = own_bounds(scene, body).sizes().array() / scene.spacing + 1;
   return std::max({20.0, n[0] * n[1], n[1] * n[2], n[2] * n[0]});
 }
 

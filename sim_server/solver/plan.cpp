@@ -7,10 +7,13 @@
 #include <fmt/format.h>
 
 #include "config/error.h"
+#include "config/quantity.h"
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/rigid.h"
+#include "sim_server/scene/particle_reason.h"
 #include "sim_server/solver/elastic_plan.h"
 #include "sim_server/solver/heat_plan.h"
+#include "sim_server/solver/levels.h"
 #include "sim_server/solver/state_change_plan.h"
 #include "sim_server/solver/sub_steps.h"
 #include "sim_server/solver/viscosity_plan.h"
@@ -18,48 +21,18 @@
 namespace palp {
 namespace {
 
-struct Level {
-  double support_over_spacing;
-  double mach;        // c / largest expected speed
-  double artificial;  // alpha
-};
+constexpr double kLeastSpeed = 1e-3;  // for which a scene without motion of its own is planned [m/s]
 
-Level level_of(Accuracy accuracy) {
-  switch (accuracy) {
-    case Accuracy::fast:
-      return {2.0, 7.0, 0.1};
-    case Accuracy::balanced:
-      return {3.0, 10.0, 0.05};
-    case Accuracy::accurate:
-      return {3.0, 10.0, 0.02};
-  }
-  return {3.0, 10.0, 0.05};
-}
-
-// Returns the height that moving matter can fall along an axis [m]: its extent, and the gap to the fixed particles
-// below it. Zero where nothing moves. fluid: fluids, else rigid bodies.
+// Returns the height that fluids, or where there are none rigid bodies, can fall along an axis [m].
 double fall_along(const Scene& scene, int axis, bool fluid) {
-  const double down = scene.config.gravity[axis] < 0 ? 1 : -1;  // makes "up" positive
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
-  for (std::size_t i = 0; i < scene.position.size(); ++i) {
-    const Body& body = scene.bodies[scene.body[i]];
+  const double up = scene.config.gravity[axis] < 0 ? 1 : -1;
+  if (scene.left_out) return scene.left_out->fall[static_cast<std::size_t>(axis)][up > 0 ? 1 : 0];
+  std::vector<bool> moves;
+  for (const Body& body : scene.bodies) {
     const bool flows = body.type == BodyKind::fluid || changes_state(scene, body);
-    if (fluid ? !flows : body.type != BodyKind::rigid) continue;
-    low = low.cwiseMin(scene.position[i]);
-    high = high.cwiseMax(scene.position[i]);
+    moves.push_back(fluid ? flows : body.type == BodyKind::rigid);
   }
-  if (!(low.x() <= high.x())) return 0;
-  const double bottom = down > 0 ? low[axis] : -high[axis];
-  double floor = -1e30;
-  for (std::size_t i = 0; i < scene.position.size(); ++i) {
-    if (scene.bodies[scene.body[i]].type != BodyKind::fixed) continue;
-    const Eigen::Vector3d& x = scene.position[i];
-    bool below = down * x[axis] < bottom;
-    for (int a = 0; a < 3; ++a) below = below && (a == axis || (x[a] >= low[a] && x[a] <= high[a]));
-    if (below) floor = std::max(floor, down * x[axis]);
-  }
-  const double gap = floor > -1e29 ? std::max(0.0, bottom - floor - scene.spacing) : 0;
-  return high[axis] - low[axis] + scene.spacing + gap;
+  return fall_height(scene, moves, axis, up);
 }
 
 // Returns the speed that a body force drives [m/s]: that of a laminar channel across the domain's smallest extent, or,
@@ -81,24 +54,27 @@ double driven_speed(const Scene& scene) {
   return nu > 0 ? std::min(free, force * across * across / (8 * nu)) : free;
 }
 
-// Returns the largest speed that the scene's own motion can reach [m/s]: a free fall of the fluid (of the bodies where
-// there is none), the initial speeds, what a body force drives, and a hand.
-double expected_speed(const Scene& scene) {
-  const SceneConfig& config = scene.config;
-  double speed = std::max(1e-3, driven_speed(scene));
-  bool fluid = false;
-  for (const Body& body : scene.bodies) fluid = fluid || body.type == BodyKind::fluid || changes_state(scene, body);
-  for (const Eigen::Vector3d& v : scene.velocity) speed = std::max(speed, v.norm());
-  for (int a = 0; a < 3; ++a)
-    if (!config.periodic[a] && config.gravity[a] != 0)
-      speed = std::max(speed, std::sqrt(2 * std::abs(config.gravity[a]) * fall_along(scene, a, fluid)));
-  for (const Body& body : scene.bodies) {  // a drop of one spacing, by its own pressure
-    const MaterialConfig& m = config.materials[body.material];
-    const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
-    if (body.type == BodyKind::fluid) speed = std::max(speed, std::sqrt(2 * strength / (m.density * scene.spacing)));
+// The compression that bodies which press on a fluid with their weight may bring about.
+constexpr double kPressed = 0.1;
+
+// Returns the least sound speed with which no solid's weight, were it to rest on the fluids, would compress these by
+// more than kPressed [m/s]. It matters for bodies tens of times as heavy as the fluid that they lie on.
+double carrying_sound_speed(const Scene& scene) {
+  double lightest = 1e30, pressure = 0;
+  for (const Body& body : scene.bodies)
+    if (body.type == BodyKind::fluid) lightest = std::min(lightest, scene.config.materials[body.material].density);
+  for (const Body& body : scene.bodies) {
+    if (body.count == 0 || (body.type != BodyKind::rigid && body.type != BodyKind::elastic)) continue;
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
+    for (std::uint32_t i = body.first; i < body.first + body.count; ++i) {
+      low = low.cwiseMin(scene.position[i]);
+      high = high.cwiseMax(scene.position[i]);
+    }
+    const Eigen::Vector3d size = (high - low).array() + scene.spacing;
+    const double density = body.mass / std::max(body.volume, 1e-30);
+    pressure = std::max(pressure, density * scene.config.gravity.cwiseAbs().dot(size));
   }
-  if (!scene.proxies.empty()) speed = std::max(speed, 1.0);
-  return speed;
+  return lightest < 1e30 ? std::sqrt(pressure / (kPressed * lightest)) : 0;
 }
 
 // Plans elastic bodies. Bodies bonded to one another share a group; elastic bodies and those that they are bonded to
@@ -139,18 +115,14 @@ void plan_elastic(const Scene& scene, Plan& plan) {
 
 // Plans the kinds of contact that can come about.
 void plan_contact(const Scene& scene, Plan& plan) {
-  const auto moves = [](const Body& body) { return body.type == BodyKind::rigid || body.type == BodyKind::elastic; };
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
       const Body &a = scene.bodies[i], &b = scene.bodies[j];
       const bool freezes = (plan.changes[i] && b.contact != nullptr) || (plan.changes[j] && a.contact != nullptr);
       if (freezes && plan.method == Method::accurate && plan.group[i] != plan.group[j]) plan.fields = true;
-      const auto flows = [&](std::size_t k) { return scene.bodies[k].type == BodyKind::fluid || plan.changes[k]; };
-      if (flows(i) || flows(j) || !(moves(a) || moves(b)) || plan.group[i] == plan.group[j]) continue;
-      const auto soft = [](const Body& body) { return body.type == BodyKind::elastic; };
-      const bool shaped = a.contact != nullptr && b.contact != nullptr;
-      const bool by_field = shaped || (a.contact != nullptr && soft(b)) || (b.contact != nullptr && soft(a));
-      (plan.method == Method::accurate && by_field ? plan.fields : plan.contact) = true;
+      const SolidContact contact = contact_between(scene, plan, i, j);
+      plan.fields = plan.fields || contact == SolidContact::fields;
+      plan.contact = plan.contact || contact == SolidContact::springs;
     }
 }
 
@@ -228,6 +200,40 @@ bool has_cohesion(const Scene& scene) {
 
 }  // namespace
 
+SolidContact contact_between(const Scene& scene, const Plan& plan, std::size_t i, std::size_t j) {
+  const Body &a = scene.bodies[i], &b = scene.bodies[j];
+  const auto moves = [](const Body& body) { return body.type == BodyKind::rigid || body.type == BodyKind::elastic; };
+  const auto flows = [&](std::size_t k) { return scene.bodies[k].type == BodyKind::fluid || plan.changes[k]; };
+  if (flows(i) || flows(j) || !(moves(a) || moves(b)) || plan.group[i] == plan.group[j]) return SolidContact::none;
+  const auto soft = [](const Body& body) { return body.type == BodyKind::elastic; };
+  const bool shaped = a.contact != nullptr && b.contact != nullptr;
+  const bool by_field = shaped || (a.contact != nullptr && soft(b)) || (b.contact != nullptr && soft(a));
+  return plan.method == Method::accurate && by_field ? SolidContact::fields : SolidContact::springs;
+}
+
+double expected_speed(const Scene& scene) {
+  const SceneConfig& config = scene.config;
+  double speed = driven_speed(scene);
+  bool fluid = false;
+  for (const Body& body : scene.bodies) fluid = fluid || body.type == BodyKind::fluid || changes_state(scene, body);
+  for (const Eigen::Vector3d& v : scene.velocity) speed = std::max(speed, v.norm());
+  for (int a = 0; a < 3; ++a)
+    if (!config.periodic[a] && config.gravity[a] != 0)
+      speed = std::max(speed, std::sqrt(2 * std::abs(config.gravity[a]) * fall_along(scene, a, fluid)));
+  for (const Body& body : scene.bodies) {  // a drop of one spacing, by its own pressure
+    const MaterialConfig& m = config.materials[body.material];
+    const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
+    if (body.type == BodyKind::fluid) speed = std::max(speed, std::sqrt(2 * strength / (m.density * scene.spacing)));
+  }
+  if (!scene.proxies.empty()) speed = std::max(speed, 1.0);
+  return speed;
+}
+
+double expected_compression(const Plan& plan) {
+  const double mach = plan.max_speed / plan.sound_speed;
+  return mach * mach;
+}
+
 Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach) {
   const SceneConfig& config = scene.config;
   const NumericsConfig& n = config.numerics;
@@ -243,12 +249,10 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   // with two spacings attraction freezes the particles on their lattice: a cube does not become a ball
   const double lowest = plan.cohesion ? 3 : 0;
   plan.support = n.support_over_spacing.value_or(std::max(lowest, level.support_over_spacing)) * scene.spacing;
-  // a short kernel sees more of a bent plate's strain than one that reaches across it
-  plan.elastic_support =
-      plan.method == Method::paper ? plan.support : n.support_over_spacing.value_or(2.0) * scene.spacing;
-  plan.max_speed = n.max_speed.value_or(expected_speed(scene));
-  plan.sound_speed = n.sound_speed.value_or(level.mach * plan.max_speed);
-  plan.artificial = n.artificial_viscosity.value_or(level.artificial);
+  plan.elastic_support = plan.method == Method::paper ? plan.support : elastic_support(scene);
+  plan.max_speed = n.max_speed.value_or(std::max(kLeastSpeed, expected_speed(scene)));
+  plan.sound_speed = n.sound_speed.value_or(std::max(level.mach * plan.max_speed, carrying_sound_speed(scene)));
+  plan.artificial = n.artificial_viscosity.value_or(level.artificial_viscosity);
   plan.diffusion = n.density_diffusion.value_or(0.1);
   // without a free surface nothing can come apart, and clamping pressure would bias it
   plan.tension = n.tension.value_or(config.gravity.isZero());
@@ -265,8 +269,11 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
 }
 
 std::string describe(const Plan& plan, const Scene& scene) {
-  std::string text = fmt::format("method {}, accuracy {}, {} particles, dx {:.4g} mm, H {:.3g} dx, ",
+  std::size_t left_out = 0;
+  for (const Body& body : scene.bodies) left_out += body.sites > body.count ? body.sites - body.count : 0;
+  std::string text = fmt::format("method {}, accuracy {}, {} particles{}, dx {:.4g} mm, H {:.3g} dx, ",
                                  to_string(plan.method), to_string(scene.config.accuracy), scene.position.size(),
+                                 left_out > 0 ? fmt::format(" ({} that solids do not need left out)", left_out) : "",
                                  1e3 * scene.spacing, plan.support / scene.spacing);
   if (plan.fluid)
     text += fmt::format("c {:.3g} m/s for speeds to {:.3g} m/s, alpha {:.3g}, delta {:.3g}, {}", plan.sound_speed,
@@ -274,7 +281,11 @@ std::string describe(const Plan& plan, const Scene& scene) {
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
   if (plan.fluid || plan.elastic || plan.fields)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
-  return text + describe_elastic_solver(plan) + describe_viscosity(plan) + describe_heat(plan, scene);
+  text += describe_elastic_solver(plan) + describe_viscosity(plan) + describe_heat(plan, scene);
+  if (const auto& choice = scene.config.choice)
+    text += fmt::format(", chosen for {}: a step of {} and an error of {} of the force are expected", choice->asked,
+                        duration_text(choice->expected_step), share_text(choice->expected_error));
+  return text;
 }
 
 }  // namespace palp

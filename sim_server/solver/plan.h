@@ -14,6 +14,17 @@ namespace palp {
 // The number of cells that a scene may have however few its particles: they cost little to clear.
 inline constexpr double kMinCellLimit = 65536;
 
+// The largest sub-step that one process of a scene allows.
+struct StepLimit {
+  double dt = 1e30;        // [s]
+  std::string by;          // "sound", "viscosity", "surface tension", "elasticity", "damping", "contact", "motion"
+  std::string of;          // what sets it: "material 'jelly'", "the hand on 'ladle'"
+  std::string avoided_by;  // what spares the plan this limit: "implicit solve", "stages"; empty: it holds
+};
+
+// The way in which two bodies push each other, where neither flows.
+enum class SolidContact { none, springs, fields };
+
 struct Plan {
   // modules
   Method method = Method::accurate;
@@ -49,7 +60,8 @@ struct Plan {
   int sub_steps = 1;              // per haptic step
   double dt = 0;                  // sub-step [s]
   double dt_limit = 0;            // the largest stable sub-step by linear theory [s]
-  std::string limited_by;         // "sound", "viscosity", "surface tension", "elasticity", "damping", "contact"
+  std::string limited_by;         // StepLimit::by of the limit that rules
+  std::vector<StepLimit> limits;  // all that the scene has, in no order
   double skin = 0;  // length by which stored neighbour lists reach past the support radius; 0: none are stored [m]
   // heat runs at the end of every heat_interval-th haptic step, in heat_steps steps of heat_dt
   int heat_interval = 1;
@@ -79,6 +91,18 @@ struct Plan {
 // Throws ConfigError when the scene cannot be run as asked: sub_steps unstable, a periodic axis too short, too many
 // cells.
 Plan make_plan(const Scene& scene, double skin_over_spacing = 0, int cells_per_reach = 1);
+
+// Returns how two bodies of the scene touch: by springs between their particles, by distance fields, or not at all: one
+// of them flows, neither moves, or they are bonded to each other. The plan's bodies must be planned.
+SolidContact contact_between(const Scene& scene, const Plan& plan, std::size_t a, std::size_t b);
+
+// Returns the largest speed that the scene's own motion can reach, zero where nothing moves [m/s]: a free fall of the
+// fluid (of the bodies where there is none), the initial speeds, what a body force drives, and a hand.
+double expected_speed(const Scene& scene);
+
+// Returns the relative compression that the sound speed promises of a fluid at the largest expected speed; one that
+// rests at the depth from which it would fall at that speed has half of it.
+double expected_compression(const Plan& plan);
 
 // Returns one line: "method accurate, dx 20 mm, H 2.5 dx, c 17.7 m/s, ...".
 std::string describe(const Plan& plan, const Scene& scene);

@@ -53,15 +53,21 @@ struct BodyOutput {
 
 struct Health {
   bool ok = true;
-  std::string cause;             // one sentence when not ok
-  std::uint32_t non_finite = 0;  // number of particles with a non-finite state
-  double max_speed = 0;          // [m/s]
-  double max_compression = 0;    // max of rho/rho0 - 1 over fluid particles
-  double kinetic_energy = 0;     // fluids and bodies [J]
-  double unsolved = 0;           // share of an implicit elastic solve's result that its last round still changed
-  std::uint32_t outside = 0;     // number of particles outside the domain
-  std::uint32_t inactive = 0;    // number of these that are liquid and take no part any more
-  double inactive_mass = 0;      // their mass [kg]
+  std::string cause;                // one sentence when not ok
+  std::string doubt;                // one sentence once the answer is spoilt, though it goes on (solver/fluid_watch.h)
+  std::string notice;               // one sentence once it is less accurate than promised
+  std::uint32_t non_finite = 0;     // number of particles with a non-finite state
+  double max_speed = 0;             // [m/s]
+  double max_compression = 0;       // max of rho/rho0 - 1 over fluid particles
+  double expected_speed = 0;        // numerics.max_speed of the plan; 0: the scene has no fluid to judge [m/s]
+  double expected_compression = 0;  // that the sound speed promises at that speed; 0: as above
+  double mean_compression = 0;      // of the fluids, by mass; what is stretched counts as zero
+  double kinetic_energy = 0;        // fluids and bodies [J]
+  bool solves = false;              // there is an implicit elastic solve
+  double unsolved = 0;              // share of an implicit elastic solve's result that its last round still changed
+  std::uint32_t outside = 0;        // number of particles outside the domain
+  std::uint32_t inactive = 0;       // number of these that are liquid and take no part any more
+  double inactive_mass = 0;         // their mass [kg]
 };
 
 struct StepOutput {
@@ -105,6 +111,17 @@ struct Footprint {
   }
 };
 
+// Where the time of some haptic steps went.
+struct StageTimes {
+  struct Stage {
+    std::string name;            // as in Footprint::launches
+    double seconds = 0;          // of all its launches [s]
+    std::uint64_t launches = 0;  // number of them
+  };
+  std::vector<Stage> stages;  // in the order of a step
+  std::uint64_t steps = 0;    // haptic steps
+};
+
 // The positions and one scalar of all particles, for streaming without stopping the step.
 struct Frame {
   double time = 0;
@@ -141,6 +158,11 @@ class Simulation {
   // Moves the frame begun into out and returns true when it has arrived. May be called from another thread than step().
   virtual bool take_frame(Frame& out) = 0;
   virtual Footprint footprint() const = 0;
+  // Runs haptic steps with this input for at least so long [s of wall time], whole cycles of heat, and measures their
+  // stages. The steps count like others but take longer: a GPU launches them one by one, not as a graph.
+  virtual StageTimes time_stages(const StepInput& input, double seconds) = 0;
+  // Returns what may be meant but is mostly a mistake in the scene, one sentence each (scene_warnings.h).
+  virtual const std::vector<std::string>& warnings() const = 0;
 };
 
 // Makes a simulation. Throws std::runtime_error with one sentence when the back end is not built in, has no device, or

@@ -4,12 +4,14 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
 
 #include "sim_server/physics/pack_frame.h"
 #include "sim_server/solver/changeable_parameters.h"
 #include "sim_server/solver/module_arrays.h"
 #include "sim_server/solver/particle_store.h"
+#include "sim_server/solver/scene_warnings.h"
 #include "sim_server/solver/simulation.h"
 #include "sim_server/solver/step.h"
 #include "sim_server/solver/step_results.h"
@@ -22,6 +24,7 @@ class SimulationOn final : public Simulation {
   explicit SimulationOn(const Scene& scene)
       : scene_(scene),
         plan_(make_plan(scene, B::kSkinOverSpacing, B::kCellsPerReach)),
+        warnings_(scene_warnings(scene_, plan_)),
         results_(scene_, plan_),
         back_end_(scene.position.size()) {
     allocate();
@@ -149,12 +152,29 @@ class SimulationOn final : public Simulation {
 
   Footprint footprint() const override { return {back_end_.arrays(), back_end_.launches()}; }
 
+  StageTimes time_stages(const StepInput& input, double seconds) override {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                                     std::chrono::duration<double>(std::clamp(seconds, 0.0, 1e6)));
+    StageTimes times;
+    back_end_.time_stages(&times);
+    do {
+      for (int k = 0; k < plan_.heat_interval; ++k) step(input);
+      times.steps += static_cast<std::uint64_t>(plan_.heat_interval);
+    } while (Clock::now() < end);
+    back_end_.time_stages(nullptr);
+    return times;
+  }
+
+  const std::vector<std::string>& warnings() const override { return warnings_; }
+
  private:
   enum class FrameState { idle, begun };
 
   ParticleView allocate_particles(const std::string& set) {
     const std::size_t n = scene_.position.size();
     ParticleView v;
+    if (n == 0) return v;
     v.xV = back_end_.template allocate<Packed>(set + " position", n);
     v.vp = back_end_.template allocate<Packed>(set + " velocity", n);
     v.mass = back_end_.template allocate<real>(set + " mass", n);
@@ -190,9 +210,10 @@ class SimulationOn final : public Simulation {
       views_.body.body = bodies_.device;
     }
     if (plan_.wrench) {
-      if (plan_.neighbors || plan_.elastic)
+      if (plan_.force_count > 0 && (plan_.neighbors || plan_.elastic))
         views_.body.force = back_end_.template allocate<Packed>("solid force", plan_.force_count);
-      views_.body.local = back_end_.template allocate<Packed>("solid local", plan_.force_count);
+      if (plan_.force_count > 0)
+        views_.body.local = back_end_.template allocate<Packed>("solid local", plan_.force_count);
       views_.list.reactive = allocate_copy(back_end_, "reactive bodies", plan_.reactive);
       views_.list.reactive_count = static_cast<std::uint32_t>(plan_.reactive.size());
     }
@@ -201,10 +222,10 @@ class SimulationOn final : public Simulation {
       views_.list.rigid_count = static_cast<std::uint32_t>(plan_.rigid.size());
     }
     if (plan_.elastic) allocate_elastic(back_end_, scene_, plan_, views_);
-    if (plan_.elastic_rounds > 0) allocate_implicit(back_end_, scene_, plan_, views_);
     if (plan_.fields) contact_counts_ = allocate_contact(back_end_, scene_, plan_, views_.contact);
+    if (plan_.elastic_rounds > 0) allocate_implicit(back_end_, scene_, plan_, views_);
     if (plan_.change) allocate_change(back_end_, scene_, plan_, views_);
-    views_.health.part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
+    if (n > 0) views_.health.part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
     health_ = back_end_.template mirror<HealthSums>("health", 1);
     views_.health.total = health_.device;
     input_ = back_end_.template mirror<StepBlock>("input", 1);
@@ -215,6 +236,7 @@ class SimulationOn final : public Simulation {
 
   Scene scene_;
   Plan plan_;
+  std::vector<std::string> warnings_;
   StepResults results_;
   B back_end_;
   StepViews views_;

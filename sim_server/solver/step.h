@@ -4,6 +4,8 @@
 
 #include "sim_server/physics/boundary.h"
 #include "sim_server/physics/conjugate_gradients.h"
+#include "sim_server/physics/elastic_contact.h"
+#include "sim_server/physics/elastic_momenta.h"
 #include "sim_server/physics/frozen_contact.h"
 #include "sim_server/physics/integrate.h"
 #include "sim_server/physics/paper.h"
@@ -176,20 +178,48 @@ void elastic_stages(B& back_end, const Plan& plan, const StepViews& v) {
                           ElasticForce{v.elastic, v.body, v.grid, kernel, v.medium, accurate, plan.neighbors});
 }
 
-// Solves elasticity implicitly after all other forces, in place of elastic_stages, and sets velocities.
+inline ElasticTouching elastic_touching(const StepViews& v) {
+  return {{v.contact, v.body.body, v.grid, v.input.forcing, v.medium.dt}, v.elastic, v.body, v.medium};
+}
+
+template <class B>
+void count_elastic_contacts(B& back_end, const StepViews& v) {
+  if (v.contact.elastic_on_rigid)
+    back_end.for_each_block("elastic contacts", v.contact.elastic_parts, CountElasticContacts{elastic_touching(v)});
+}
+
+// Computes contact of explicit elastic bodies with rigid and fixed ones, after all other forces on their particles.
+template <class B>
+void elastic_contact_stages(B& back_end, const StepViews& v) {
+  if (v.contact.elastic_parts == 0) return;
+  count_elastic_contacts(back_end, v);
+  back_end.for_each_block("elastic contact", v.contact.elastic_parts, ElasticContact{elastic_touching(v)});
+}
+
+// Solves elasticity and contact of its bodies implicitly after all other forces, in place of elastic_stages and
+// elastic_contact_stages, and sets velocities.
 template <class B>
 void implicit_elastic_stages(B& back_end, const StepViews& v) {
-  const std::uint32_t n = v.elastic.count, parts = v.implicit.parts;
+  const std::uint32_t n = v.elastic.count, parts = v.implicit.parts, touching = v.contact.elastic_parts;
   back_end.for_each("implicit begin", n,
                     BeginImplicit{v.elastic, v.implicit, v.body, v.medium, v.grid, v.input.forcing});
   back_end.for_each_group("implicit strain", n, PredictedStrain{v.elastic, v.implicit, v.medium});
   back_end.for_each_group("implicit force", n, PredictedForce{v.elastic, v.implicit, v.medium});
+  if (touching > 0) {
+    count_elastic_contacts(back_end, v);
+    back_end.for_each_block("elastic contact", touching, BeginElasticContact{elastic_touching(v), v.implicit});
+  }
+  if (touching > 0 && v.implicit.free_bodies > 0)
+    back_end.for_each_block("implicit rigid", v.implicit.free_bodies, BeginRigid{v.elastic, v.implicit, v.body});
+  back_end.for_each("implicit begin", n, BeginSolve{v.implicit});
   for (std::uint32_t round = 0; round < v.implicit.rounds; ++round) {
     back_end.for_each_group("implicit strain", n, StrainChange{v.elastic, v.implicit, v.medium, round});
     back_end.for_each_group("implicit force", n, ForceChange{v.elastic, v.implicit, v.medium, round});
     back_end.for_each_block("implicit sums", parts, SumRound{v.elastic, v.implicit, round});
     back_end.for_each_block("implicit round", parts, AdvanceRound{v.elastic, v.implicit, round});
   }
+  if (touching > 0)
+    back_end.for_each_block("elastic contact", touching, EndElasticContact{elastic_touching(v), v.implicit});
   if (v.implicit.free_bodies > 0)
     back_end.for_each_block("implicit momenta", v.implicit.free_bodies, ConserveMomenta{v.elastic, v.implicit, v.body});
   back_end.for_each("implicit end", n, EndImplicit{v.elastic, v.implicit, v.body, v.medium});
@@ -220,25 +250,16 @@ void particle_stages(B& back_end, const Plan& plan, const StepViews& v, real ela
     forces(NoBonds{});
 }
 
-// Computes contact by distance fields: wrenches of pairs, and forces on soft particles, added to those that act
-// already.
+// Computes contact of rigid and fixed bodies by distance fields, and of matter that changes state with them: wrenches
+// of pairs, and forces on particles, added to those that act already.
 template <class B>
 void contact_stages(B& back_end, const StepViews& v) {
-  const PairPoints points{v.contact, v.body.body, v.grid, v.medium.dt};
+  const PairPoints points{v.contact, v.body.body, v.grid, v.input.forcing, v.medium.dt};
   if (v.contact.pairs > 0 && !v.contact.single_pass)
     back_end.for_each_block("contact depth", v.contact.pairs, MeasureContact{points});
   if (v.contact.pairs > 0) back_end.for_each_block("contact", v.contact.pairs, RigidContact{points});
-  if (v.contact.elastic_parts > 0)
-    back_end.for_each_block(
-        "elastic contact", v.contact.elastic_parts,
-        SoftContact<ElasticMatter>{points, v.contact.elastic_part, {v.elastic, v.body, v.medium}, v.medium.spacing});
   if (v.contact.frozen_parts > 0)
-    back_end.for_each_block(
-        "frozen contact", v.contact.frozen_parts,
-        SoftContact<FrozenMatter>{points,
-                                  v.contact.frozen_part,
-                                  {v.change.views, v.medium, v.contact.near, v.contact.first_frozen},
-                                  v.medium.spacing});
+    back_end.for_each_block("frozen contact", v.contact.frozen_parts, FrozenContact{points, v.change.views, v.medium});
 }
 
 // Runs a sub-step, which ends `elapsed` after the start of the haptic step [s].
@@ -252,6 +273,7 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
   if (implicit && !plan.neighbors) back_end.for_each("implicit clear", v.elastic.count, ClearForce{v.body});
   if (plan.elastic && !implicit) elastic_stages(back_end, plan, v);
   if (plan.fields) contact_stages(back_end, v);
+  if (plan.fields && !implicit) elastic_contact_stages(back_end, v);
   if (implicit) implicit_elastic_stages(back_end, v);
   if (plan.wrench)
     back_end.for_each_block("wrench", v.list.reactive_count, ReduceWrench{v.body, v.contact.by, v.list.reactive});
@@ -287,6 +309,7 @@ void step(B& back_end, const Plan& plan, const StepViews& v, bool heat) {
   if (plan.elastic)
     back_end.for_each_block("elastic bodies", static_cast<std::uint32_t>(plan.elastic_bodies.size()),
                             MeasureElastic{v.elastic, v.body, v.list.elastic});
+  if (v.particles == 0) return;  // bodies are judged by the host
   back_end.for_each_block("health", kHealthBlocks,
                           MeasureHealth{v.state, v.medium, v.grid, v.particles, v.health.part});
   back_end.for_each_block("health", 1, CollectHealth{v.health.part, v.health.total, v.implicit.unsolved});

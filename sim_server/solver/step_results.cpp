@@ -33,6 +33,27 @@ bool is_finite(const BodyState& b) {
          b.force_sum.allFinite() && b.torque_sum.allFinite() && b.coupling_sum.allFinite();
 }
 
+// Returns the largest speed of the corners of the box around a body's particles that were left out [m/s].
+double fastest_corner(const Body& body, const BodyState& b) {
+  double speed = 0;
+  for (int c = 0; c < 8; ++c) {
+    const auto which = static_cast<Eigen::AlignedBox3d::CornerType>(c);
+    const Eigen::Vector3d at = body.extent.corner(which) - body.orientation.conjugate() * body.position - body.center;
+    const Vec3 r = b.q * at.cast<real>();
+    speed = std::max(speed, static_cast<double>((b.v + b.w.cross(r)).norm()));
+  }
+  return speed;
+}
+
+// The share of the sound speed that a tool's points keep below where there is fluid: that of an accuracy level is at
+// least seven times the speed of a hand, 1 m/s, so that only jumps are held back. At this share fluid that a tool
+// throws in front of it stays below the sound speed.
+constexpr double kFastestTool = 0.3;
+
+// The time in which a body that was placed on another one comes to rest on it, [s]: at 1 ms its tangential spring
+// (physics/contact_law.h) approaches its load as exp(-t / 12 ms), and at 0.99 of the friction angle must do so to 1 %.
+constexpr double kSettlingTime = 0.15;
+
 // The noise of encoders with a hand at rest, which tells the blend nothing.
 constexpr double kNoiseDistance = 1e-5;  // [m]
 constexpr double kNoiseSpeed = 1e-3;     // [m/s]
@@ -42,10 +63,15 @@ constexpr double kNoiseSpin = 0.02;      // [rad/s]
 }  // namespace
 
 StepResults::StepResults(const Scene& scene, const Plan& plan)
-    : scene_(scene), plan_(plan), step_(1.0 / scene.config.rate_hz), memory_(scene.proxies.size()) {}
+    : scene_(scene),
+      plan_(plan),
+      step_(1.0 / scene.config.rate_hz),
+      watch_(scene, plan),
+      memory_(scene.proxies.size()) {}
 
 void StepResults::reset(const std::vector<BodyState>& bodies, StepOutput& out) {
   memory_.assign(scene_.proxies.size(), {});
+  watch_.reset();
   out = StepOutput{};
   out.proxies.resize(scene_.proxies.size());
   out.bodies.resize(scene_.bodies.size());
@@ -66,7 +92,7 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
   Eigen::Vector3d level = gravity;
   for (int a = 0; a < 3; ++a)
     if (config.periodic[a]) level[a] = 0;
-  block.forcing = {gravity.cast<real>(), level.cast<real>(), config.body_force.cast<real>()};
+  block.forcing = {gravity.cast<real>(), level.cast<real>(), config.body_force.cast<real>(), time < kSettlingTime};
   gravity_ = gravity + config.body_force;
   block.heat_zones = heat_zones_on(config, time + 0.5 * step_);
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
@@ -74,6 +100,7 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
     const DeviceInput in = input_[p] = is_sane(input[p]) ? input[p] : DeviceInput{};
     block.proxy[p].engaged = in.engaged;
     block.proxy[p].gains = clipped(in.gains, scene_.proxies[p].limit).cast<real>();
+    block.proxy[p].fastest = static_cast<real>(plan_.fluid ? kFastestTool * plan_.sound_speed : 1e30);
     RigidState device = in.state;
     device.orientation.normalize();
     block.proxy[p].device = device.cast<real>();
@@ -97,6 +124,8 @@ void StepResults::read(const BodyState* bodies, const HealthSums& sums, std::uin
     const BodyState& state = bodies[b];
     if (is_finite(state)) {
       out.health.kinetic_energy += 0.5 * state.mass * state.v.squaredNorm() + 0.5 * state.L.dot(state.w);
+      if (scene_.bodies[b].count < scene_.bodies[b].sites)
+        out.health.max_speed = std::max(out.health.max_speed, fastest_corner(scene_.bodies[b], state));
       continue;
     }
     out.health.ok = false;
@@ -163,7 +192,7 @@ void StepResults::read_proxy(std::size_t index, const DeviceInput& input, const 
   out.force += (1 - out.blend[0]) * (mean - wrench.force);
 }
 
-void StepResults::judge(const HealthSums& sums, std::uint32_t neighbor_overflow, Health& health) const {
+void StepResults::judge(const HealthSums& sums, std::uint32_t neighbor_overflow, Health& health) {
   health.ok = true;
   health.cause.clear();
   health.non_finite = sums.non_finite;
@@ -172,8 +201,11 @@ void StepResults::judge(const HealthSums& sums, std::uint32_t neighbor_overflow,
   health.inactive_mass = sums.inactive_mass;
   health.max_speed = sums.max_speed;
   health.max_compression = sums.max_compression;
+  health.mean_compression = sums.fluid_mass > 0 ? sums.compressed_mass / sums.fluid_mass : 0;
   health.kinetic_energy = sums.kinetic_energy;
+  health.solves = plan_.elastic_rounds > 0;
   health.unsolved = sums.unsolved;
+  watch_.judge(health);
   if (sums.non_finite > 0) {
     health.ok = false;
     health.cause = fmt::format("{} particles have a non-finite state: the simulation has diverged", sums.non_finite);
@@ -189,7 +221,9 @@ void StepResults::judge(const HealthSums& sums, std::uint32_t neighbor_overflow,
   } else if (plan_.fluid && plan_.method == Method::accurate && sums.max_compression > 0.5) {
     health.ok = false;
     health.cause = fmt::format(
-        "a particle is compressed by {:.0f} %: the simulation has diverged, or something squeezes the fluid",
+        "a particle is compressed by {:.0f} %: the simulation has diverged, or something squeezes the fluid: press "
+        "less, "
+        "or raise numerics.max_speed",
         100 * sums.max_compression);
   }
 }

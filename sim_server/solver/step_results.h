@@ -7,6 +7,7 @@
 #include "sim_server/physics/health.h"
 #include "sim_server/physics/proxy.h"
 #include "sim_server/solver/contact_blend.h"
+#include "sim_server/solver/fluid_watch.h"
 #include "sim_server/solver/plan.h"
 #include "sim_server/solver/simulation.h"
 
@@ -32,7 +33,7 @@ class StepResults {
  private:
   void read_body(std::uint32_t index, const BodyState& b, BodyOutput& out) const;
   void read_proxy(std::size_t index, const DeviceInput& input, const BodyState& b, ProxyOutput& out);
-  void judge(const HealthSums& sums, std::uint32_t neighbor_overflow, Health& health) const;
+  void judge(const HealthSums& sums, std::uint32_t neighbor_overflow, Health& health);
 
   struct ProxyMemory {
     RigidState slow;  // slow mean of the device's state
@@ -42,7 +43,8 @@ class StepResults {
 
   const Scene& scene_;
   const Plan& plan_;
-  double step_ = 0;                                    // [s]
+  double step_ = 0;  // [s]
+  FluidWatch watch_;
   StepInput input_;                                    // the accepted input
   Eigen::Vector3d gravity_ = Eigen::Vector3d::Zero();  // gravity and body force of the step [m/s^2]
   std::vector<ProxyMemory> memory_;

@@ -24,24 +24,19 @@ double interpolate(const std::array<std::array<double, 2>, 4>& table, double x) 
   return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
 }
 
-void limit_by(const StepLimit& limit, Plan& plan) {
-  if (limit.dt >= plan.dt_limit) return;
-  plan.dt_limit = limit.dt;
-  plan.limited_by = limit.by;
-}
-
 // Limits the sub-step by contact: not for stability, which contact has at any step, but for the depth to which solids
 // enter one another. Like the others this limit is halved by the default safety.
 void limit_by_contact(const Scene& scene, Plan& plan) {
   if (!plan.fields) return;
-  // a bounce reaches a depth of 1.6 v dt (physics/rigid_contact.h): at the default share less than a spacing
-  double limit = scene.spacing / plan.max_speed;
+  // a bounce reaches a depth of 1.6 v dt (physics/contact_law.h): at the default share less than a spacing
+  limit_by({scene.spacing / plan.max_speed, "contact", "numerics.max_speed", ""}, plan);
   // under a hand: an edge, behind which there is a quarter of the tool's mass, is ten times as stiff as the coupling
   for (const Proxy& proxy : scene.proxies) {
     const double stiffness = std::clamp(proxy.limit.stiffness, 1.0, 3000.0);
-    limit = std::min(limit, 2 * std::sqrt(0.1 * scene.bodies[proxy.body].mass / (10 * stiffness)));
+    const Body& tool = scene.bodies[proxy.body];
+    const double limit = 2 * std::sqrt(0.1 * tool.mass / (10 * stiffness));
+    limit_by({limit, "contact", fmt::format("the hand on '{}'", tool.name), ""}, plan);
   }
-  limit_by({limit, "contact"}, plan);
 }
 
 // Limits the sub-step by the shortest capillary wave, of length 2 dx (Brackbill, Kothe & Zemach 1992).
@@ -56,7 +51,7 @@ void limit_by_tension(const Scene& scene, Plan& plan) {
     const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
     if (body.type != BodyKind::fluid || strength == 0) continue;
     const double limit = std::sqrt(m.density * std::pow(scene.spacing, 3) / (2 * EIGEN_PI * strength));
-    limit_by({limit, "surface tension"}, plan);
+    limit_by({limit, "surface tension", fmt::format("material '{}'", m.name), ""}, plan);
   }
 }
 
@@ -80,7 +75,22 @@ void choose_sub_steps(const SceneConfig& config, Plan& plan) {
   plan.dt = step / plan.sub_steps;
 }
 
+// Adds the limit of the fluids' own viscosity to that of the artificial one, which it takes in.
+void limit_by_viscosity(double limit, const std::string& material, Plan& plan) {
+  const bool staged = plan.viscous_stages > 0;
+  if (!staged) std::erase_if(plan.limits, [](const StepLimit& one) { return one.by == "viscosity"; });
+  limit_by({limit, "viscosity", material, staged ? "stages" : ""}, plan);
+}
+
 }  // namespace
+
+void limit_by(const StepLimit& limit, Plan& plan) {
+  if (!(limit.dt < 1e30)) return;
+  plan.limits.push_back(limit);
+  if (limit.dt >= plan.dt_limit || !limit.avoided_by.empty()) return;
+  plan.dt_limit = limit.dt;
+  plan.limited_by = limit.by;
+}
 
 double acoustic_limit(double support_over_spacing) {
   return interpolate({{{2.0, 1.76}, {2.6, 2.23}, {3.0, 2.59}, {4.0, 3.67}}}, support_over_spacing);
@@ -98,30 +108,40 @@ void plan_sub_steps(const Scene& scene, Plan& plan) {
   const SceneConfig& config = scene.config;
   const double dx = scene.spacing, ratio = plan.support / dx;
   double physical = 0, fastest = plan.sound_speed;
+  std::string thickest = "numerics.artificial_viscosity";
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
     if (body.type != BodyKind::fluid && !plan.changes[b]) continue;
     const MaterialConfig& m = config.materials[body.material];
+    if (m.viscosity / m.density > physical) thickest = fmt::format("material '{}'", m.name);
     physical = std::max(physical, m.viscosity / m.density);
     fastest = std::max(fastest, sound_speed_in(scene, plan, m));
   }
   const double nu = plan.artificial * fastest * 0.5 * plan.support / 10;  // equivalent of the artificial viscosity
   const double sound = acoustic_limit(ratio) * dx / (fastest + plan.max_speed);
   const auto viscous = [&](double n) { return n > 0 ? viscous_limit(ratio) * dx * dx / n : 1e30; };
-  plan.dt_limit = plan.fluid ? std::min(sound, viscous(nu)) : 1e30;
-  plan.limited_by = sound < viscous(nu) ? "sound" : "viscosity";
-  limit_by(limit_by_elasticity(scene, plan, true), plan);
+  plan.dt_limit = 1e30;
+  plan.limited_by = "sound";
+  // by method "paper" solids push each other with the pressure of fluids
+  if (plan.fluid || (plan.method == Method::paper && plan.contact)) {
+    limit_by({sound, "sound", fmt::format("c {:.3g} m/s", fastest), ""}, plan);
+    limit_by({viscous(nu), "viscosity", "numerics.artificial_viscosity", ""}, plan);
+  }
+  for (const StepLimit& limit : limits_by_elasticity(scene, plan, true)) limit_by(limit, plan);
   limit_by_tension(scene, plan);
   limit_by_contact(scene, plan);
-  const StepLimit elastic = limit_by_elasticity(scene, plan, false);
-  plan_elastic_solver(scene, elastic.dt, plan);
-  if (plan.elastic_rounds == 0) limit_by(elastic, plan);
+  const std::vector<StepLimit> elastic = limits_by_elasticity(scene, plan, false);
+  double least = 1e30;
+  for (const StepLimit& limit : elastic) least = std::min(least, limit.dt);
+  plan_elastic_solver(scene, least, plan);
+  for (StepLimit limit : elastic) {
+    if (plan.elastic_rounds > 0) limit.avoided_by = "implicit solve";
+    limit_by(limit, plan);
+  }
   const double all = plan.fluid ? std::min(plan.dt_limit, viscous(nu + physical)) : plan.dt_limit;
   plan_viscosity(scene, plan.dt_limit, all, plan);
-  if (plan.viscous_stages == 0 && all < plan.dt_limit) {
-    plan.dt_limit = all;
-    plan.limited_by = "viscosity";
-  }
+  if (plan.fluid)
+    limit_by_viscosity(viscous(nu + physical), physical > nu ? thickest : "numerics.artificial_viscosity", plan);
   choose_sub_steps(config, plan);
 }
 

@@ -10,6 +10,9 @@ namespace palp {
 // asked.
 void plan_sub_steps(const Scene& scene, Plan& plan);
 
+// Adds a limit to those of the plan, which it rules if it is the least and nothing avoids it. One of 1e30 s is none.
+void limit_by(const StepLimit& limit, Plan& plan);
+
 // Return the linear stability limits of c dt / dx for weakly compressible SPH with a Wendland C2 kernel, and of nu dt /
 // dx^2 for the Morris viscosity, on a cubic lattice, as functions of H / dx (from the operators' largest eigenvalues).
 double acoustic_limit(double support_over_spacing);
