@@ -18,6 +18,7 @@
 #include "sim_server/messages_from_state.h"
 #include "sim_server/solver/changeable_parameters.h"
 #include "sim_server/status_reporter.h"
+#include "sim_server/trade/choice.h"
 
 namespace palp {
 namespace {
@@ -80,6 +81,7 @@ class Server {
     SceneDescription scene = describe_scene(simulation_);
     if (!scene_writer_->publish(scene))
       throw std::runtime_error("the bus refused the scene's description: its meshes are too large for one message");
+    for (const std::string& warning : simulation.warnings()) control_.event(Severity::warning, 0, warning);
     if (options.start_paused) gauges_.state = State::paused;
   }
 
@@ -131,6 +133,10 @@ class Server {
     gauges_.max_speed = h.max_speed;
     gauges_.max_compression = h.max_compression;
     gauges_.kinetic_energy = h.kinetic_energy;
+    gauges_.expected_speed = h.expected_speed;
+    gauges_.mean_compression = h.mean_compression;
+    gauges_.expected_compression = h.expected_compression;
+    gauges_.doubtful = !h.doubt.empty();
     gauges_.outside = h.outside;
     gauges_.gone_mass = h.inactive_mass;
   }
@@ -143,6 +149,13 @@ class Server {
                    "fluid has left the domain and is let go: it takes no part any more; a reset brings it back");
   }
 
+  // Once a run for each of the two.
+  void tell_of_doubt(bool& told, const std::string& sentence) {
+    if (sentence.empty() || std::exchange(told, true)) return;
+    spdlog::warn("{}", sentence);
+    control_.event(Severity::warning, output_->time, sentence);
+  }
+
   // Single steps that were still to be taken are void.
   void enter(State state) {
     gauges_.state = state;
@@ -152,10 +165,14 @@ class Server {
   void judge() {
     show();
     tell_of_loss();
-    const Health& h = output_->health;
+    tell_of_doubt(told_of_doubt_, output_->health.doubt);
+    tell_of_doubt(told_of_notice_, output_->health.notice);
+    Health h = output_->health;
+    if (!h.ok) h.cause = fmt::format("at {:.3f} s: {}", output_->time, h.cause);
+    record_.add(h);
     if (h.ok) return;
     enter(State::fault);
-    if (cause_.empty()) cause_ = fmt::format("at {:.3f} s: {}", output_->time, h.cause);
+    if (cause_.empty()) cause_ = h.cause;
     spdlog::error("the simulation stopped {}", cause_);
     control_.event(Severity::fault, output_->time, "the simulation stopped " + cause_ + "; reset or quit");
   }
@@ -197,7 +214,7 @@ class Server {
         return "one step";
       case CommandKind::reset:
         simulation_.reset();
-        told_of_loss_ = false;
+        told_of_loss_ = told_of_doubt_ = told_of_notice_ = false;
         trackers_ = {};
         show();
         enter(gauges_.state == State::fault ? State::running : gauges_.state.load());
@@ -257,8 +274,7 @@ class Server {
     s.slow_steps = gauges_.slow_steps;
     s.frames = frames_.sent();
     s.dropped_samples = haptic_.dropped() + control_.dropped();
-    s.healthy = cause_.empty();
-    s.cause = cause_;
+    s.record = record_;
     return s;
   }
 
@@ -275,9 +291,10 @@ class Server {
   StepInput input_{};
   int single_steps_ = 0;
   bool quit_ = false;
-  bool told_of_loss_ = false;
+  bool told_of_loss_ = false, told_of_doubt_ = false, told_of_notice_ = false;
   std::int64_t wall_ns_ = 0;
   std::string cause_;            // of the first fault
+  HealthRecord record_;          // of all steps, across resets
   ServerStatusReporter status_;  // last: reads what the others hold
 };
 
@@ -288,23 +305,27 @@ ServerSummary serve(Simulation& simulation, Bus& bus, const ServerOptions& optio
 }
 
 Json json_of(const ServerSummary& s, const Simulation& simulation) {
-  return {{"scene", simulation.scene().config.name},
-          {"backend", simulation.backend_name()},
-          {"numerics", simulation.numerics()},
-          {"particles", simulation.scene().position.size()},
-          {"steps", s.steps},
-          {"sim_time_s", s.sim_time},
-          {"real_time_factor", s.real_time_factor()},
-          {"step_p50_us", s.step_p50_us},
-          {"step_p99_us", s.step_p99_us},
-          {"step_max_us", s.step_max_us},
-          {"slow_steps", s.slow_steps},
-          {"handover_p50_us", s.handover_p50_us},
-          {"handover_p99_us", s.handover_p99_us},
-          {"frames", s.frames},
-          {"dropped_samples", s.dropped_samples},
-          {"healthy", s.healthy},
-          {"cause", s.cause}};
+  Json out{{"scene", simulation.scene().config.name},
+           {"backend", simulation.backend_name()},
+           {"numerics", simulation.numerics()},
+           {"chosen", json_of(simulation.scene().config.choice)},
+           {"particles", simulation.scene().position.size()},
+           {"steps", s.steps},
+           {"sim_time_s", s.sim_time},
+           {"real_time_factor", s.real_time_factor()},
+           {"step_p50_us", s.step_p50_us},
+           {"step_p99_us", s.step_p99_us},
+           {"step_max_us", s.step_max_us},
+           {"slow_steps", s.slow_steps},
+           {"handover_p50_us", s.handover_p50_us},
+           {"handover_p99_us", s.handover_p99_us},
+           {"frames", s.frames},
+           {"dropped_samples", s.dropped_samples},
+           {"warnings", simulation.warnings()},
+           {"healthy", s.record.healthy()},
+           {"cause", s.record.trouble()}};
+  out.update(json_of(s.record));
+  return out;
 }
 
 }  // namespace palp

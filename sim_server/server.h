@@ -8,7 +8,7 @@
 
 #include "config/json_file.h"
 #include "idl/bus.h"
-#include "sim_server/solver/simulation.h"
+#include "sim_server/solver/health_report.h"
 
 namespace palp {
 
@@ -27,8 +27,7 @@ struct ServerSummary {
   std::uint64_t slow_steps = 0;                     // that took longer than the haptic period
   std::uint64_t frames = 0;
   std::uint64_t dropped_samples = 0;  // device samples and commands refused
-  bool healthy = true;
-  std::string cause;
+  HealthRecord record;
   double real_time_factor() const { return wall_time > 0 ? sim_time / wall_time : 0; }
 };
 

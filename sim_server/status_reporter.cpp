@@ -89,6 +89,11 @@ std::string ServerStatusReporter::find_trouble() {
   for (const std::string& sentence :
        {haptic_.foreign_peer(), find_other_server(), find_second_bridge(), find_slowness(gauges_.real_time_factor)})
     if (first.empty()) first = sentence;
+  if (first.empty() && gauges_.doubtful)
+    first = fmt::format(
+        "the answer is spoilt: the fluid is compressed by {:.2g} % on average, expected at most {:.2g} %; raise "
+        "numerics.max_speed",
+        100 * gauges_.mean_compression, 100 * gauges_.expected_compression);
   if (first.empty() && gauges_.gone_mass > 0)
     first = fmt::format("outside: {:.3g} kg of fluid have left the domain", gauges_.gone_mass.load());
   return first;
@@ -145,6 +150,9 @@ void ServerStatusReporter::publish(const std::string& state, const std::string& 
                    {"slow_steps", static_cast<double>(gauges_.slow_steps)},
                    {"max_speed_m_s", gauges_.max_speed},
                    {"max_compression", gauges_.max_compression},
+                   {"expected_speed_m_s", gauges_.expected_speed},
+                   {"mean_compression", gauges_.mean_compression},
+                   {"expected_compression", gauges_.expected_compression},
                    {"kinetic_energy_J", gauges_.kinetic_energy},
                    {"outside_particles", static_cast<double>(gauges_.outside)},
                    {"gone_kg", gauges_.gone_mass},

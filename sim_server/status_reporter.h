@@ -21,7 +21,8 @@ struct Gauges {
   Histogram step_time, handover;
   std::atomic<ServerState> state{ServerState::running};
   std::atomic<double> sim_time{0}, real_time_factor{0}, max_speed{0}, max_compression{0}, kinetic_energy{0},
-      gone_mass{0};
+      gone_mass{0}, expected_speed{0}, mean_compression{0}, expected_compression{0};
+  std::atomic<bool> doubtful{false};  // Health::doubt says why
   std::atomic<std::uint64_t> steps{0}, slow_steps{0}, outside{0};
 };
 

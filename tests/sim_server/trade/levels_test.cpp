@@ -1,0 +1,139 @@
+// Tests the accuracy levels against what was measured: a level that another setting beats at its cost fails. The tables
+// are config/trade/*.json; those of machines that palp was never measured on do not exist.
+#include "sim_server/solver/levels.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "config/text_file.h"
+#include "sim_server/trade/front.h"
+
+namespace palp::test::levels_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Two runs of the same setting differ by less than this share in their step's median on a quiet machine, and in their
+// error.
+constexpr double kRepeats = 0.05;
+
+// Returns whether a point is clearly better than a level in one of cost and error, and no worse in the other one.
+bool beats(const TradePoint& point, const TradePoint& level) {
+  const bool errs_less = point.error * (1 + kRepeats) < level.error, cheaper = point.step * (1 + kRepeats) < level.step;
+  return (errs_less && point.step <= level.step * (1 + kRepeats)) || (cheaper && point.error <= level.error);
+}
+
+// Returns a sentence for each level of a scene that another point beats.
+std::vector<std::string> beaten_levels(const TradeScene& scene) {
+  std::vector<std::string> faults;
+  for (const auto& [name, level] : scene.levels) {
+    for (const TradePoint& point : scene.points) {
+      if (!beats(point, level)) continue;
+      faults.push_back(
+          fmt::format("{}: {} ({} m, {:.3g} s, error {:.3g}) is beaten by {} m, {:.3g} s, error {:.3g} ({})",
+                      scene.name, name, level.spacing, level.step, level.error, point.spacing, point.step, point.error,
+                      point.settings.empty() ? "" : point.settings.front()));
+      break;
+    }
+  }
+  return faults;
+}
+
+// Returns a sentence for each number that a level was measured with and that is no longer the level's.
+std::vector<std::string> outdated_levels(const TradeScene& scene) {
+  std::vector<std::string> faults;
+  for (const Accuracy accuracy : {Accuracy::fast, Accuracy::balanced, Accuracy::accurate}) {
+    const auto measured = scene.levels.find(to_string(accuracy));
+    if (measured == scene.levels.end()) continue;
+    const Level level = level_of(accuracy);
+    for (const std::string& setting : measured->second.settings) {
+      const std::string key = key_of(setting);
+      const double value = parse_number(value_of(setting)).value_or(-1);
+      const bool outdated = (key == "numerics.support_over_spacing" && value != level.support_over_spacing) ||
+                            (key == "numerics.artificial_viscosity" && value != level.artificial_viscosity);
+      if (outdated)
+        faults.push_back(fmt::format("{}: {} was measured with {}", scene.name, to_string(accuracy), setting));
+    }
+  }
+  return faults;
+}
+
+// Returns a sentence for each stored point that another one dominates: what is stored is the front.
+std::vector<std::string> beaten_points(const TradeScene& scene) {
+  std::vector<std::string> faults;
+  for (const TradePoint& a : scene.points)
+    for (const TradePoint& b : scene.points)
+      if (dominates(b, a))
+        faults.push_back(
+            fmt::format("{}: the point at {} m is beaten by that at {} m", scene.name, a.spacing, b.spacing));
+  return faults;
+}
+
+std::vector<TradeTable> stored_tables() {
+  std::vector<TradeTable> tables;
+  for (const auto& entry : fs::directory_iterator(PALP_SOURCE_DIR "/config/trade"))
+    if (entry.path().extension() == ".json") tables.push_back(read_trade_table(entry.path().string()));
+  return tables;
+}
+
+TEST(Levels, AreOnTheMeasuredFront) {
+  for (const TradeTable& table : stored_tables())
+    for (const TradeScene& scene : table.scenes) {
+      SCOPED_TRACE(table.file);
+      EXPECT_EQ(beaten_levels(scene), std::vector<std::string>());
+      EXPECT_EQ(beaten_points(scene), std::vector<std::string>());
+    }
+}
+
+TEST(Levels, AreWhatWasMeasured) {
+  for (const TradeTable& table : stored_tables())
+    for (const TradeScene& scene : table.scenes) {
+      SCOPED_TRACE(table.file);
+      EXPECT_EQ(outdated_levels(scene), std::vector<std::string>());
+    }
+}
+
+TEST(Levels, CostMoreAndErrLessFromOneToTheNext) {
+  for (const TradeTable& table : stored_tables())
+    for (const TradeScene& scene : table.scenes) {
+      SCOPED_TRACE(table.file + ", " + scene.name);
+      const TradePoint* before = nullptr;
+      for (const char* name : {"fast", "balanced", "accurate"}) {
+        const auto level = scene.levels.find(name);
+        if (level == scene.levels.end()) continue;
+        EXPECT_TRUE(!before || before->step <= (1 + kRepeats) * level->second.step) << name;
+        EXPECT_TRUE(!before || (1 + kRepeats) * before->error >= level->second.error) << name;
+        before = &level->second;
+      }
+    }
+}
+
+// The judge itself, judged.
+TEST(Levels, ALevelThatIsBeatenIsFound) {
+  TradePoint level{0.02, {"numerics.artificial_viscosity=0.05"}, 5.9e-4, 8e-4, 5e-4, 0.25};
+  TradePoint better{0.02, {"numerics.artificial_viscosity=0.02"}, 6.0e-4, 8e-4, 5e-4, 0.12};
+  TradeScene scene;
+  scene.name = "tray_fluid";
+  scene.points = {better};
+  scene.levels = {{"balanced", level}};
+  EXPECT_EQ(beaten_levels(scene).size(), 1u);
+  scene.points = {level};
+  EXPECT_TRUE(beaten_levels(scene).empty()) << "itself";
+  better.step = 6.3e-4;
+  scene.points = {better};
+  EXPECT_TRUE(beaten_levels(scene).empty()) << "at a higher cost";
+  scene.points = {level, better};
+  better.error = 0.3;
+  scene.points.push_back(better);
+  EXPECT_EQ(beaten_points(scene).size(), 2u);
+  scene.levels["balanced"].settings = {"numerics.support_over_spacing=2"};
+  EXPECT_EQ(outdated_levels(scene).size(), 1u);
+}
+
+}  // namespace
+}  // namespace palp::test::levels_test
