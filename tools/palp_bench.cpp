@@ -15,16 +15,17 @@
 #include "config/command_line.h"
 #include "config/json_file.h"
 #include "config/number_between.h"
-#include "sim_server/backend/thread_waits.h"
 #include "sim_server/scene_options.h"
 #include "sim_server/solver/plan.h"
+#include "sim_server/trade/calibration.h"
 
 namespace {
 
 struct Arguments {
   std::vector<std::size_t> particles;  // empty: the default ones of cubes, a scene's own
   std::vector<std::string> scenes;
-  std::optional<palp::Accuracy> accuracy;
+  palp::SceneOverrides overrides;  // of scenes
+  palp::ChoiceRequest choice;      // of scenes
   std::vector<double> supports{2.0, 2.6, 3.0};
   std::string out;
   palp::Backend backend = palp::Backend::automatic;
@@ -86,29 +87,16 @@ std::string processor_name() {
 struct Sample {
   std::string what;  // "calm" or "stirred", or the scene
   std::size_t particles;
-  double support;                    // [spacings]
-  int sub_steps;                     // of a haptic step
-  double median_us, p10_us, p90_us;  // of a sub-step
+  double support;                            // [spacings]
+  int sub_steps;                             // of a haptic step
+  double median_us, p10_us, p90_us, p99_us;  // of a sub-step
   int steps;
 };
-
-// Hands that hold their tools where these are.
-palp::StepInput still_hands(const palp::Scene& scene) {
-  palp::StepInput input{};
-  for (std::size_t p = 0; p < scene.proxies.size(); ++p) {
-    const palp::Body& tool = scene.bodies[scene.proxies[p].body];
-    input[p].engaged = true;
-    input[p].state.position = tool.position + tool.orientation * scene.proxies[p].handle;
-    input[p].state.orientation = tool.orientation;
-    input[p].gains = scene.proxies[p].limit;
-  }
-  return input;
-}
 
 Sample measure(palp::Simulation& simulation, const std::string& what, const Arguments& a) {
   using Clock = std::chrono::steady_clock;
   std::vector<double> times;
-  const palp::StepInput input = still_hands(simulation.scene());
+  const palp::StepInput input = palp::still_hands(simulation.scene());
   const int sub_steps = simulation.sub_steps();
   for (int k = 0; k < 3; ++k) simulation.step(input);
   const auto end = Clock::now() + std::chrono::duration<double>(a.seconds);
@@ -123,9 +111,15 @@ Sample measure(palp::Simulation& simulation, const std::string& what, const Argu
     return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))];
   };
   const palp::Scene& scene = simulation.scene();
-  return {
-      what,    scene.position.size(),         simulation.support_radius() / scene.spacing, sub_steps, at(0.5), at(0.1),
-      at(0.9), static_cast<int>(times.size())};
+  return {what,
+          scene.position.size(),
+          simulation.support_radius() / scene.spacing,
+          sub_steps,
+          at(0.5),
+          at(0.1),
+          at(0.9),
+          at(0.99),
+          static_cast<int>(times.size())};
 }
 
 palp::Json json_of(const std::vector<Sample>& samples, const std::string& backend, bool scenes) {
@@ -139,6 +133,8 @@ palp::Json json_of(const std::vector<Sample>& samples, const std::string& backen
                        {"median_us", to_hundredths(s.median_us)},
                        {"p10_us", to_hundredths(s.p10_us)},
                        {"p90_us", to_hundredths(s.p90_us)},
+                       {"calm_step_s", 1e-6 * to_hundredths(s.median_us * s.sub_steps)},
+                       {"p99_us", to_hundredths(s.p99_us)},
                        {"steps", s.steps}});
   }
   return {{"benchmark", scenes ? "sub-step of scenes" : "fluid sub-step, periodic cube, accurate"},
@@ -154,6 +150,7 @@ struct Bench {
   std::string backend;
 
   void add(const palp::Scene& scene, const std::string& what) {
+    if (scene.config.choice) fmt::print(stderr, "{}\n", palp::told(*scene.config.choice));
     const auto simulation = palp::make_simulation(scene, a.backend);
     backend = simulation->backend_name();
     samples.push_back(measure(*simulation, what, a));
@@ -187,7 +184,9 @@ void add_scenes(const Arguments& a, Bench& bench) {
   for (const std::string& name : a.scenes) {
     palp::SceneOptions options;
     options.scene = name;
-    options.overrides.accuracy = a.accuracy;
+    options.overrides = a.overrides;
+    options.choice = a.choice;
+    options.backend = a.backend;
     if (a.particles.empty()) bench.add(with_sub_steps(palp::open_scene(options), a.sub_steps), name);
     for (const std::size_t n : a.particles) {
       options.particles = n;
@@ -214,16 +213,21 @@ int run(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  palp::wait_asleep(argv);
   CLI::App app("Measures the cost of a sub-step against the number of particles.");
   Arguments a;
   palp::add_backend_option(app, a.backend);
   app.add_option("--scene", a.scenes, "Scenes instead of cubes of fluid: files, or names of those in config/scenes")
       ->delimiter(',');
-  palp::add_accuracy_option(app, a.accuracy);
-  app.add_option("--particles", a.particles, "Numbers of particles, rounded to cubes; of a scene, of its matter")
-      ->delimiter(',')
-      ->check(CLI::Range(64, 20000000));
+  CLI::Option* accuracy = palp::add_accuracy_option(app, a.overrides.accuracy);
+  CLI::Option* spacing =
+      app.add_option("--spacing", a.overrides.spacing, "Particle spacing of scenes in metres, instead of theirs");
+  CLI::Option* particles =
+      app.add_option("--particles", a.particles, "Numbers of particles, rounded to cubes; of a scene, of its matter")
+          ->delimiter(',')
+          ->check(CLI::Range(64, 20000000))
+          ->excludes(spacing);
+  palp::add_choice_options(app, a.choice, {accuracy, spacing, particles});
+  palp::add_set_option(app, a.overrides);
   app.add_option("--support", a.supports, "Support radii in spacings, of cubes")
       ->delimiter(',')
       ->check(palp::number_between(1.8, 4.0));

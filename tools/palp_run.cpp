@@ -5,9 +5,10 @@
 
 #include "config/command_line.h"
 #include "config/csv_file.h"
+#include "config/error.h"
 #include "config/number_between.h"
 #include "config/stop_signal.h"
-#include "sim_server/backend/thread_waits.h"
+#include "sim_server/explain.h"
 #include "sim_server/scene_options.h"
 #include "tools/run_scene.h"
 
@@ -15,22 +16,55 @@ namespace {
 
 struct Arguments {
   palp::SceneOptions scene;
-  std::string path;
+  std::vector<std::string> paths;
   palp::RunOptions run;
 };
 
 void declare(CLI::App& app, Arguments& a) {
   palp::add_scene_options(app, a.scene);
+  palp::add_explain_option(app, a.scene);
   app.add_option("--duration", a.run.duration, "simulated seconds, instead of the scene's")
       ->check(palp::number_between(1e-9, 1e6));
-  app.add_option("--out", a.run.out, "folder for the results, made if missing")->required();
+  app.add_option("--out", a.run.out, "folder for the results, made if missing (required, but with --explain)");
   app.add_option("--snapshots-hz", a.run.snapshots_hz, "particle files per simulated second; 0: none")
       ->check(palp::number_between(0.0, 1e6));
-  app.add_option("--path", a.path, "CSV time,x,y,z,qx,qy,qz,qw that drives the handle of device 0");
+  app.add_option("--totals-hz", a.run.totals_hz,
+                 "rows of totals.csv per simulated second: energy, momentum, volume, heat; 0: none")
+      ->check(palp::number_between(0.0, 1e6));
+  app.add_option("--path", a.paths,
+                 "CSV time,x,y,z,qx,qy,qz,qw that drives the handle of a device, 0 without a number; may be repeated")
+      ->type_name("[DEVICE=]FILE")
+      ->allow_extra_args(false);
+  app.callback([&a] {
+    if (a.run.out.empty() && a.scene.explain.empty()) throw CLI::RequiredError("--out");
+  });
+}
+
+// Reads "[DEVICE=]FILE" into a path of its device. Throws ConfigError.
+void read_path(const std::string& text, palp::RunOptions& run) {
+  const std::size_t digits = text.find_first_not_of("0123456789");
+  const bool numbered = digits > 0 && digits < 4 && text[digits] == '=';
+  const auto device = static_cast<unsigned>(numbered ? std::stoul(text.substr(0, digits)) : 0);
+  if (!run.paths.emplace(device, palp::read_pose_path(numbered ? text.substr(digits + 1) : text)).second)
+    throw palp::ConfigError(
+        fmt::format("--path {}: device {} has a path already, expected one for each", text, device));
+}
+
+void warn(const palp::Simulation& simulation) {
+  for (const std::string& warning : simulation.warnings()) fmt::print(stderr, "palp-run: warning: {}\n", warning);
+}
+
+// Prints the scene's bill in place of a run.
+int explain(const Arguments& a) {
+  const auto simulation = palp::open_simulation(a.scene);
+  warn(*simulation);
+  palp::explain(*simulation, a.scene.explain);
+  return 0;
 }
 
 int run(Arguments& a) {
-  if (!a.path.empty()) a.run.path = palp::read_pose_path(a.path);
+  if (!a.scene.explain.empty()) return explain(a);
+  for (const std::string& path : a.paths) read_path(path, a.run);
   a.scene.scene = palp::find_scene_file(a.scene.scene);
   palp::make_folder(a.run.out);  // before the scene is sampled, which may take long
   const auto simulation = palp::open_simulation(a.scene);
@@ -38,24 +72,28 @@ int run(Arguments& a) {
   palp::catch_stop_signals(palp::SecondSignal::ends_at_once);
   const palp::Scene& scene = simulation->scene();
   if (a.scene.particles) fmt::print(stderr, "{}\n", palp::particle_choice(scene, *a.scene.particles));
+  if (scene.config.choice) fmt::print(stderr, "{}\n", palp::told(*scene.config.choice));
   fmt::print(stderr, "{}: {} particles, {}; {}\n", scene.config.name, scene.position.size(), simulation->backend_name(),
              simulation->numerics());
+  warn(*simulation);
   a.run.progress = isatty(STDERR_FILENO) != 0 ? palp::ProgressOn::terminal : palp::ProgressOn::log;
   a.run.stop = &palp::stop_signal();
   const palp::RunResult result = palp::run_scene(*simulation, a.run);
   fmt::print(stderr, "{} steps, {:g} s simulated in {:.2f} s; results in {}\n", result.steps, result.time,
              result.wall_time, a.run.out);
-  if (!result.healthy) {
-    fmt::print(stderr, "palp-run: stopped at {:g} s: {}\n", result.time, result.cause);
-    return 3;
-  }
+  const palp::HealthRecord& record = result.record;
+  if (!record.worst.ok) fmt::print(stderr, "palp-run: stopped at {:g} s: {}\n", result.time, record.trouble());
+  if (record.worst.ok && !record.healthy())
+    fmt::print(stderr, "palp-run: the answer is spoilt: {}\n", record.trouble());
+  if (!record.worst.notice.empty()) fmt::print(stderr, "palp-run: warning: {}\n", record.worst.notice);
+  fmt::print(stderr, "{}: {}\n", record.healthy() ? "healthy" : "not healthy", palp::describe(record));
+  if (!record.healthy()) return 3;
   return result.stopped_by_signal > 0 ? 128 + result.stopped_by_signal : 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  palp::wait_asleep(argv);
   CLI::App app("Runs a scene as fast as it goes and writes its probes and particles as CSV.");
   Arguments arguments;
   declare(app, arguments);

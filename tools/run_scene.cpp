@@ -12,6 +12,8 @@
 #include "config/error.h"
 #include "config/json_file.h"
 #include "sim_server/probes/probes.h"
+#include "sim_server/trade/choice.h"
+#include "tools/run_files.h"
 
 namespace palp {
 
@@ -63,49 +65,6 @@ class SnapshotFiles {
   std::size_t count_ = 0;
 };
 
-// Writes what the driven proxy feels, step by step.
-class ProxyFile {
- public:
-  explicit ProxyFile(const std::string& folder)
-      : file_(folder + "/proxy.csv", {"time_s",
-                                      "x_m",
-                                      "y_m",
-                                      "z_m",
-                                      "qx",
-                                      "qy",
-                                      "qz",
-                                      "qw",
-                                      "fx_N",
-                                      "fy_N",
-                                      "fz_N",
-                                      "tx_N_m",
-                                      "ty_N_m",
-                                      "tz_N_m",
-                                      "contact_fx_N",
-                                      "contact_fy_N",
-                                      "contact_fz_N",
-                                      "contact_tx_N_m",
-                                      "contact_ty_N_m",
-                                      "contact_tz_N_m"}) {}
-  void write(double time, const ProxyOutput& proxy) {
-    ProbeRow row{time};
-    const auto add = [&](const auto& v) {
-      for (Eigen::Index a = 0; a < v.size(); ++a) row.push_back(v[a]);
-    };
-    add(proxy.state.position);
-    add(proxy.state.orientation.coeffs());
-    add(proxy.force);
-    add(proxy.torque);
-    add(proxy.contact_force);
-    add(proxy.contact_torque);
-    file_.row(row);
-  }
-  void close() { file_.close(); }
-
- private:
-  CsvFile file_;
-};
-
 // Tells on stderr how far the run has come and how long it will still take.
 class Progress {
  public:
@@ -144,40 +103,71 @@ Json json_of(const Simulation& simulation, const RunResult& result, const Health
   const Scene& scene = simulation.scene();
   const double rate =
       result.wall_time > 0 ? static_cast<double>(result.steps * scene.position.size()) / result.wall_time : 0;
-  return {{"scene", scene.config.name},
-          {"scene_file", scene.config.path},
-          {"scene_hash", fmt::format("{:016x}", scene.config.hash)},
-          {"method", to_string(scene.config.method)},
-          {"accuracy", to_string(scene.config.accuracy)},
-          {"spacing_m", scene.spacing},
-          {"numerics", simulation.numerics()},
-          {"backend", simulation.backend_name()},
-          {"particles", scene.position.size()},
-          {"rate_hz", scene.config.rate_hz},
-          {"steps", result.steps},
-          {"simulated_time_s", result.time},
-          {"wall_time_s", result.wall_time},
-          {"particle_steps_per_s", rate},
-          {"healthy", result.healthy},
-          {"cause", result.cause},
-          {"stopped_by_signal", result.stopped_by_signal},
-          {"max_speed_m_s", health.max_speed},
-          {"max_compression", health.max_compression},
-          {"kinetic_energy_J", health.kinetic_energy},
-          {"elastic_unsolved", health.unsolved},
-          {"particles_outside", health.outside},
-          {"particles_gone", health.inactive},
-          {"mass_gone_kg", health.inactive_mass},
-          {"particles_non_finite", health.non_finite}};
+  Json out{{"scene", scene.config.name},
+           {"scene_file", scene.config.path},
+           {"scene_hash", fmt::format("{:016x}", scene.config.hash)},
+           {"method", to_string(scene.config.method)},
+           {"accuracy", to_string(scene.config.accuracy)},
+           {"spacing_m", scene.spacing},
+           {"numerics", simulation.numerics()},
+           {"chosen", json_of(scene.config.choice)},
+           {"backend", simulation.backend_name()},
+           {"particles", scene.position.size()},
+           {"rate_hz", scene.config.rate_hz},
+           {"sub_steps", simulation.sub_steps()},
+           {"support_m", simulation.support_radius()},
+           {"memory_bytes", simulation.footprint().bytes()},
+           {"steps", result.steps},
+           {"simulated_time_s", result.time},
+           {"wall_time_s", result.wall_time},
+           {"particle_steps_per_s", rate},
+           {"warnings", simulation.warnings()},
+           {"healthy", result.record.healthy()},
+           {"cause", result.record.trouble()},
+           {"stopped_by_signal", result.stopped_by_signal},
+           {"max_speed_m_s", health.max_speed},
+           {"max_compression", health.max_compression},
+           {"kinetic_energy_J", health.kinetic_energy},
+           {"elastic_unsolved", health.unsolved},
+           {"particles_outside", health.outside},
+           {"particles_gone", health.inactive},
+           {"mass_gone_kg", health.inactive_mass},
+           {"particles_non_finite", health.non_finite}};
+  out.update(json_of(result.record));
+  return out;
 }
 
-// Returns the index of the proxy that device 0 drives.
-std::optional<std::size_t> driven_proxy(const Scene& scene, const RunOptions& options) {
-  if (options.path.empty()) return {};
-  for (std::size_t i = 0; i < scene.proxies.size(); ++i) {
-    if (scene.proxies[i].device == 0) return i;
+// Returns the number of haptic steps of a run.
+std::uint64_t steps_of(const Scene& scene, const RunOptions& options) {
+  const double rate = scene.config.rate_hz, duration = options.duration.value_or(scene.config.duration);
+  if (duration * rate < 1 - 1e-9)
+    throw ConfigError(
+        fmt::format("{}: a duration of {:g} s is less than a haptic step of {:g} s, expected at least one: "
+                    "run for longer, or raise rate_hz",
+                    options.duration ? "--duration" : scene.config.path, duration, 1 / rate));
+  return static_cast<std::uint64_t>(std::llround(duration * rate));
+}
+
+// A proxy that a path drives, and its file.
+struct Driven {
+  std::size_t proxy;  // index into Scene::proxies
+  const std::vector<PathPose>* path;
+  ProxyFile file;
+};
+
+std::vector<Driven> driven_proxies(const Scene& scene, const RunOptions& options) {
+  std::vector<Driven> driven;
+  for (const auto& [device, path] : options.paths) {
+    const auto proxy = std::find_if(scene.proxies.begin(), scene.proxies.end(),
+                                    [number = device](const Proxy& item) { return item.device == number; });
+    if (proxy == scene.proxies.end())
+      throw ConfigError(
+          fmt::format("{}: a path is given, but the scene has no [[proxy]] for device {}", scene.config.path, device));
+    const std::string number = device == 0 ? "" : fmt::format("_{}", device);
+    driven.push_back({static_cast<std::size_t>(proxy - scene.proxies.begin()), &path,
+                      ProxyFile(fmt::format("{}/proxy{}.csv", options.out, number))});
   }
-  throw ConfigError(scene.config.path + ": a path is given, but the scene has no [[proxy]] for device 0");
+  return driven;
 }
 
 }  // namespace
@@ -185,22 +175,25 @@ std::optional<std::size_t> driven_proxy(const Scene& scene, const RunOptions& op
 RunResult run_scene(Simulation& simulation, const RunOptions& options) {
   const Scene& scene = simulation.scene();
   const double duration = options.duration.value_or(scene.config.duration), rate = scene.config.rate_hz;
-  const auto steps = static_cast<std::uint64_t>(std::llround(duration * rate));
-  const std::optional<std::size_t> driven = driven_proxy(scene, options);
+  const std::uint64_t steps = steps_of(scene, options);
   make_folder(options.out);
+  std::vector<Driven> driven = driven_proxies(scene, options);
   ProbeRecorder probes(scene, options.out);
   std::optional<SnapshotFiles> snapshots;
   if (options.snapshots_hz > 0) snapshots.emplace(scene, options.out);
-  std::optional<ProxyFile> proxy;
-  if (driven) proxy.emplace(options.out);
+  std::optional<TotalsFile> totals;
+  if (options.totals_hz > 0) totals.emplace(scene, options.out + "/totals.csv");
   Progress progress(options, duration, scene.position.size());
   Snapshot snapshot;
   const auto record = [&](const StepOutput& output) {
     const bool particles_due = snapshots && rate_due(output.step, options.snapshots_hz, rate);
-    if (particles_due || probes.due_with_snapshot(output.step)) simulation.snapshot(snapshot);
+    const bool totals_due = totals && output.step > 0 && rate_due(output.step, options.totals_hz, rate);
+    if (particles_due || totals_due || probes.due_with_snapshot(output.step)) simulation.snapshot(snapshot);
     if (probes.due(output.step)) probes.record(&snapshot, output);
     if (particles_due) snapshots->write(snapshot);
-    if (driven && output.step > 0) proxy->write(output.time, output.proxies.at(*driven));
+    if (totals_due) totals->write(snapshot, output);
+    if (output.step == 0) return;
+    for (Driven& d : driven) d.file.write(output.time, output.proxies.at(d.proxy));
   };
 
   RunResult result;
@@ -209,15 +202,14 @@ RunResult run_scene(Simulation& simulation, const RunOptions& options) {
   record(StepOutput{});
   const Clock::time_point start = Clock::now();
   StepInput input;
-  while (result.steps < steps && result.healthy && result.stopped_by_signal == 0) {
-    if (driven) {
-      const double time = static_cast<double>(result.steps) / rate;
-      input[*driven] = device_on_path(options.path, time, scene.proxies[*driven].limit);
-    }
-    const StepOutput& output = simulation.step(input);
+  StepTimes times;
+  while (result.steps < steps && result.record.worst.ok && result.stopped_by_signal == 0) {
+    const double time = static_cast<double>(result.steps) / rate;
+    for (const Driven& d : driven) input[d.proxy] = device_on_path(*d.path, time, scene.proxies[d.proxy].limit);
+    times.measure([&] { simulation.step(input); });
+    const StepOutput& output = simulation.output();
     health = output.health;
-    result.healthy = health.ok;
-    result.cause = health.cause;
+    result.record.add(health);
     result.steps = output.step;
     result.time = output.time;
     record(output);
@@ -227,8 +219,11 @@ RunResult run_scene(Simulation& simulation, const RunOptions& options) {
   result.wall_time = seconds_since(start);
   probes.close();
   if (snapshots) snapshots->close();
-  if (proxy) proxy->close();
-  write_json(options.out + "/summary.json", json_of(simulation, result, health));
+  if (totals) totals->close();
+  for (Driven& d : driven) d.file.close();
+  Json summary = json_of(simulation, result, health);
+  summary.update(times.summary(rate));
+  write_json(options.out + "/summary.json", summary);
   return result;
 }
 

@@ -3,13 +3,14 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "config/pose_path.h"
-#include "sim_server/solver/simulation.h"
+#include "sim_server/solver/health_report.h"
 
 namespace palp {
 
@@ -21,28 +22,28 @@ DeviceInput device_on_path(const std::vector<PathPose>& path, double time, const
 enum class ProgressOn { nothing, terminal, log };
 
 struct RunOptions {
-  std::string out;                 // folder for all files
-  std::optional<double> duration;  // [s] of simulated time; else the scene's
-  double snapshots_hz = 0;         // particle files per simulated second; 0: none
-  std::vector<PathPose> path;      // drives device 0
+  std::string out;                                  // folder for all files
+  std::optional<double> duration;                   // [s] of simulated time; else the scene's
+  double snapshots_hz = 0;                          // particle files per simulated second; 0: none
+  double totals_hz = 0;                             // rows of totals.csv per simulated second; 0: none
+  std::map<unsigned, std::vector<PathPose>> paths;  // by the number of the device that they drive
   ProgressOn progress = ProgressOn::nothing;
   double progress_period = 10;             // [s] between lines of progress in a log, but the first, which comes sooner
   const std::atomic<int>* stop = nullptr;  // not zero: the signal that asks to stop
 };
 
 struct RunResult {
-  bool healthy = true;
-  std::string cause;  // one sentence when not healthy
+  HealthRecord record;  // of all steps
   std::uint64_t steps = 0;
   double time = 0;       // [s] simulated
   double wall_time = 0;  // [s]
   int stopped_by_signal = 0;
 };
 
-// Runs the simulation from its initial state. Writes NAME.csv for each probe, proxy.csv when a path drives the proxy,
-// particles_NNNNNN.csv and snapshots.csv, and summary.json, also when the simulation turns unhealthy, which ends the
-// run. Throws std::runtime_error when a file cannot be written and ConfigError when there is a path but no proxy of
-// device 0.
+// Runs the simulation from its initial state. Writes NAME.csv for each probe, proxy.csv (proxy_N.csv for device N > 0)
+// for each path, totals.csv, particles_NNNNNN.csv and snapshots.csv, and summary.json, also when the simulation turns
+// unhealthy, which ends the run; one whose answer is only spoilt goes on. Throws std::runtime_error when a file cannot
+// be written and ConfigError when there is a path but no proxy of its device, or the duration is below one haptic step.
 RunResult run_scene(Simulation& simulation, const RunOptions& options);
 
 }  // namespace palp

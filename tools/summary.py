@@ -56,6 +56,7 @@ def report(server, bridges, viewer, recorder):
     recording = f"{number_of(recorder, 'messages')} messages, {number_of(recorder, 'drops')} dropped"
     rows = [row for number, bridge in bridges for row in bridge_rows(bridge, number)]
     return [*rows, ("server step", step), ("real-time factor", number_of(server, "real_time_factor", 3)),
+            ("checked", str(server.get("checked") or "unknown")),
             ("publishing", f"{number_of(server, publishing)} us a step of the haptic thread (median)"),
             ("frames", frames), ("recording", recording)]
 

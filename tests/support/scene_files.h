@@ -18,9 +18,11 @@ inline std::string source_file(const std::string& name) {
   return std::string(folder != nullptr ? folder : PALP_SOURCE_DIR) + "/" + name;
 }
 
-inline Scene scene_file(const std::string& name, Accuracy accuracy = Accuracy::fast) {
+// solid_particles: true gives solids particles even where nothing needs them, for tests that look at these.
+inline Scene scene_file(const std::string& name, Accuracy accuracy = Accuracy::fast, bool solid_particles = false) {
   SceneOverrides overrides;
   overrides.accuracy = accuracy;
+  overrides.solid_particles = solid_particles;
   return sample_scene(load_scene(source_file("config/scenes/" + name + ".toml"), overrides), 1000000);
 }
 

@@ -2,10 +2,15 @@
 # Stands in for every program that tools/demo starts: runs until SIGTERM, then writes what the real one would leave.
 # FAKE_DIES=NAME: that one ends at once with status 3. FAKE_SICK=NAME: that one says that it was not healthy.
 # FAKE_STAYS=NAME: that one sums up and does not end.
+# FAKE_HAS_NO_CURVE=NAME: that one ends with status 2 when it is to choose numerics for a budget.
 # FAKE_LEAVES=NAME: that one ends well by itself, as a viewer does whose window is closed.
 name=$(basename "$0")
 echo "$$" >>"$FAKE_PIDS"
 echo "$name $*" >>"$FAKE_CALLS"
+if [ "${FAKE_HAS_NO_CURVE:-}" = "$name" ] && [[ " $* " == *" --budget "* ]]; then
+  echo "there is no curve"
+  exit 2
+fi
 summary='' png='' out='' log='' healthy=true
 while [ $# -gt 0 ]; do
   case $1 in
@@ -30,5 +35,6 @@ leave() {
   exit 0
 }
 trap leave TERM
+echo "serving 'scene'"
 [ "${FAKE_LEAVES:-}" = "$name" ] && { sleep 0.5; leave; }
 while :; do sleep 0.05; done

@@ -6,7 +6,7 @@
 #include "tests/support/files.h"
 #include "tests/support/process.h"
 
-namespace palp::test {
+namespace palp::test::palp_run_test {
 namespace {
 
 class PalpRun : public testing::Test {
@@ -44,10 +44,16 @@ TEST_F(PalpRun, RefusesBadInputWithOneMessage) {
       {{"poiseuile", "--out", out_}, "did you mean 'poiseuille'?"},
       {{"poiseuille", "--backend", "gpu", "--out", out_}, "--backend"},
       {{"poiseuille", "--accuracy", "best", "--out", out_}, "--accuracy"},
+      {{"poiseuille", "--backend", "cpu", "--duration", "1e-8", "--out", out_}, "is less than a haptic step"},
+      {{"poiseuille"}, "--out is required"},
+      {{"poiseuille", "--explain=yes"}, "'yes' is no form of a bill"},
       {{"poiseuille", "--duration", "-1", "--out", out_}, "--duration"},
       {{"poiseuille", "--spacing", "nan", "--out", out_}, "spacing on the command line is nan"},
       {{"poiseuille", "--spacing", "2e-7", "--out", out_}, "memory here allows"},
       {{"poiseuille", "--path", "/nowhere.csv", "--out", out_}, "palp-run: /nowhere.csv: no such file"},
+      {{"poiseuille", "--path", "1=/nowhere.csv", "--out", out_}, "palp-run: /nowhere.csv: no such file"},
+      {{"poiseuille", "--set", "numerics.safety=2", "--out", out_},
+       "palp-run: --set numerics.safety=2: numerics: safety is 2, expected a number from 0.05 to 1"},
       {{bad, "--out", out_}, "bad.toml:2: [scene]: rate_hz is -1, expected a number in Hz from 1 to 1000000"},
   };
   for (const Row& row : rows) {
@@ -58,6 +64,24 @@ TEST_F(PalpRun, RefusesBadInputWithOneMessage) {
   }
 }
 
+TEST_F(PalpRun, EndsByWhatWasChecked) {
+  const Outcome outcome =
+      run({"poiseuille", "--accuracy", "fast", "--backend", "cpu", "--duration", "0.002", "--out", out_});
+  const std::size_t last = outcome.output.find("\nhealthy: finite, speeds to ");
+  ASSERT_NE(last, std::string::npos) << outcome.output;
+  EXPECT_EQ(outcome.output.find('\n', last + 1), outcome.output.size() - 1) << "one line, and the last one";
+}
+
+TEST_F(PalpRun, ExplainsASceneWithoutRunningIt) {
+  const std::string file = folder_ / "bill.json";
+  const Outcome outcome = run({"poiseuille", "--accuracy", "fast", "--backend", "cpu", "--explain=" + file});
+  EXPECT_EQ(outcome.status, 0) << outcome.output;
+  const std::string text = text_of(file);
+  for (const char* key : {"\"bodies\"", "\"modules\"", "\"limits\"", "\"stages\"", "\"share\"", "\"hints\""})
+    EXPECT_NE(text.find(key), std::string::npos) << key << " in " << text;
+  EXPECT_FALSE(std::filesystem::exists(out_));
+}
+
 TEST_F(PalpRun, SaysWhenItCannotWrite) {
   const Outcome outcome =
       run({"poiseuille", "--accuracy", "fast", "--backend", "cpu", "--duration", "0.001", "--out", "/proc/nowhere"});
@@ -66,4 +90,4 @@ TEST_F(PalpRun, SaysWhenItCannotWrite) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::palp_run_test

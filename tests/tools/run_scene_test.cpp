@@ -6,6 +6,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include "config/error.h"
 #include "tests/support/files.h"
@@ -29,6 +30,8 @@ class FreeFall : public Simulation {
     ++output_.step;
     output_.time = static_cast<double>(output_.step) / scene_.config.rate_hz;
     output_.bodies.resize(scene_.bodies.size());
+    output_.bodies.back().state.position = {0, 0, 0.3};
+    output_.bodies.back().state.linear = {2, 0, 0};
     for (std::size_t p = 0; p < output_.proxies.size(); ++p) {
       output_.proxies[p].state = input[p].state;
       output_.proxies[p].force = input[p].state.linear;
@@ -37,6 +40,7 @@ class FreeFall : public Simulation {
       output_.health.ok = false;
       output_.health.cause = "particle 7 left the world";
     }
+    if (output_.step == doubtful_at) output_.health.doubt = "it is squeezed";
     if (output_.step == stop_at) stop = SIGINT;
     return output_;
   }
@@ -61,14 +65,17 @@ class FreeFall : public Simulation {
   bool begin_frame(ScalarField) override { return false; }
   bool take_frame(Frame&) override { return false; }
   Footprint footprint() const override { return {}; }
+  StageTimes time_stages(const StepInput&, double) override { return {}; }
+  const std::vector<std::string>& warnings() const override { return warnings_; }
 
-  std::uint64_t sick_at = 0, stop_at = 0;
+  std::uint64_t sick_at = 0, stop_at = 0, doubtful_at = 0;
   int resets = 0, snapshots = 0;
   std::atomic<int> stop{0};
 
  private:
   Scene scene_;
   StepOutput output_;
+  std::vector<std::string> warnings_{"the wall is thin"};
 };
 
 class RunTest : public testing::Test {
@@ -112,7 +119,7 @@ class RunTest : public testing::Test {
 TEST_F(RunTest, WritesProbesSnapshotsAndSummary) {
   options_.snapshots_hz = 10;
   const RunResult result = run_scene(*simulation_, options_);
-  EXPECT_TRUE(result.healthy);
+  EXPECT_TRUE(result.record.healthy());
   EXPECT_EQ(result.steps, 50u);
   EXPECT_NEAR(result.time, 0.5, 1e-12);
   EXPECT_EQ(simulation_->resets, 1);
@@ -132,17 +139,35 @@ TEST_F(RunTest, WritesProbesSnapshotsAndSummary) {
   EXPECT_NE(summary.find("\"steps\": 50,"), std::string::npos) << summary;
   EXPECT_NE(summary.find("\"backend\": \"none \\\"quoted\\\"\","), std::string::npos) << summary;
   EXPECT_NE(summary.find("\"healthy\": true"), std::string::npos);
+  EXPECT_NE(summary.find("\"checked\": \"finite, nothing left the domain\""), std::string::npos) << summary;
+  EXPECT_NE(summary.find("the wall is thin"), std::string::npos) << summary;
   EXPECT_FALSE(std::filesystem::exists(options_.out + "/proxy.csv"));
 }
 
 TEST_F(RunTest, StopsWhenUnhealthyAndKeepsWhatItHas) {
   simulation_->sick_at = 7;
   const RunResult result = run_scene(*simulation_, options_);
-  EXPECT_FALSE(result.healthy);
-  EXPECT_EQ(result.cause, "particle 7 left the world");
+  EXPECT_FALSE(result.record.healthy());
+  EXPECT_EQ(result.record.trouble(), "particle 7 left the world");
   EXPECT_EQ(result.steps, 7u);
   EXPECT_EQ(lines("front.csv").size(), 5u);
   EXPECT_NE(file("summary.json").find("\"cause\": \"particle 7 left the world\""), std::string::npos);
+}
+
+// A run whose answer is spoilt goes on to its end, and is not healthy.
+TEST_F(RunTest, ASpoiltAnswerIsNotHealthy) {
+  simulation_->doubtful_at = 7;
+  const RunResult result = run_scene(*simulation_, options_);
+  EXPECT_EQ(result.steps, 50u);
+  EXPECT_FALSE(result.record.healthy());
+  EXPECT_NE(file("summary.json").find("\"cause\": \"it is squeezed\""), std::string::npos);
+}
+
+TEST_F(RunTest, ADurationBelowOneStepIsRefused) {
+  options_.duration = 0.009;
+  EXPECT_THROW(run_scene(*simulation_, options_), ConfigError);
+  options_.duration = 0.01;
+  EXPECT_EQ(run_scene(*simulation_, options_).steps, 1u);
 }
 
 TEST_F(RunTest, StopsOnASignal) {
@@ -160,7 +185,7 @@ TEST_F(RunTest, DurationOfTheCommandLineWins) {
 }
 
 TEST_F(RunTest, APathDrivesDeviceZero) {
-  options_.path = read_pose_path(write("time,x,y,z,qx,qy,qz,qw\n0.1,0,0,1,0,0,0,1\n0.3,2,0,1,0,0,1,0\n"));
+  options_.paths[0] = read_pose_path(write("time,x,y,z,qx,qy,qz,qw\n0.1,0,0,1,0,0,0,1\n0.3,2,0,1,0,0,1,0\n"));
   run_scene(*simulation_, options_);
   const auto proxy = lines("proxy.csv");
   ASSERT_EQ(proxy.size(), 51u);
@@ -170,11 +195,63 @@ TEST_F(RunTest, APathDrivesDeviceZero) {
   EXPECT_NE(proxy[21].find(",10,0,0,"), std::string::npos) << proxy[21];
 }
 
+TEST_F(RunTest, EachDeviceHasAPathOfItsOwn) {
+  SceneConfig config = simulation_->scene().config;
+  config.bodies.push_back(body("fork", BodyKind::rigid, box({0.2, 0.2, 0.2}, {0, 0, 0.9})));
+  ProxyConfig proxy;
+  proxy.device = 3;
+  proxy.body = "fork";
+  config.proxies.push_back(proxy);
+  simulation_ = std::make_unique<FreeFall>(sample_scene(config, 10000));
+  options_.paths[3] = read_pose_path(write("time,x,y,z,qx,qy,qz,qw\n0,7,0,1,0,0,0,1\n"));
+  options_.paths[0] = read_pose_path(write("time,x,y,z,qx,qy,qz,qw\n0,5,0,1,0,0,0,1\n"));
+  run_scene(*simulation_, options_);
+  EXPECT_EQ(lines("proxy.csv").at(21).substr(0, 11), "0.21,5,0,1,");
+  EXPECT_EQ(lines("proxy_3.csv").at(21).substr(0, 11), "0.21,7,0,1,");
+}
+
+// The fluid, 62.5 kg, falls at 5 m/s; the tool, 4 kg, passes 0.9 m above the origin at 2 m/s.
+TEST_F(RunTest, TotalsAreThoseOfAllThatMoves) {
+  options_.totals_hz = 10;
+  run_scene(*simulation_, options_);
+  const auto rows = lines("totals.csv");
+  ASSERT_EQ(rows.size(), 6u);
+  std::istringstream names(rows[0]), cells(rows[5]);
+  std::map<std::string, std::string> last;
+  for (std::string name, cell; std::getline(names, name, ',') && std::getline(cells, cell, ',');) last[name] = cell;
+  const auto value = [&](const std::string& name) { return std::stod(last.at(name)); };
+  EXPECT_NEAR(value("time_s"), 0.5, 1e-9);
+  EXPECT_NEAR(value("kinetic_J"), 62.5 * 25 / 2 + 4 * 4 / 2.0, 1e-3);
+  EXPECT_NEAR(value("px_N_s"), 8, 1e-6);
+  EXPECT_NEAR(value("pz_N_s"), -312.5, 1e-3);
+  EXPECT_NEAR(value("Lx_N_m_s"), 0, 1e-3);
+  EXPECT_NEAR(value("Ly_N_m_s"), 0.9 * 8, 1e-3);
+  EXPECT_NEAR(value("volume_m3"), 0.125, 1e-6);
+  EXPECT_EQ(last.at("mean_temperature_K"), "");
+}
+
+TEST_F(RunTest, StepsAreTimedWithoutProbesAndFiles) {
+  options_.snapshots_hz = 100;
+  const RunResult result = run_scene(*simulation_, options_);
+  const std::string summary = file("summary.json");
+  const auto value = [&](const std::string& key) {
+    const std::size_t at = summary.find('"' + key + "\": ");
+    return at == std::string::npos ? -1 : std::stod(summary.substr(at + key.size() + 4));
+  };
+  EXPECT_GT(value("step_median_s"), 0);
+  EXPECT_LE(value("step_median_s"), value("step_p90_s"));
+  EXPECT_LE(value("step_p90_s"), value("step_p99_s"));
+  EXPECT_LE(value("step_p99_s"), value("step_worst_s"));
+  EXPECT_GT(value("step_cpu_median_s"), 0);
+  EXPECT_NEAR(value("real_time_factor") * 100, value("reached_rate_hz"), 1e-6 * value("reached_rate_hz"));
+  EXPECT_GT(value("reached_rate_hz"), static_cast<double>(result.steps) / result.wall_time);
+}
+
 TEST_F(RunTest, APathNeedsAProxy) {
   SceneConfig config = simulation_->scene().config;
   config.proxies.clear();
   simulation_ = std::make_unique<FreeFall>(sample_scene(config, 10000));
-  options_.path = {{}};
+  options_.paths[0] = {{}};
   EXPECT_THROW(run_scene(*simulation_, options_), ConfigError);
 }
 

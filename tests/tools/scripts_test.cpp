@@ -21,7 +21,7 @@ const std::string kTests = PALP_SOURCE_DIR "/tests/tools/";
 Outcome call(std::vector<std::string> command) { return run_program(std::move(command), 120s); }
 
 TEST(Scripts, HelpSaysWhatThereIs) {
-  for (const char* script : {"demo", "test", "setup", "lint", "plot.py", "validate"}) {
+  for (const char* script : {"demo", "test", "setup", "lint", "plot.py", "validate", "tradeoff"}) {
     const Outcome result = call({kTools + script, "--help"});
     EXPECT_EQ(result.status, 0) << script;
     EXPECT_NE(result.output.find("usage"), std::string::npos) << script << ": " << result.output;
@@ -36,6 +36,8 @@ TEST(Scripts, WrongOptionsAreOneClearSentence) {
       {{"demo", "--seconds", "0"}, "a number above 0"},
       {{"demo", "--dds", "rti"}, "cyclone or fastdds"},
       {{"demo", "--backend", "metal"}, "auto, cpu or cuda"},
+      {{"demo", "--accuracy", "best"}, "fast, balanced or accurate"},
+      {{"demo", "--accuracy", "fast", "--budget", "1ms"}, "--budget and --accuracy: expected one of them"},
       {{"demo", "--scene", "no_such_scene"}, "config/scenes has"},
       {{"test", "--label", "slow"}, "unit, physics"},
       {{"test", "--preset", "fast"}, "release, debug"},
@@ -223,6 +225,31 @@ TEST_F(Demo, RunsStopsSumsUpAndIsHealthy) {
   const std::string calls = text_of(folder_ / "calls");
   EXPECT_NE(calls.find("palp-sim-server config/scenes/tray_fluid.toml --backend auto"), std::string::npos) << calls;
   EXPECT_NE(calls.find("--headless"), std::string::npos) << calls;
+}
+
+TEST_F(Demo, OnACpuTheServerChoosesForABudget) {
+  const auto server_calls = [&] {
+    std::istringstream calls(text_of(folder_ / "calls"));
+    std::string found;
+    for (std::string line; std::getline(calls, line);)
+      if (line.rfind("palp-sim-server", 0) == 0) found += line.substr(0, line.find(" --summary")) + "\n";
+    fs::remove(folder_ / "calls");
+    return found;
+  };
+  const std::string with = "palp-sim-server config/scenes/tray_fluid.toml --backend cpu ";
+  EXPECT_EQ(call(command({}, {"--seconds", "1", "--backend", "cpu"})).status, 0);
+  EXPECT_EQ(server_calls(), with + "--budget 500us\n");
+  EXPECT_EQ(call(command({}, {"--seconds", "1", "--backend", "cpu", "--error", "5%"})).status, 0);
+  EXPECT_EQ(server_calls(), with + "--error 5%\n");
+  const std::vector<std::string> no_curve{"FAKE_HAS_NO_CURVE=palp-sim-server"};
+  const Outcome coarse = call(command(no_curve, {"--seconds", "1", "--backend", "cpu"}));
+  EXPECT_EQ(coarse.status, 0) << coarse.output;
+  EXPECT_NE(coarse.output.find("there is no curve; so it is --accuracy fast"), std::string::npos) << coarse.output;
+  EXPECT_EQ(server_calls(), with + "--budget 500us\n" + with + "--accuracy fast\n");
+  // who asks for a budget is told that there is none
+  EXPECT_EQ(call(command(no_curve, {"--seconds", "1", "--backend", "cpu", "--budget", "1ms"})).status, 1);
+  EXPECT_EQ(server_calls(), with + "--budget 1ms\n");
+  EXPECT_TRUE(nothing_left());
 }
 
 TEST_F(Demo, AProcessThatDiesOrIsSickMakesItFail) {

@@ -1,6 +1,6 @@
 # palp-dev: shared libraries as targets palp::simulation, palp::bus and what these rest on, and the headers they are
 # called by.
-set(libraries palp_config palp_geometry palp_scene palp_simulation palp_probes palp_wire palp_bus_cyclone palp_bus_fastdds palp_bus)
+set(libraries palp_config palp_threads palp_geometry palp_scene palp_simulation palp_probes palp_wire palp_bus_cyclone palp_bus_fastdds palp_bus)
 set(interfaces palp_options palp_contract palp_config_types)
 set(abi ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 set_target_properties(${libraries} PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${abi}

@@ -22,10 +22,7 @@ std::string describe_servers(const McapReader& reader) {
   };
   reader.read(add, statuses, [](const std::string&) {});
   if (servers.together() == 0) return "";
-  return fmt::format(
-      "  {} servers spoke at one time: what is recorded of the simulation is of all of them, told apart by the session "
-      "of each sample\n",
-      servers.together());
+  return fmt::format("  {} servers spoke at one time: {}\n", servers.together(), kServersTogether);
 }
 
 }  // namespace

@@ -103,9 +103,8 @@ int record(const Options& o) {
       servers = recorder.servers_at_once();
       fmt::print(
           stderr,
-          "{}palp-record: {} servers run in one domain: what is recorded of the simulation is of all of them, told "
-          "apart by the session of each sample; end all but one, or give each a --domain of its own\n",
-          terminal ? "\n" : "", servers);
+          "{}palp-record: {} servers run in one domain: {}; end all but one, or give each a --domain of its own\n",
+          terminal ? "\n" : "", servers, kServersTogether);
     }
   }
   if (!recorder.failed()) recorder.poll(std::chrono::milliseconds(0));  // what came before the stop

@@ -9,6 +9,10 @@
 
 namespace palp {
 
+// The rest of a sentence that tells of several servers in a recording.
+inline constexpr const char* kServersTogether =
+    "what is recorded of the simulation is of all of them, told apart by the session of each sample";
+
 class ServersHeard {
  public:
   // Takes a payload of palp/status: 4 bytes of encapsulation header, then CDR. Those of other processes, and what is

@@ -1,0 +1,141 @@
+#!/usr/bin/python3
+"""Tests the arithmetic of tools/tradeoff against closed forms."""
+
+import pathlib
+import sys
+import unittest
+
+import numpy as np
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / "tools"))
+
+from tradeoff_lib import hand, judge, measures, scenes  # noqa: E402
+
+RATE = 1000.0
+TIME = np.arange(4000) / RATE
+
+
+def tone(hertz, amplitude=1.0):
+    return amplitude * np.sin(2 * np.pi * hertz * TIME + 0.3)[:, None]
+
+
+class Lowpass(unittest.TestCase):
+    def test_gain_of_tones(self):
+        for hertz, gain in ((1, 1 / (1 + 30.0 ** -4)), (30, 0.5), (60, 1 / 17), (300, 1 / 10001)):
+            smooth = measures.lowpass(tone(hertz), RATE, 30)
+            middle = slice(1000, 3000)
+            self.assertLess(measures.rms(smooth[middle] - gain * tone(hertz)[middle]), 2e-4, hertz)
+
+    def test_lines_and_constants_pass(self):
+        line = np.column_stack([2 + 3 * TIME, np.full_like(TIME, 7.0)])
+        self.assertLess(np.abs(measures.lowpass(line, RATE) - line).max(), 1e-6)
+
+    def test_short_series(self):
+        self.assertEqual(measures.lowpass(np.ones((3, 2)), RATE).shape, (3, 2))
+
+
+class Differences(unittest.TestCase):
+    def test_a_tenth_too_strong(self):
+        found = measures.difference(1.1 * tone(2), tone(2))
+        for key, value in (("rms", 0.1), ("peak", 0.1), ("rms_jnd", 0.1 / 0.07), ("peak_jnd", 0.1 / 0.07)):
+            self.assertAlmostEqual(found[key], value, 9)
+
+    def test_nothing_to_measure_against(self):
+        self.assertIsNone(measures.difference(tone(2), 0 * tone(2))["rms_jnd"])
+
+    def test_vectors_count_by_their_length(self):
+        self.assertAlmostEqual(measures.rms([[3, 4], [0, 0]]), 5 / np.sqrt(2))
+
+
+class Refinement(unittest.TestCase):
+    def series(self, spacings, order, limit=None):
+        limit = tone(1) if limit is None else limit
+        return [limit + h ** order * tone(3, 20.0) for h in spacings]
+
+    def test_order_and_limit_are_found(self):
+        for order in (0.7, 1.0, 1.6, 2.0):
+            for spacings in ([0.04, 0.032, 0.0256], [0.05, 0.03, 0.02, 0.01]):
+                limit, found, uncertainty, _ = measures.limit_of(spacings, self.series(spacings, order))
+                self.assertAlmostEqual(found, order, 4)
+                self.assertLess(measures.rms(limit - tone(1)), 1e-5)
+                if len(spacings) == 4:
+                    self.assertLess(uncertainty, 1e-5)
+
+    def test_a_run_that_strays_moves_the_fit_less(self):
+        spacings = [0.08, 0.064, 0.0512, 0.041]
+        series = self.series(spacings, 1.0)
+        series[-1] = series[-1] + 0.05 * tone(5)
+        richardson, _ = measures.extrapolated(spacings[-3:], series[-3:])
+        fit, _ = measures.extrapolated(spacings, series)
+        self.assertLess(measures.rms(fit - tone(1)), 0.8 * measures.rms(richardson - tone(1)))
+
+    def test_three_spacings_give_the_grid_convergence_index(self):
+        spacings = [0.4, 0.2, 0.1]
+        _, _, uncertainty, _ = measures.limit_of(spacings, self.series(spacings, 1.0))
+        self.assertAlmostEqual(uncertainty, 1.25 * 0.1 * 20 * measures.rms(tone(3)) / measures.rms(tone(1)), 6)
+
+    def test_differences_that_grow_show_no_order(self):
+        series = [tone(1), tone(1) + 0.1 * tone(2), tone(1) - 0.3 * tone(2)]
+        limit, order, uncertainty, _ = measures.limit_of([0.4, 0.2, 0.1], series)
+        self.assertIsNone(order)
+        self.assertTrue((limit == series[-1]).all())
+        self.assertAlmostEqual(uncertainty, 0.4 * measures.rms(tone(2)) / measures.rms(series[-1]), 9)
+
+    def test_what_does_not_change_is_certain(self):
+        _, _, uncertainty, _ = measures.limit_of([0.4, 0.2, 0.1], [tone(1)] * 3)
+        self.assertEqual(uncertainty, 0)
+
+
+class Dominance(unittest.TestCase):
+    def test_by_cost_and_error(self):
+        points = [(1, 10), (2, 5), (2, 7), (3, 5), (4, 1), (None, None), (5, 0.5), (9, 2)]
+        self.assertEqual(measures.dominators(points), [None, None, 1, 1, None, None, None, 6])
+
+    def test_equals_do_not_dominate_each_other(self):
+        self.assertEqual(measures.dominators([(1, 1), (1, 1)]), [None, None])
+
+
+class Errors(unittest.TestCase):
+    def run_of(self, force, noise=0.0, at_start=5.0):
+        totals = np.linspace(0, 2, 200)[:, None]
+        return {"force": (RATE, TIME, force + tone(200, noise)), "torque": (RATE, TIME, force), "place": (RATE, TIME, 0 * force),
+                "energy": (50.0, None, at_start + totals), "momentum": (50.0, None, totals), "volume": (50.0, None, 2 - 0.1 * totals)}
+
+    def test_are_those_that_were_put_in(self):
+        reference = judge.on_grid(self.run_of(tone(2)), TIME)
+        found = judge.errors(self.run_of(1.2 * tone(2), noise=0.5, at_start=6.0), reference, TIME)
+        self.assertAlmostEqual(found["force"]["rms"], 0.2, 2)
+        self.assertAlmostEqual(found["noise_N"], 0.5 / np.sqrt(2), 2)
+        self.assertAlmostEqual(found["volume"], 0.1, 6)
+        self.assertAlmostEqual(found["energy"], 0, 9)
+        self.assertAlmostEqual(found["momentum"], 0, 9)
+        self.assertIsNone(found["temperature_K"])
+
+    def test_another_rate_is_the_same_motion(self):
+        reference = judge.on_grid(self.run_of(tone(2)), TIME[:3900])
+        half = {name: (RATE / 2, TIME[::2], tone(2)[::2]) for name in ("force", "torque", "place")}
+        reference["place"] = tone(2)[:3900]
+        found = judge.errors(half, reference, TIME[:3900])
+        self.assertLess(found["force"]["rms"], 1e-3)
+        self.assertLess(found["place_mm"], 0.1)
+
+
+class Homes(unittest.TestCase):
+    def test_handle_of_a_turned_body(self):
+        scene = {"body": [{"name": "tool", "position": [1, 2, 3], "rotation_deg": {"axis": [0, 0, 2], "angle": 90}}]}
+        place, _ = hand.home_of(scene, {"body": "tool", "handle": [0.5, 0, 0]})
+        self.assertLess(np.abs(place - [1, 2.5, 3]).max(), 1e-12)
+
+
+class Grids(unittest.TestCase):
+    def test_each_medium_has_twenty_points_and_each_is_another(self):
+        for scene in scenes.ALL.values():
+            points = scenes.Definition(scene).points("full", False)
+            self.assertGreaterEqual(len(points), 20, scene)
+            self.assertEqual(len({scenes.label(p) for p in points}), len(points), scene)
+            self.assertEqual(sum(p["level"] is not None for p in points), 3, scene)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,69 @@
+// The files that palp-run writes beside those of the scene's probes.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "config/csv_file.h"
+#include "config/json_file.h"
+#include "sim_server/probes/probes.h"
+
+namespace palp {
+
+// Writes what a driven proxy feels, step by step: its handle, force and torque on the device, and those of contact.
+class ProxyFile {
+ public:
+  explicit ProxyFile(const std::string& path);
+  void write(double time, const ProxyOutput& proxy);
+  void close() { file_.close(); }
+
+ private:
+  CsvFile file_;
+};
+
+// Writes sums over the scene, by which runs are compared: energy, heat and temperatures as the probes of these names
+// give them, momentum [N s] and angular momentum about the origin [N m s] of all that moves, the volume of its fluids
+// [m^3].
+class TotalsFile {
+ public:
+  TotalsFile(const Scene& scene, const std::string& path);  // keeps a reference to the scene
+  // The output of a step, not the initial state.
+  void write(const Snapshot& snapshot, const StepOutput& output);
+  void close() { file_.close(); }
+
+ private:
+  void add_motion(const Snapshot& snapshot, const StepOutput& output, ProbeRow& row) const;
+
+  const Scene& scene_;
+  ProbeSampler sampler_;
+  ProbeConfig energy_, heat_;
+  CsvFile file_;
+};
+
+// Keeps what each step of a run costs, without probes and files.
+class StepTimes {
+ public:
+  // Runs one step. Times its own thread's wall clock, and the processor time of the whole process, threads included.
+  template <class Step>
+  void measure(Step&& step) {
+    const Now begin = now();
+    step();
+    const Now end = now();
+    wall_.push_back(end.wall - begin.wall);
+    cpu_.push_back(end.cpu - begin.cpu);
+  }
+  // Returns medians, other quantiles, the steps a second that the machine reached and, with the haptic rate of the
+  // scene [Hz], how fast simulated time passed; times in seconds. Null where there was no step.
+  Json summary(double rate_hz) const;
+
+ private:
+  struct Now {
+    double wall, cpu;  // [s]
+  };
+  static Now now();
+
+  std::vector<double> wall_, cpu_;
+};
+
+}  // namespace palp

@@ -1,0 +1,181 @@
+"""Runs of palp-run for tools/tradeoff: each once for the same program, scene, path and settings, kept in a folder."""
+
+import csv
+import hashlib
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import threading
+import time
+
+import numpy as np
+
+from tradeoff_lib import hand
+from tradeoff_lib.scenes import SUPPORT, Unknown
+
+QUIET_CORES = 0.3  # processors that others may use beside a run whose times count
+
+
+def busy_cores(seconds=0.3):
+    """How many processors are at work now, on the mean of a moment."""
+    def ticks():
+        values = [int(v) for v in pathlib.Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:9]]
+        return sum(values) - values[3] - values[4]
+    begin = ticks()
+    time.sleep(seconds)
+    return (ticks() - begin) / os.sysconf("SC_CLK_TCK") / seconds
+
+
+def program_in(folder):
+    for name in ("palp-run", "palp_run"):
+        if (folder / name).is_file():
+            return folder / name
+    raise Unknown(f"{folder} has no palp-run; build it with cmake --preset release && ninja -C build/release palp_run")
+
+
+def expected_cost(point):
+    """What a run of a point costs, in units of its own: particles times neighbours times sub-steps."""
+    support = float(point["set"].get(SUPPORT, 2.5))
+    rate = max(1.0, float(point["set"].get("scene.rate_hz", 1000)) / 1000) if point["level"] is None else 1.0
+    return point["spacing_m"] ** -4 * support ** 3 * rate
+
+
+class Runner:
+    """Runs points of a scene. Threads may call run at the same time."""
+
+    def __init__(self, definition, options, folder):
+        self.definition, self.options, self.folder = definition, options, folder
+        self.programs = {"float": program_in(options.bin)}
+        if options.double:
+            self.programs["double"] = program_in(options.double)
+        self.digests = {p: hashlib.sha1(file.read_bytes()).hexdigest() for p, file in self.programs.items()}
+        self.duration = options.duration or definition.duration
+        (folder / "runs").mkdir(parents=True, exist_ok=True)
+        self.paths, self.sources = self._make_paths()
+        self.scene_digest = self._digest(self.paths.values())
+        self.motion_digest = self._digest(self.sources) + f" {self.duration}"  # the same on machines that round otherwise
+        self.timed = options.jobs == 1 and not options.errors_only
+        self.children, self.lock = [], threading.Lock()
+
+    def _digest(self, files):
+        return hashlib.sha1(b"".join(p.read_bytes() for p in (self.definition.file, *files))).hexdigest()
+
+    def _make_paths(self):
+        """The path of each device, and the files that they come from."""
+        given = dict(self.options.path)
+        paths, sources, hands = {}, [], None
+        for proxy in sorted(self.definition.toml["proxy"], key=lambda proxy: proxy.get("device", 0)):
+            device = proxy.get("device", 0)
+            if device in given:
+                paths[device] = given[device]
+                sources.append(given[device])
+                continue
+            hands = hands or self.definition.hand_files()
+            paths[device] = self.folder / f"path_{device}.csv"
+            hand.write_path(self.definition.toml, proxy, hands[device], self.duration, paths[device])
+            sources.append(hands[device])
+        return paths, sources
+
+    def key(self, point):
+        what = [self.digests[point["precision"]], self.scene_digest, self.options.backend, self.duration,
+                point["spacing_m"], sorted(point["set"].items())]
+        return hashlib.sha1(json.dumps(what).encode()).hexdigest()[:16]
+
+    def kept(self, point, timed=True):
+        """The result of an earlier run, or None. One that was timed beside others is no result on a quiet machine, if
+        its times are asked for."""
+        try:
+            found = json.loads((self.folder / "runs" / self.key(point) / "result.json").read_text())
+        except (OSError, ValueError):
+            return None
+        if timed and self.timed and not found["quiet"] and busy_cores() < QUIET_CORES:
+            return None
+        return found
+
+    def run(self, point, limit_s=None, timed=True):
+        """Runs a point, or finds its run. {status: done, refused, unhealthy or late; said; quiet; summary; wall_s}."""
+        found = self.kept(point, timed)
+        if found:
+            return found
+        out = self.folder / "runs" / self.key(point)
+        shutil.rmtree(out, ignore_errors=True)
+        quiet = self.timed and busy_cores() < QUIET_CORES
+        command = [str(self.programs[point["precision"]]), str(self.definition.file), "--backend", self.options.backend,
+                   "--spacing", repr(point["spacing_m"]), "--duration", repr(self.duration), "--totals-hz", "50",
+                   "--out", str(out)]
+        for item in point["set"].items():
+            command += ["--set", "=".join(item)]
+        for device, path in self.paths.items():
+            command += ["--path", f"{device}={path}"]
+        began = time.monotonic()
+        status, said = self._call(command, limit_s or self.options.limit)
+        result = {"status": {0: "done", 3: "unhealthy", None: "late"}.get(status, "refused"), "said": said,
+                  "quiet": quiet, "wall_s": time.monotonic() - began, "summary": None}
+        if result["status"] == "done":
+            result["summary"] = json.loads((out / "summary.json").read_text())
+        out.mkdir(parents=True, exist_ok=True)
+        for file in out.glob("*.csv"):
+            if not file.name.startswith(("proxy", "totals")):
+                file.unlink()
+        if result["status"] != "late":
+            (out / "result.json").write_text(json.dumps(result))
+        return result
+
+    def _call(self, command, limit_s):
+        """The exit status (None: it took too long) and the last words of a program."""
+        environment = dict(os.environ)
+        if self.options.jobs > 1:
+            environment["OMP_NUM_THREADS"] = str(max(1, len(os.sched_getaffinity(0)) // self.options.jobs))
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment)
+        with self.lock:
+            self.children.append(process)
+        try:
+            said = process.communicate(timeout=limit_s)[1]
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            return None, f"not done after {limit_s:.0f} s"
+        finally:
+            with self.lock:
+                self.children.remove(process)
+        return process.returncode, (said.strip().splitlines() or ["no word"])[-1][-400:]
+
+    def stop(self):
+        """Ends what runs."""
+        with self.lock:
+            for process in self.children:
+                process.terminate()
+
+    def series(self, point):
+        """What a run that is done left: by name, (rate [Hz], times, array). Devices side by side."""
+        out = self.folder / "runs" / self.key(point)
+        devices = [read_csv(out / ("proxy.csv" if d == 0 else f"proxy_{d}.csv")) for d in sorted(self.paths)]
+        time_s = devices[0]["time_s"]
+        rate = (len(time_s) - 1) / (time_s[-1] - time_s[0])
+
+        def beside(*names):
+            return np.column_stack([table[name] for table in devices for name in names])
+
+        found = {"force": (rate, time_s, beside("fx_N", "fy_N", "fz_N")),
+                 "torque": (rate, time_s, beside("tx_N_m", "ty_N_m", "tz_N_m")),
+                 "place": (rate, time_s, beside("x_m", "y_m", "z_m"))}
+        totals = read_csv(out / "totals.csv")
+        for name, columns in TOTALS.items():
+            values = np.column_stack([totals[c] for c in columns])
+            if np.isfinite(values).all():
+                found[name] = (50.0, totals["time_s"], values)
+        return found
+
+
+TOTALS = {"energy": ["total_J"], "momentum": ["px_N_s", "py_N_s", "pz_N_s"],
+          "angular momentum": ["Lx_N_m_s", "Ly_N_m_s", "Lz_N_m_s"], "volume": ["volume_m3"],
+          "temperature": ["mean_temperature_K"], "liquid": ["liquid_fraction"]}
+
+
+def read_csv(path):
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    values = np.array([[float(cell) if cell else np.nan for cell in row] for row in rows[1:]]).T
+    return dict(zip(rows[0], values))
