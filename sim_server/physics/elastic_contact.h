@@ -5,7 +5,7 @@
 // symbol   meaning                                                                                unit
 // d, n     depth of the particle in the body; outward normal there                                m, -
 // v*       velocity against the body at the end of the sub-step, were there no contact            m/s
-// k, k_t   s (lambda + 2 mu) V / dx^2, s = kContactLayers, or less (contact_stiffness());             N/m
+// k, k_t   s (lambda + 2 mu) V / dx^2, s = kContactLayers, or less (contact_stiffness());         N/m
 //          k mu / (lambda + 2 mu)
 // q        dt k / (1 + dt^2 k a): the force that a unit of velocity at the end of the step takes  N s/m
 // a        N / m_b: inverse of the share of the body's effective mass along n that each of its N
@@ -24,7 +24,7 @@
 
 namespace palp {
 
-// s above, measured: tools/results/README.md, "Contact of elastic bodies".
+// s above, measured: tools/results/trade_remaining.md, the plate on an elastic layer.
 inline constexpr real kContactLayers = real(32);
 
 // Returns dt^2 k / m. waves: what the sub-step is of the time in which a pressure wave crosses a spacing. Where that is
@@ -126,19 +126,18 @@ struct CountElasticContacts {
   PALP_HD void operator()(std::uint32_t index, Team team) const {
     const ContactViews& contact = touching.all.contact;
     const SoftPart part = contact.elastic_part[index];
-    for (std::uint32_t k = part.first_pair; k < part.first_pair + part.pairs; ++k) {
-      const ContactPair pair = contact.pair[k];
-      const BodyState& field = touching.all.body[pair.b];
-      if (field.kind != BodyKind::rigid) continue;
-      const Mat3 R = field.q.toRotationMatrix();
+    const auto count_in = [&](std::uint32_t k, const ContactPair& pair, const BodyState& field, const Mat3& R) {
+      if (field.kind != BodyKind::rigid) return;
       real count = 0;
       for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) {
-        const PairPoints::Touch t = touching.find(part.first + p, pair, R, contact.state[pair.first + p]);
+        ContactState state = contact.state[pair.first + p];  // only the contact itself may go on with its memory
+        const PairPoints::Touch t = touching.find(part.first + p, pair, R, state);
         if (t.near && t.depth > touching.all.dt * t.v.dot(t.n)) count += real(1);
       }
       count = team.sum(count);
       if (team.leader()) contact.by.wrench[k].contacts = count;
-    }
+    };
+    for_each_pair(touching.all, part, count_in);
   }
 };
 
@@ -176,17 +175,15 @@ struct ElasticContact {
   PALP_HD void operator()(std::uint32_t index, Team team) const {
     const ContactViews& contact = touching.all.contact;
     const SoftPart part = contact.elastic_part[index];
-    for (std::uint32_t k = part.first_pair; k < part.first_pair + part.pairs; ++k) {
-      const ContactPair pair = contact.pair[k];
-      const BodyState& field = touching.all.body[pair.b];
-      const Mat3 R = field.q.toRotationMatrix();
-      const real contacts = touching.contacts_of(pair.b);
-      sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
-        const Vec3 f = force_on(i, pair, field, R, contacts, contact.state[place], arm);
-        touching.bodies.force[i] = pack(touching.bodies.force[i].xyz() + f, 0);
-        return f;
-      });
-    }
+    for_each_pair(touching.all, part,
+                  [&](std::uint32_t k, const ContactPair& pair, const BodyState& field, const Mat3& R) {
+                    const real contacts = touching.contacts_of(pair.b);
+                    sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
+                      const Vec3 f = force_on(i, pair, field, R, contacts, contact.state[place], arm);
+                      touching.bodies.force[i] = pack(touching.bodies.force[i].xyz() + f, 0);
+                      return f;
+                    });
+                  });
   }
 };
 
@@ -225,10 +222,7 @@ struct BeginElasticContact {
       const std::uint32_t i = part.first + p;
       Mat3 hold = Mat3::Zero();
       Vec3 impulse(0, 0, 0);
-      for (std::uint32_t k = part.first_pair; k < part.first_pair + part.pairs; ++k) {
-        const ContactPair pair = all.contact.pair[k];
-        const BodyState& field = all.body[pair.b];
-        const Mat3 R = field.q.toRotationMatrix();
+      for_each_pair(all, part, [&](std::uint32_t, const ContactPair& pair, const BodyState& field, const Mat3& R) {
         ContactState& state = all.contact.state[pair.first + p];
         ElasticPush& out = all.contact.elastic_push[pair.first + p];
         const PairPoints::Touch t = touching.find(i, pair, R, state);
@@ -240,7 +234,7 @@ struct BeginElasticContact {
           out = no_elastic_push();
           out.owed = owed;
           if (t.near) state.anchor = {0, 0, 0, 0};
-          continue;
+          return;
         }
         const Vec3 n = t.n;
         out.push = c.push * n;
@@ -255,7 +249,7 @@ struct BeginElasticContact {
         out.resists_slip = c.q_slip;
         hold += dt * ((c.q - c.q_slip) * n * n.transpose() + c.q_slip * Mat3::Identity());
         impulse += dt * out.push;
-      }
+      });
       solve.hold[i] = hold;
       const Packed r = solve.residual[i];
       solve.residual[i] = pack(r.xyz() + impulse, r.w);
@@ -289,9 +283,7 @@ struct EndElasticContact {
   PALP_HD void operator()(std::uint32_t index, Team team) const {
     const ContactViews& contact = touching.all.contact;
     const SoftPart part = contact.elastic_part[index];
-    for (std::uint32_t k = part.first_pair; k < part.first_pair + part.pairs; ++k) {
-      const ContactPair pair = contact.pair[k];
-      const Mat3 R = touching.all.body[pair.b].q.toRotationMatrix();
+    for_each_pair(touching.all, part, [&](std::uint32_t k, const ContactPair& pair, const BodyState&, const Mat3& R) {
       sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
         ElasticPush& push = contact.elastic_push[place];
         if (push.n.isZero(0)) return Vec3(0, 0, 0);
@@ -300,7 +292,7 @@ struct EndElasticContact {
         solve.outer[i] = pack(solve.outer[i].xyz() + touching.all.dt * f, 0);
         return f;
       });
-    }
+    });
   }
 };
 

@@ -70,16 +70,13 @@ struct FrozenContact {
   template <class Team>
   PALP_HD void operator()(std::uint32_t index, Team team) const {
     const SoftPart part = all.contact.frozen_part[index];
-    for (std::uint32_t k = part.first_pair; k < part.first_pair + part.pairs; ++k) {
-      const ContactPair pair = all.contact.pair[k];
-      const BodyState& field = all.body[pair.b];
-      const Mat3 R = field.q.toRotationMatrix();
+    for_each_pair(all, part, [&](std::uint32_t k, const ContactPair& pair, const BodyState& field, const Mat3& R) {
       sum_soft_pair(all.contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
         const Vec3 f = force_on(i, pair, field, R, place, arm);
         change.force[i] = pack(change.force[i].xyz() + f, 0);
         return f;
       });
-    }
+    });
   }
 };
 

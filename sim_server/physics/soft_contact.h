@@ -27,6 +27,16 @@ PALP_HD inline real inverse_mass_along(const BodyState& field, const Mat3& R, co
   return real(1) / field.mass + b.dot(field.inverse_inertia * b);
 }
 
+// Calls f(k, pair, field, R) for each pair k of a part. field: the other body; R: its axes.
+template <class F>
+PALP_HD inline void for_each_pair(const PairPoints& all, const SoftPart& part, F&& f) {
+  for (std::uint32_t k = part.first_pair; k < part.first_pair + part.pairs; ++k) {
+    const ContactPair& pair = all.contact.pair[k];
+    const BodyState& field = all.body[pair.b];
+    f(k, pair, field, field.q.toRotationMatrix());
+  }
+}
+
 // Adds up the forces on the particles of a part by the body of pair k, and their torque on the body about its centre.
 // force_on(i, place, arm): the force on particle i, whose memory is contact state `place` [N]; arm: where it acts from
 // the body's centre [m].
