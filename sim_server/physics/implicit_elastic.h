@@ -4,11 +4,12 @@
 //
 // symbol      meaning                                                        source
 // x*          x + dt v
-// y           what the step adds to v: (M + dt C + dt^2 K) y = dt (f + g)    v' = v + y, x' = x + dt v'; a body at
-// rest, g           all other forces, gravity included                             y = 0, is in equilibrium, whatever
-// the rounds R, R*       rotations of the neighbourhoods at x, and at x*                rotation.h f           elastic
-// force of the strain at x*, but along the axes of x:    so the energy of a turn is not taken for
-//             stress R R*^T P(F*), damping along x_ji                        strain, and x cross f sums to zero
+// y           what the step adds to v, v' = v + y, x' = x + dt v':           zero where a body is in equilibrium,
+//             (M + dt C + dt^2 K) y = dt (f + g)                             however few the rounds
+// g           all other forces, gravity included
+// R, R*       rotations of the neighbourhoods at x, and at x*                rotation.h
+// f           elastic force of the strain at x*, but along the axes of x:    a turn is not taken for strain, and
+//             stress R R*^T P(F*), damping along x_ji                        x cross f sums to zero
 // K           dP = R (2 mu sym A + lambda tr A I), A = R^T dF: the slope     symmetric, never negative
 //             of P with R fixed and without stress
 // C           10 eta V_i V_j F x x^T, x = x_ji / |x_ji|                      elastic.h
