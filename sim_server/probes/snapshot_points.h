@@ -30,7 +30,7 @@ class SnapshotPoints {
  public:
   // reach: the radius that near() covers [m]. solids: those too, not only fluids.
   SnapshotPoints(const Scene& scene, const Snapshot& s, double reach, bool solids)
-      : box_{scene.bounds_min, scene.bounds_max, scene.config.periodic},
+      : box_(box_of(scene)),
         particle_(with_place(scene, s, reach, solids)),
         place_(places(s, particle_)),
         grid_(place_, box_, reach) {}

@@ -37,7 +37,7 @@ struct Packing {
 };
 
 Packing begin_packing(Scene& scene, const std::vector<std::optional<Solid>>& solids, ThreadTeam& team) {
-  Packing p{scene, solids, team, {scene.bounds_min, scene.bounds_max, scene.config.periodic}, scene.spacing, {}, {}};
+  Packing p{scene, solids, team, box_of(scene), scene.spacing, {}, {}};
   for (std::size_t b = 0; b < solids.size(); ++b) {
     const Body& body = scene.bodies[b];
     Eigen::Isometry3d to_world = Eigen::Translation3d(body.position) * body.orientation;

@@ -16,7 +16,7 @@ bool is_shapeless(const Body& body) { return is_solid(body) && body.surface.tria
 // Returns the particles to keep. Of a bonded body those within two support radii of elastic matter: those nearer than
 // one are strained, and their neighbours feel it.
 std::vector<bool> needed_particles(const Scene& scene) {
-  const PeriodicBox box{scene.bounds_min, scene.bounds_max, scene.config.periodic};
+  const PeriodicBox box = box_of(scene);
   const double reach = 2 * elastic_support(scene);
   std::vector<Vector3d> elastic;
   for (std::size_t i = 0; i < scene.position.size(); ++i)

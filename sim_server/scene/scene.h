@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "config/scene_config.h"
+#include "sim_server/geometry/point_grid.h"
 #include "sim_server/geometry/surface_mesh.h"
 
 namespace palp {
@@ -72,6 +73,9 @@ struct Scene {
   Eigen::Vector3d bounds_max = Eigen::Vector3d::Zero();
   std::optional<LeftOut> left_out;  // none: every body has its particles
 };
+
+// Returns the scene's domain.
+inline PeriodicBox box_of(const Scene& scene) { return {scene.bounds_min, scene.bounds_max, scene.config.periodic}; }
 
 // Takes what is being done and which share of it is done, 0 to 1, now and then; called by the thread that loads.
 using LoadingProgress = std::function<void(const char* doing, double share)>;

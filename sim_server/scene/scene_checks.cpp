@@ -18,8 +18,6 @@ constexpr double kSurface = 1e-6;     // of a spacing, the rounding of a place o
 
 std::string place(const Eigen::Vector3d& p) { return fmt::format("({:.4g}, {:.4g}, {:.4g}) m", p.x(), p.y(), p.z()); }
 
-PeriodicBox box_of(const Scene& scene) { return {scene.bounds_min, scene.bounds_max, scene.config.periodic}; }
-
 // Remembers which pairs of bodies were reported.
 class Pairs {
  public:

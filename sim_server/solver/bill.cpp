@@ -67,7 +67,7 @@ void count_out_of_reach(const Scene& scene, const Plan& plan, std::vector<BillBo
   if (reached.empty()) return;
   // half of a cell's diagonal more, because fluid may be anywhere in its cell
   const double reach = plan.support + 0.87 * scene.spacing;
-  const PeriodicBox box{scene.bounds_min, scene.bounds_max, scene.config.periodic};
+  const PeriodicBox box = box_of(scene);
   const PointGrid grid(reached, box, reach);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];

@@ -36,7 +36,7 @@ std::vector<std::uint32_t> elastic_particles(const Scene& scene, const Plan& pla
 
 ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
   const std::vector<std::uint32_t> particle = elastic_particles(scene, plan);
-  const PeriodicBox box{scene.bounds_min, scene.bounds_max, scene.config.periodic};
+  const PeriodicBox box = box_of(scene);
   std::vector<Eigen::Vector3d> place(particle.size());
   for (std::size_t i = 0; i < particle.size(); ++i) place[i] = scene.position[particle[i]];
   const double H = plan.elastic_support, reach = kReach * H;

@@ -11,6 +11,7 @@
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/rigid.h"
 #include "sim_server/scene/particle_reason.h"
+#include "sim_server/solver/body_bounds.h"
 #include "sim_server/solver/elastic_plan.h"
 #include "sim_server/solver/heat_plan.h"
 #include "sim_server/solver/levels.h"
@@ -65,12 +66,7 @@ double carrying_sound_speed(const Scene& scene) {
     if (body.type == BodyKind::fluid) lightest = std::min(lightest, scene.config.materials[body.material].density);
   for (const Body& body : scene.bodies) {
     if (body.count == 0 || (body.type != BodyKind::rigid && body.type != BodyKind::elastic)) continue;
-    Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
-    for (std::uint32_t i = body.first; i < body.first + body.count; ++i) {
-      low = low.cwiseMin(scene.position[i]);
-      high = high.cwiseMax(scene.position[i]);
-    }
-    const Eigen::Vector3d size = (high - low).array() + scene.spacing;
+    const Eigen::Vector3d size = body_bounds(scene, body).sizes().array() + scene.spacing;
     const double density = body.mass / std::max(body.volume, 1e-30);
     pressure = std::max(pressure, density * scene.config.gravity.cwiseAbs().dot(size));
   }

@@ -29,8 +29,6 @@ double thinnest(const Scene& scene, const Plan& plan) {
 // max_speed 1.8 and 2.5 times too low it is 0.8 and 1.65 (fluid_watch.h).
 constexpr double kSpeedMargin = 1.5;
 
-PeriodicBox box_of(const Scene& scene) { return {scene.bounds_min, scene.bounds_max, scene.config.periodic}; }
-
 // Returns where a body of the scene is declared.
 std::string where_is(const Scene& scene, std::size_t body) {
   if (body < scene.config.bodies.size() && !scene.config.bodies[body].where.empty())

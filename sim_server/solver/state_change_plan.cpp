@@ -55,7 +55,7 @@ void bond_solids(const Scene& scene, const Plan& plan, const std::vector<std::ui
   store.correction.assign(plan.slots, Mat3::Zero());
   store.projection.assign(plan.slots, Mat3::Zero());
   store.soft.assign(plan.slots, real(1));  // at the start particles lie on lattices
-  const PeriodicBox box{scene.bounds_min, scene.bounds_max, scene.config.periodic};
+  const PeriodicBox box = box_of(scene);
   const PointGrid grid(place, box, plan.change_support);
   const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.change_support));
   for (std::uint32_t i = 0; i < plan.slots; ++i) {

@@ -32,7 +32,7 @@ SceneConfig pool(double radius, const Eigen::Vector3d& center) {
 double unevenness(const Scene& s, const PointGrid& grid, std::size_t i) {
   const double H = 3 * kSpacing;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  const PeriodicBox box{s.bounds_min, s.bounds_max, s.config.periodic};
+  const PeriodicBox box = box_of(s);
   grid.near(s.position[i], [&](std::uint32_t j) {
     const Eigen::Vector3d d = box.between(s.position[i], s.position[j]);
     const double q = d.norm() / H;
@@ -51,7 +51,7 @@ TEST(Packing, FillsTheSpaceAroundASolidEvenly) {
     const Eigen::Vector3d center(unit(random) - 0.5, unit(random) - 0.5, -0.15 + 0.1 * unit(random));
     const SceneConfig config = pool(radius, center);
     const Scene s = sample_scene(config, 1000000);
-    const PeriodicBox box{s.bounds_min, s.bounds_max, s.config.periodic};
+    const PeriodicBox box = box_of(s);
     const PointGrid grid(s.position, box, 3 * kSpacing);
     double water = 0, worst = 0, top = -1, nearest = 1;
     for (std::size_t i = 0; i < s.position.size(); ++i) {
@@ -77,7 +77,7 @@ TEST(Packing, LeavesNoGapAroundWhatIsAlmostOnTheLattice) {
   for (const double off : {0.028, 0.032, 0.06}) {
     const Scene s = sample_scene(
         pool(0.44, Eigen::Vector3d(-0.35, -0.15, -0.15) + Eigen::Vector3d::Constant(off * kSpacing)), 1000000);
-    const PeriodicBox box{s.bounds_min, s.bounds_max, s.config.periodic};
+    const PeriodicBox box = box_of(s);
     const PointGrid grid(s.position, box, 3 * kSpacing);
     for (std::size_t i = 0; i < s.position.size(); ++i)
       if (s.bodies[s.body[i]].type == BodyKind::fluid && s.position[i].z() < 0.2) {
