@@ -72,8 +72,7 @@ std::string hint_of_heat(const Scene& scene, const Plan& plan) {
   if (*low != *high || cooled || !scene.config.heat_zones.empty()) return "";
   return fmt::format(
       "heat is computed, and makes solids list their neighbours, though all is at {:g} K and nothing heats or cools "
-      "it: "
-      "leave out conductivity and loss_to_air",
+      "it: leave out conductivity and loss_to_air",
       *low);
 }
 

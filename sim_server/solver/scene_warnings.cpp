@@ -76,8 +76,8 @@ std::string warn_of_speed(const Scene& scene, const Plan& plan) {
   if (compression <= kSpeedMargin * kSpeedMargin * promise) return "";
   return fmt::format(
       "{}: [numerics] {} is {:.3g} m/s, expected that the sound speed suits {:.2g} m/s, which a fall through the "
-      "scene's "
-      "depth, its start or a hand reaches: the fluid will be compressed by up to {:.2g} %, not {:.2g} %; raise it",
+      "scene's depth, its start or a hand reaches: the fluid will be compressed by up to {:.2g} %, not {:.2g} %; raise "
+      "it",
       n.where.empty() ? scene.config.path : n.where, n.sound_speed ? "sound_speed" : "max_speed",
       n.sound_speed.value_or(plan.max_speed), speed, 100 * compression, 100 * promise);
 }

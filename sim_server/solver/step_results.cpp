@@ -222,8 +222,7 @@ void StepResults::judge(const HealthSums& sums, std::uint32_t neighbor_overflow,
     health.ok = false;
     health.cause = fmt::format(
         "a particle is compressed by {:.0f} %: the simulation has diverged, or something squeezes the fluid: press "
-        "less, "
-        "or raise numerics.max_speed",
+        "less, or raise numerics.max_speed",
         100 * sums.max_compression);
   }
 }
