@@ -98,13 +98,18 @@ TEST_P(EveryScene, HasABillThatAddsUp) {
   EXPECT_NEAR(shares, 1, 1e-9);
   EXPECT_EQ(bill.sub_steps, simulation->sub_steps());
   EXPECT_NEAR(bill.dt * bill.sub_steps, 1 / scene.config.rate_hz, 1e-12);
-  if (!bill.limits.empty() && !scene.config.numerics.sub_steps) EXPECT_EQ(bill.limits[0].sub_steps, bill.sub_steps);
-  for (const BillLimit& one : bill.limits)
-    if (one.limit.avoided_by.empty()) EXPECT_LE(bill.dt, one.limit.dt) << one.limit.by;
+  if (!bill.limits.empty() && !scene.config.numerics.sub_steps) {
+    EXPECT_EQ(bill.limits[0].sub_steps, bill.sub_steps);
+  }
+  for (const BillLimit& one : bill.limits) {
+    if (one.limit.avoided_by.empty()) {
+      EXPECT_LE(bill.dt, one.limit.dt) << one.limit.by;
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EveryScene, testing::ValuesIn(scene_names()),
-                         [](const testing::TestParamInfo<std::string>& info) { return info.param; });
+                         [](const testing::TestParamInfo<std::string>& scene) { return scene.param; });
 
 Scene pool() {
   Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});

@@ -29,8 +29,8 @@ const std::vector<std::string> kMedia{"fluid+static",      "explicit+static", "i
                                       "staged+static",     "tension+static",  "plastic+static",
                                       "tearing+static",    "freezing+static", "rigidifying+static",
                                       "fluid+rigid+static"};
-const std::vector<std::string> kMethods{"accurate", "paper"}, kMethod{"accurate", "|", "paper"};
-const std::vector<std::string> kLevels{"fast", "|", "balanced", "accurate"};
+const std::vector<std::string> kBothMethods{"accurate", "paper"}, kMethod{"accurate", "|", "paper"};
+const std::vector<std::string> kFastFirst{"fast", "|", "balanced", "accurate"};
 
 // Returns all pairs of modules, and each alone.
 std::vector<std::string> pairs_of_modules() {
@@ -46,36 +46,36 @@ std::vector<std::string> pairs_of_modules() {
 // clang-format off
 std::vector<Family> families() {
   return {
-    {"pairs", "", {{"modules", pairs_of_modules()}, {"method", kMethods}, {"level", kLevels}}},
+    {"pairs", "", {{"modules", pairs_of_modules()}, {"method", kBothMethods}, {"level", kFastFirst}}},
     {"limit", "", {{"modules", {"fluid", "fluid+static", "explicit", "explicit+static", "plastic", "tearing", "tension", "melting", "rigid+static", "|", "staged", "freezing", "implicit"}},
-                   {"share", {"0.9", "1.01", "|", "0.5", "0.99", "1.1"}}, {"method", kMethods}, {"level", kLevels}}},
-    {"viscous limit", "/modules=fluid", {{"viscosity", {"1000", "|", "10", "1e4"}}, {"share", {"0.9", "1.01", "|", "0.99"}}, {"method", kMethods}, {"level", kLevels}}},
-    {"damped limit", "/modules=explicit", {{"damping", {"1000", "|", "10", "1e5"}}, {"share", {"0.9", "1.01", "|", "0.99"}}, {"method", kMethods}, {"level", kLevels}}},
+                   {"share", {"0.9", "1.01", "|", "0.5", "0.99", "1.1"}}, {"method", kBothMethods}, {"level", kFastFirst}}},
+    {"viscous limit", "/modules=fluid", {{"viscosity", {"1000", "|", "10", "1e4"}}, {"share", {"0.9", "1.01", "|", "0.99"}}, {"method", kBothMethods}, {"level", kFastFirst}}},
+    {"damped limit", "/modules=explicit", {{"damping", {"1000", "|", "10", "1e5"}}, {"share", {"0.9", "1.01", "|", "0.99"}}, {"method", kBothMethods}, {"level", kFastFirst}}},
     {"elastic", "/start=touching", {{"modules", {"explicit+static", "implicit+static"}}, {"young", {"1e2", "1e5", "1e9", "1e12", "|", "1e3", "1e4", "1e6", "1e7"}},
-                {"poisson", {"-0.9", "0.3", "0.49", "0.4999", "|", "0", "0.495"}}, {"method", kMethod}, {"level", kLevels}}},
+                {"poisson", {"-0.9", "0.3", "0.49", "0.4999", "|", "0", "0.495"}}, {"method", kMethod}, {"level", kFastFirst}}},
     {"elastic spin", "/start=spinning/gravity=0", {{"modules", {"explicit", "implicit"}}, {"young", {"1e3", "1e6", "1e9", "|", "1e2", "1e12"}},
-                {"poisson", {"0.3", "|", "-0.9", "0.49"}}, {"method", kMethods}, {"level", kLevels}}},
+                {"poisson", {"0.3", "|", "-0.9", "0.49"}}, {"method", kBothMethods}, {"level", kFastFirst}}},
     {"elastic bond", "/start=bonded", {{"modules", {"explicit+static", "implicit+static", "explicit+rigid+static", "implicit+rigid+static"}}, {"young", {"1e3", "1e6", "|", "1e9"}}, {"damping", {"0", "10"}},
-                {"method", kMethod}, {"level", kLevels}}},
+                {"method", kMethod}, {"level", kFastFirst}}},
     {"fluid", "/start=touching/modules=fluid+static", {{"viscosity", {"0", "1", "1e4", "|", "1e-3", "100"}}, {"spacing", {"1e-3", "0.1", "|", "1e-2"}},
-                {"method", kMethods}, {"level", kLevels}}},
-    {"tension", "/modules=tension+static", {{"tension", {"0.01", "1", "100", "|", "0.1", "10"}}, {"spacing", {"1e-3", "0.02", "|", "0.1"}}, {"level", kLevels}}},
+                {"method", kBothMethods}, {"level", kFastFirst}}},
+    {"tension", "/modules=tension+static", {{"tension", {"0.01", "1", "100", "|", "0.1", "10"}}, {"spacing", {"1e-3", "0.02", "|", "0.1"}}, {"level", kFastFirst}}},
     {"layers", "/start=touching", {{"modules", {"fluid+melting+static", "fluid+explicit+static", "fluid+rigid+static", "explicit+plastic+static"}},
-                {"ratio", {"1e-3", "1", "1e3", "|", "0.03", "30"}}, {"method", kMethod}, {"level", kLevels}}},
+                {"ratio", {"1e-3", "1", "1e3", "|", "0.03", "30"}}, {"method", kMethod}, {"level", kFastFirst}}},
     {"bodies", "", {{"modules", {"rigid+static", "fluid+rigid+static", "explicit+rigid+static", "|", "rigid+plastic+static", "rigid+tearing+static", "rigid+melting+static"}},
-                {"mass", {"1e-4", "1", "1e3", "|", "1e-2", "100"}}, {"method", kMethod}, {"level", kLevels}}},
+                {"mass", {"1e-4", "1", "1e3", "|", "1e-2", "100"}}, {"method", kMethod}, {"level", kFastFirst}}},
     {"hands", "", {{"modules", {"static", "fluid+static", "explicit+static", "implicit+static", "|", "plastic+static", "tearing+static", "rigid+static", "melting+static", "tension+static", "staged+static", "rigidifying+static"}},
-                {"hand", {"press", "pass", "shake", "teleport", "wild", "nonsense", "|", "still", "stir", "spin"}}, {"speed", {"1", "100", "|", "10"}}, {"method", kMethod}, {"level", kLevels}}},
+                {"hand", {"press", "pass", "shake", "teleport", "wild", "nonsense", "|", "still", "stir", "spin"}}, {"speed", {"1", "100", "|", "10"}}, {"method", kMethod}, {"level", kFastFirst}}},
     {"couplings", "/hand=press", {{"modules", {"static", "fluid+static", "|", "explicit+static", "rigid+static"}}, {"coupling", {"0", "100", "|", "0.1", "10"}},
-                {"mass", {"1e-4", "1e3", "|", "1"}}, {"method", kMethod}, {"level", kLevels}}},
+                {"mass", {"1e-4", "1e3", "|", "1"}}, {"method", kMethod}, {"level", kFastFirst}}},
     {"starts", "", {{"modules", {"fluid+static", "explicit+static", "fluid+rigid", "explicit+plastic", "|", "fluid", "explicit", "implicit", "rigid+static", "plastic", "tearing", "melting+static", "freezing+static", "rigidifying+static", "implicit+rigid+static", "fluid+explicit"}},
-                {"start", {"overlapping", "coincident", "close", "inverting", "|", "spinning", "touching"}}, {"method", kMethods}, {"level", kLevels}}},
-    {"sizes", "", {{"modules", kMedia}, {"size", {"one", "line", "sheet", "|", "thousand"}}, {"method", kMethods}, {"level", kLevels}}},
-    {"origin", "", {{"modules", kMedia}, {"origin", {"1000", "|", "10", "-1000"}}, {"spacing", {"0.01", "|", "1e-3", "0.1"}}, {"method", kMethods}, {"level", kLevels}}},
-    {"gravity", "", {{"modules", kMedia}, {"gravity", {"0", "9.81", "-981", "|", "981"}}, {"method", kMethods}, {"level", kLevels}}},
-    {"rates", "", {{"modules", kMedia}, {"rate", {"30", "1e4", "|", "100"}}, {"method", kMethods}, {"level", kLevels}}},
-    {"spacings", "", {{"modules", kMedia}, {"spacing", {"1e-3", "0.1", "|", "0.01"}}, {"method", kMethods}, {"level", kLevels}}},
-    {"safety", "", {{"modules", kMedia}, {"safety", {"1", "|", "0.05", "0.25"}}, {"method", kMethods}, {"level", kLevels}}},
+                {"start", {"overlapping", "coincident", "close", "inverting", "|", "spinning", "touching"}}, {"method", kBothMethods}, {"level", kFastFirst}}},
+    {"sizes", "", {{"modules", kMedia}, {"size", {"one", "line", "sheet", "|", "thousand"}}, {"method", kBothMethods}, {"level", kFastFirst}}},
+    {"origin", "", {{"modules", kMedia}, {"origin", {"1000", "|", "10", "-1000"}}, {"spacing", {"0.01", "|", "1e-3", "0.1"}}, {"method", kBothMethods}, {"level", kFastFirst}}},
+    {"gravity", "", {{"modules", kMedia}, {"gravity", {"0", "9.81", "-981", "|", "981"}}, {"method", kBothMethods}, {"level", kFastFirst}}},
+    {"rates", "", {{"modules", kMedia}, {"rate", {"30", "1e4", "|", "100"}}, {"method", kBothMethods}, {"level", kFastFirst}}},
+    {"spacings", "", {{"modules", kMedia}, {"spacing", {"1e-3", "0.1", "|", "0.01"}}, {"method", kBothMethods}, {"level", kFastFirst}}},
+    {"safety", "", {{"modules", kMedia}, {"safety", {"1", "|", "0.05", "0.25"}}, {"method", kBothMethods}, {"level", kFastFirst}}},
   };
 }
 // clang-format on
