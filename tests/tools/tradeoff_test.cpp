@@ -100,8 +100,8 @@ TEST_F(TradeoffRun, MeasuresStoresAndGoesOnWhereItWas) {
   const std::string kept = folder_ / ("store/" + result["class"].get<std::string>() + ".json");
   const Json stored = Json::parse(text_of(kept))["scenes"]["small_tray"];
   EXPECT_EQ(stored["points"].size(), front);
-  for (const char* key : {"spacing_m", "set", "particles", "sub_steps", "step_median_s", "step_p99_s", "error",
-                          "noise_N", "memory_bytes"})
+  for (const char* key : {"spacing_m", "set", "particles", "sub_steps", "step_median_s", "step_p99_s", "calm_step_s",
+                          "error", "noise_N", "memory_bytes"})
     EXPECT_TRUE(stored["points"][0].contains(key)) << key;
 
   const auto runs = [&] {

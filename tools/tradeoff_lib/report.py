@@ -140,9 +140,14 @@ def front_of(one):
     front = [p for p, by in zip(able, dominators([cost_and_error(p) for p in able])) if by is None]
     return [{"spacing_m": p["spacing_m"], "set": p["set"], "particles": p["summary"]["particles"],
              "sub_steps": p["summary"]["sub_steps"], "step_median_s": p["summary"]["step_median_s"],
-             "step_p99_s": p["summary"]["step_p99_s"], "error": p["errors"]["force"]["rms"],
+             "step_p99_s": p["summary"]["step_p99_s"], **calm_step(p), "error": p["errors"]["force"]["rms"],
              "noise_N": p["errors"]["noise_N"], "memory_bytes": p["summary"]["memory_bytes"]}
             for p in sorted(front, key=lambda p: p["summary"]["step_median_s"])]
+
+
+def calm_step(p):
+    time_s = p["summary"].get("calm_step_s")
+    return {} if time_s is None else {"calm_step_s": time_s}
 
 
 def store(one, folder):

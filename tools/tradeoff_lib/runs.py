@@ -28,11 +28,12 @@ def busy_cores(seconds=0.3):
     return (ticks() - begin) / os.sysconf("SC_CLK_TCK") / seconds
 
 
-def program_in(folder):
-    for name in ("palp-run", "palp_run"):
-        if (folder / name).is_file():
-            return folder / name
-    raise Unknown(f"{folder} has no palp-run; build it with cmake --preset release && ninja -C build/release palp_run")
+def program_in(folder, name="palp-run"):
+    for file in (folder / name, folder / name.replace("-", "_")):
+        if file.is_file():
+            return file
+    target = name.replace("-", "_")
+    raise Unknown(f"{folder} has no {name}; build it with cmake --preset release && ninja -C build/release {target}")
 
 
 def expected_cost(point):
@@ -50,6 +51,7 @@ class Runner:
         self.programs = {"float": program_in(options.bin)}
         if options.double:
             self.programs["double"] = program_in(options.double)
+        self.bench = program_in(options.bin, "palp-bench")
         self.digests = {p: hashlib.sha1(file.read_bytes()).hexdigest() for p, file in self.programs.items()}
         self.duration = options.duration or definition.duration
         (folder / "runs").mkdir(parents=True, exist_ok=True)
@@ -102,11 +104,8 @@ class Runner:
         out = self.folder / "runs" / self.key(point)
         shutil.rmtree(out, ignore_errors=True)
         quiet = self.timed and busy_cores() < QUIET_CORES
-        command = [str(self.programs[point["precision"]]), str(self.definition.file), "--backend", self.options.backend,
-                   "--spacing", repr(point["spacing_m"]), "--duration", repr(self.duration), "--totals-hz", "50",
-                   "--out", str(out)]
-        for item in point["set"].items():
-            command += ["--set", "=".join(item)]
+        command = [str(self.programs[point["precision"]]), str(self.definition.file), *self._numerics(point), "--duration",
+                   repr(self.duration), "--totals-hz", "50", "--out", str(out)]
         for device, path in self.paths.items():
             command += ["--path", f"{device}={path}"]
         began = time.monotonic()
@@ -115,6 +114,8 @@ class Runner:
                   "quiet": quiet, "wall_s": time.monotonic() - began, "summary": None}
         if result["status"] == "done":
             result["summary"] = json.loads((out / "summary.json").read_text())
+            if timed and point["precision"] == "float":
+                result["summary"]["calm_step_s"] = self._calm_step(point, out / "calm.json")
         out.mkdir(parents=True, exist_ok=True)
         for file in out.glob("*.csv"):
             if not file.name.startswith(("proxy", "totals")):
@@ -122,6 +123,19 @@ class Runner:
         if result["status"] != "late":
             (out / "result.json").write_text(json.dumps(result))
         return result
+
+    def _numerics(self, point):
+        """The options of a program for a point."""
+        sets = [word for item in point["set"].items() for word in ("--set", "=".join(item))]
+        return ["--backend", self.options.backend, "--spacing", repr(point["spacing_m"]), *sets]
+
+    def _calm_step(self, point, file):
+        """The median step while the hand holds still [s], by which --budget compares machines; None where it fails."""
+        command = [str(self.bench), "--scene", str(self.definition.file), *self._numerics(point), "--seconds", "0.5",
+                   "--out", str(file)]
+        if self._call(command, self.options.limit)[0] != 0:
+            return None
+        return json.loads(file.read_text())["results"][0]["calm_step_s"]
 
     def _call(self, command, limit_s):
         """The exit status (None: it took too long) and the last words of a program."""
