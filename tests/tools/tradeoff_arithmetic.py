@@ -10,7 +10,7 @@ import numpy as np
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / "tools"))
 
-from tradeoff_lib import hand, judge, measures, scenes  # noqa: E402
+from tradeoff_lib import hand, judge, levels, measures, scenes  # noqa: E402
 
 RATE = 1000.0
 TIME = np.arange(4000) / RATE
@@ -94,6 +94,20 @@ class Dominance(unittest.TestCase):
 
     def test_equals_do_not_dominate_each_other(self):
         self.assertEqual(measures.dominators([(1, 1), (1, 1)]), [None, None])
+
+
+class Levels(unittest.TestCase):
+    def test_by_the_rule(self):
+        # (0.001, 0.06): the cheapest below 7 %; between it and the quick one (0.0008, 0.08) lies furthest below the line
+        front = [(1e-4, 0.9), (4e-4, 0.5), (6e-4, 0.4), (8e-4, 0.08), (1e-3, 0.06), (4e-3, 0.01)]
+        self.assertEqual(levels.by_rule(front), {"fast": 1, "balanced": 3, "accurate": 4})
+
+    def test_where_no_error_is_small_time_must_be_worth_it(self):
+        front = [(1e-3, 0.9), (2e-3, 0.5), (4e-3, 0.3), (8e-3, 0.29)]
+        self.assertEqual(levels.by_rule(front), {"fast": 0, "balanced": 1, "accurate": 2})
+
+    def test_one_point_is_all_levels(self):
+        self.assertEqual(levels.by_rule([(1e-4, 0.01)]), {"fast": 0, "balanced": 0, "accurate": 0})
 
 
 class Errors(unittest.TestCase):

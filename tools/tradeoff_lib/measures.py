@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+TOLERANCE = 0.03  # uncertainty at which a reference is refined no more, as a share of the force
 JND = 0.07  # just-noticeable difference of a force, as a share of it (Jones & Hunter 1992)
 CUTOFF_HZ = 30  # below: what the hand follows; above: what it feels as vibration
 ORDERS = (0.5, 2.0)  # orders of convergence that are believed: particle methods have two at most

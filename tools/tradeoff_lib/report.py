@@ -2,10 +2,12 @@
 programs choose their numerics from."""
 
 import json
+import re
 
+from tradeoff_lib import levels
 from tradeoff_lib.judge import number, share
-from tradeoff_lib.measures import JND, dominators
-from tradeoff_lib.scenes import LEVELS, MEDIA
+from tradeoff_lib.measures import JND, TOLERANCE, dominators
+from tradeoff_lib.scenes import ALPHA, LEVELS, MEDIA, SUPPORT
 
 # Okabe and Ito's palette, as tools/plot.py has it
 LABEL_AT = {"fast": (7, 4), "balanced": (-12, 9), "accurate": (7, -12)}  # apart where two levels cost the same [points]
@@ -23,11 +25,19 @@ def percent(value):
     return "" if value is None else f"{100 * value:.2g} %"
 
 
-def cost_and_error(p):
-    """What a point costs, in seconds of its median step for a second of simulated time, and how far its force is off."""
+def told_apart(uncertainty):
+    """The error below which points are told apart no more: the reference's uncertainty, but no more than what a reference is
+    asked for, since neighbouring points share most of what a worse one is off by."""
+    return min(uncertainty or 0.0, TOLERANCE)
+
+
+def cost_and_error(p, least=0.0):
+    """What a point costs, in seconds of its median step for a second of simulated time, and how far its force is off,
+    `least` at least."""
     if not p["errors"]:
         return None, None
-    return p["summary"]["step_median_s"] * p["summary"]["rate_hz"], p["errors"]["force"]["rms"]
+    error = p["errors"]["force"]["rms"]
+    return p["summary"]["step_median_s"] * p["summary"]["rate_hz"], None if error is None else max(error, least)
 
 
 def row_of(p):
@@ -120,29 +130,48 @@ def all_page(results, folder):
     for one in chosen:
         name = f"trade_{one['scene']}_{one['class']}.png"
         plot(one, folder / name)
-        levels = [p for p in one["points"] if p["level"] and p["errors"]]
+        marked = [p for p in one["points"] if p["level"] and p["errors"]]
         lines += [f"## {one['medium'].capitalize()}: {heading(one)}", "", f"![Error against cost]({name})", "",
                   reference_line(one), ""]
         lines += [f"- Level {p['level']}: {percent(p['errors']['force']['rms'])} at "
                   f"{number_of(p['summary']['step_median_s'], 1e3)} ms, "
                   + (f"dominated by {p['dominated_by']}" if p["dominated_by"] else "on the front")
-                  for p in sorted(levels, key=lambda p: LEVELS.index(p["level"]))]
+                  for p in sorted(marked, key=lambda p: LEVELS.index(p["level"]))]
         lines += ["", *table(one), ""]
     (folder / "trade.md").write_text("\n".join(lines))
     (folder / "trade.json").write_text(json.dumps({"results": chosen}, indent=1) + "\n")
 
 
 def front_of(one):
-    """The points of the measured front, the cheapest first, as programs read them: of those at the scene's own haptic rate
-    and in single precision, which is what programs run."""
+    """The points of the measured front, the cheapest first: of those at the scene's own haptic rate and in single precision,
+    which is what programs run; levels, whose numbers may change, stand beside them."""
     able = [p for p in one["points"] if p["errors"] and p["errors"]["force"]["rms"] is not None
-            and p["precision"] == "float" and "scene.rate_hz" not in p["set"]]
-    front = [p for p, by in zip(able, dominators([cost_and_error(p) for p in able])) if by is None]
-    return [{"spacing_m": p["spacing_m"], "set": p["set"], "particles": p["summary"]["particles"],
-             "sub_steps": p["summary"]["sub_steps"], "step_median_s": p["summary"]["step_median_s"],
-             "step_p99_s": p["summary"]["step_p99_s"], **calm_step(p), "error": p["errors"]["force"]["rms"],
-             "noise_N": p["errors"]["noise_N"], "memory_bytes": p["summary"]["memory_bytes"]}
-            for p in sorted(front, key=lambda p: p["summary"]["step_median_s"])]
+            and p["precision"] == "float" and "scene.rate_hz" not in p["set"] and not p["level"]]
+    least = told_apart(one["reference"]["uncertainty"])
+    front = [p for p, by in zip(able, dominators([cost_and_error(p, least) for p in able])) if by is None]
+    return sorted(front, key=lambda p: p["summary"]["step_median_s"])
+
+
+def stored_point(p, settings, least):
+    """A point as programs read it."""
+    return {"spacing_m": p["spacing_m"], "set": settings, "particles": p["summary"]["particles"],
+            "sub_steps": p["summary"]["sub_steps"], "step_median_s": p["summary"]["step_median_s"],
+            "step_p99_s": p["summary"]["step_p99_s"], **calm_step(p), "error": cost_and_error(p, least)[1],
+            "noise_N": p["errors"]["noise_N"], "memory_bytes": p["summary"]["memory_bytes"]}
+
+
+def numbers_of_level(p):
+    """The settings that a level expanded to, as the run said."""
+    said = {SUPPORT: r"H ([0-9.]+) dx", ALPHA: r"alpha ([0-9.]+)"}
+    found = {key: re.search(pattern, p["summary"]["numerics"]) for key, pattern in said.items()}
+    return {key: match.group(1) for key, match in found.items() if match}
+
+
+def levels_by_rule(one):
+    """The point of the front that each level should be."""
+    front, least = front_of(one), told_apart(one["reference"]["uncertainty"])
+    chosen = levels.by_rule([(p["summary"]["step_median_s"], cost_and_error(p, least)[1]) for p in front])
+    return {level: front[k] for level, k in chosen.items()}
 
 
 def calm_step(p):
@@ -158,11 +187,16 @@ def store(one, folder):
     except FileNotFoundError:
         whole = {"scenes": {}}
     ref = one["reference"]
+    least = told_apart(ref["uncertainty"])
     whole["scenes"][one["scene"]] = {
         "medium": one["medium"], "reference": {"uncertainty": ref["uncertainty"], "note": ref["note"]},
-        "rule": "points that no other beats in both median step time and force error (rms over rms, below 30 Hz), "
+        "rule": "points that no other beats in both median step time and force error (rms over rms, below 30 Hz; "
+                f"below {share(told_apart(ref['uncertainty']))} errors are not told apart), "
                 f"measured along the path of {one['duration_s']:g} s",
-        "points": front_of(one)}
+        "points": [stored_point(p, p["set"], least) for p in front_of(one)],
+        "levels": {p["level"]: stored_point(p, numbers_of_level(p), least)
+                   for p in one["points"] if p["level"] and p["errors"]},
+        "levels_by_rule": {level: p["label"] for level, p in levels_by_rule(one).items()}}
     table_of_class = {"class": one["class"], "hardware": one["hardware"], "date": one["date"], "commit": one["commit"],
                       "scenes": dict(sorted(whole["scenes"].items()))}
     folder.mkdir(parents=True, exist_ok=True)

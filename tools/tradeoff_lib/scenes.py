@@ -22,7 +22,7 @@ def flowing(support, alpha):
 # values are texts, as on the command line. Spacings are shares of the scene's at level balanced.
 GRIDS = {
     "fluid": {
-        "spacings": (2, 1.75, 1.5, 1.25, 1, 0.8, 0.64),
+        "spacings": (2, 1.75, 1.5, 1.25, 1, 0.8),
         "rows": (flowing("3", "0.02"), flowing("3", "0"), flowing("3", "0.05"), flowing("2", "0.02"), flowing("2", "0.1")),
         "singles": ({SUPPORT: "4"}, {"numerics.density_diffusion": "0"}, {"numerics.density_diffusion": "0.3"},
                     {"numerics.safety": "0.25"}, {"numerics.safety": "0.9"}, {"scene.rate_hz": "500"},
@@ -30,7 +30,7 @@ GRIDS = {
                     {"scene.method": "paper"}),
         "single_at": 1.25},
     "elastic": {
-        "spacings": (2, 1.75, 1.5, 1.25, 1, 0.8, 0.64),
+        "spacings": (2, 1.75, 1.5, 1.25, 1, 0.8),
         "rows": ({"numerics.elastic_solver": "auto"}, {"numerics.elastic_solver": "explicit"},
                  {"numerics.elastic_solver": "explicit", SUPPORT: "3"}),
         "singles": ({"numerics.safety": "0.25"}, {"numerics.safety": "0.9"}, {"numerics.elastic_solver": "implicit"},
@@ -57,7 +57,7 @@ GRIDS["mixed"] = GRIDS["changing"] | {"spacings": (2, 1.75, 1.5, 1.25, 1), "sing
 REFERENCE = {"fluid": flowing("3", "0.02"), "elastic": {"numerics.elastic_solver": "explicit"},
              "rigid": {"numerics.safety": "0.25"}, "changing": flowing("3", "0.02"), "mixed": flowing("3", "0.02")}
 REFINEMENT = 0.8
-GPU_SPACINGS = (0.5, 0.4)  # more of them where these can still be felt in real time
+CPU_SPACINGS, GPU_SPACINGS = (2.5,), (0.64, 0.5, 0.4)  # more of them, where they can be felt in real time
 COARSEST_REFERENCE = {"fluid": 1.25, "elastic": 1.25, "rigid": 2, "changing": 1.33, "mixed": 1.6}
 
 
@@ -125,7 +125,7 @@ class Definition:
         """The points of the grid: dicts with spacing [m], set, level (or None) and precision."""
         grid, middle = GRIDS[self.medium], self.middle()
         quick = size == "quick"
-        spacings = grid["spacings"][:3] if quick else grid["spacings"] + (GPU_SPACINGS if gpu else ())
+        spacings = grid["spacings"][:3] if quick else (grid["spacings"] + GPU_SPACINGS if gpu else CPU_SPACINGS + grid["spacings"])
         rows = grid["rows"][:1] + grid["rows"][-1:] if quick else grid["rows"]
         singles = grid["singles"][-1:] if quick else grid["singles"]
         found = [point(spacing, {"scene.accuracy": level}, level)
