@@ -65,8 +65,8 @@ struct ContactState {
   Packed anchor;  // displacement since it stuck; 1: it slips
 };
 
-// The distance from a body up to which a particle that changes state may come [m], negative where it was inside, and
-// its state when that distance was found: 0 liquid, 1 solid, 2 not found yet.
+// The distance from a body up to which a soft body's particle may come [m], negative where it was inside, and its state
+// when that distance was found: 0 liquid, 1 solid, 2 not found yet.
 struct ClosestApproach {
   real reach;
   std::uint32_t solid;
@@ -87,9 +87,9 @@ struct ContactViews {
   const SoftPart* elastic_part = nullptr;
   const SoftPart* frozen_part = nullptr;
   ContactState* state = nullptr;
-  ClosestApproach* near = nullptr;  // FrozenMatter::near
-  std::uint32_t first_frozen = 0;
-  ElasticPush* elastic_push = nullptr;  // by contact state of elastic particles; null unless elasticity is implicit
+  std::uint32_t first_soft = 0;         // index of the first state of a soft part; arrays by soft state begin there
+  ClosestApproach* near = nullptr;      // by soft state
+  ElasticPush* elastic_push = nullptr;  // by soft state of elastic particles; null unless elasticity is implicit
   PairWrenches by;
 };
 

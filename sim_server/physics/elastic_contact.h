@@ -71,9 +71,11 @@ struct ElasticTouching {
     return medium.material[elastic.tag[i].material()].density * elastic.rest[i].w;
   }
 
-  PALP_HD PairPoints::Touch find(std::uint32_t i, const ContactPair& pair, const Mat3& R, ContactState& state) const {
+  PALP_HD PairPoints::Touch find(std::uint32_t i, const ContactPair& pair, const Mat3& R, std::uint32_t place,
+                                 ContactState& state) const {
     const Motion particle{elastic.rest[i].xyz() + elastic.u[i].xyz(), elastic.v[i].xyz(), Vec3(0, 0, 0), false};
-    return find_soft_touch(all, particle, pair, all.body[pair.b], R, real(0.5) * medium.spacing, state);
+    const real half = real(0.5) * medium.spacing;
+    return find_soft_touch(all, particle, pair, all.body[pair.b], R, half, {half, 1}, place, state);
   }
 
   // Returns N of a body.
@@ -130,8 +132,9 @@ struct CountElasticContacts {
       if (field.kind != BodyKind::rigid) return;
       real count = 0;
       for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) {
-        ContactState state = contact.state[pair.first + p];  // only the contact itself may go on with its memory
-        const PairPoints::Touch t = touching.find(part.first + p, pair, R, state);
+        const std::uint32_t place = pair.first + p;
+        ContactState state = contact.state[place];  // only the contact itself may go on with its memory
+        const PairPoints::Touch t = touching.find(part.first + p, pair, R, place, state);
         if (t.near && t.depth > touching.all.dt * t.v.dot(t.n)) count += real(1);
       }
       count = team.sum(count);
@@ -147,9 +150,10 @@ struct ElasticContact {
   ElasticTouching touching;
 
   PALP_HD Vec3 force_on(std::uint32_t i, const ContactPair& pair, const BodyState& field, const Mat3& R, real contacts,
-                        ContactState& state, Vec3& arm) const {
+                        std::uint32_t place, Vec3& arm) const {
     const PairPoints& all = touching.all;
-    const PairPoints::Touch t = touching.find(i, pair, R, state);
+    ContactState& state = all.contact.state[place];
+    const PairPoints::Touch t = touching.find(i, pair, R, place, state);
     if (!t.near) return Vec3(0, 0, 0);
     const Vec3 x = touching.elastic.rest[i].xyz() + touching.elastic.u[i].xyz();
     const Vec3 pull =
@@ -179,7 +183,7 @@ struct ElasticContact {
                   [&](std::uint32_t k, const ContactPair& pair, const BodyState& field, const Mat3& R) {
                     const real contacts = touching.contacts_of(pair.b);
                     sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
-                      const Vec3 f = force_on(i, pair, field, R, contacts, contact.state[place], arm);
+                      const Vec3 f = force_on(i, pair, field, R, contacts, place, arm);
                       touching.bodies.force[i] = pack(touching.bodies.force[i].xyz() + f, 0);
                       return f;
                     });
@@ -223,9 +227,10 @@ struct BeginElasticContact {
       Mat3 hold = Mat3::Zero();
       Vec3 impulse(0, 0, 0);
       for_each_pair(all, part, [&](std::uint32_t, const ContactPair& pair, const BodyState& field, const Mat3& R) {
-        ContactState& state = all.contact.state[pair.first + p];
-        ElasticPush& out = all.contact.elastic_push[pair.first + p];
-        const PairPoints::Touch t = touching.find(i, pair, R, state);
+        const std::uint32_t place = pair.first + p;
+        ContactState& state = all.contact.state[place];
+        ElasticPush& out = all.contact.elastic_push[place - all.contact.first_soft];
+        const PairPoints::Touch t = touching.find(i, pair, R, place, state);
         ElasticTouching::Candidate c{};
         const Vec3 gain = -dt * touching.fall_of(field);
         if (t.near) c = touching.candidate(i, t, gain, field, R, touching.contacts_of(pair.b));
@@ -285,7 +290,7 @@ struct EndElasticContact {
     const SoftPart part = contact.elastic_part[index];
     for_each_pair(touching.all, part, [&](std::uint32_t k, const ContactPair& pair, const BodyState&, const Mat3& R) {
       sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
-        ElasticPush& push = contact.elastic_push[place];
+        ElasticPush& push = contact.elastic_push[place - contact.first_soft];
         if (push.n.isZero(0)) return Vec3(0, 0, 0);
         const Vec3 f = force_on(i, pair, R, push, contact.state[place]);
         arm = push.arm;

@@ -5,9 +5,6 @@
 // number of contacts that may act on it at once (BodyState::contact_mass), so that all of them together are stable on
 // either side.
 //
-// A fluid's particles may be nearer to a wall than half a spacing. A particle that freezes there may stay there until
-// it has left, so that freezing pushes nothing away and stores no energy.
-//
 // A drop that tore off has lost the density of those that it left, and no pressure keeps it out of a wall before it is
 // deep inside: liquid particles meet walls too, without friction, at a fifth of a spacing, where fluids otherwise do
 // not get to.
@@ -26,16 +23,8 @@ struct FrozenContact {
 
   PALP_HD bool rough(std::uint32_t i) const { return change.solid[i] > real(0); }
 
-  // Returns the distance at which contact begins. distance: that to the body now.
-  PALP_HD real reach(std::uint32_t i, std::uint32_t place, real half, real distance) const {
-    const std::uint32_t solid = rough(i) ? 1 : 0;
-    const real limit = solid != 0 ? half : real(0.4) * half;
-    ClosestApproach& kept = all.contact.near[place - all.contact.first_frozen];
-    if (distance >= limit)
-      kept = {limit, solid};
-    else if (kept.solid != solid)
-      kept = {distance, solid};
-    return kept.reach;
+  PALP_HD SoftReach reach(std::uint32_t i, real half) const {
+    return rough(i) ? SoftReach{half, 1} : SoftReach{real(0.4) * half, 0};
   }
 
   // Returns m_i.
@@ -52,10 +41,8 @@ struct FrozenContact {
     ContactState& state = all.contact.state[place];
     const real half = real(0.5) * medium.spacing;
     const Motion particle{change.x[i].xyz(), change.v[i].xyz(), Vec3(0, 0, 0), false};
-    PairPoints::Touch t = find_soft_touch(all, particle, pair, field, R, half, state);
-    const real reached = reach(i, place, half, t.near ? half - t.depth : half);
+    const PairPoints::Touch t = find_soft_touch(all, particle, pair, field, R, half, reach(i, half), place, state);
     if (!t.near) return Vec3(0, 0, 0);
-    if (reached < half) all.set_depth(t, t.depth - (half - reached));
     if (!(t.mean > real(0))) {
       state.anchor = {0, 0, 0, 0};
       return Vec3(0, 0, 0);

@@ -1,22 +1,45 @@
 // The common part of contact of soft bodies with rigid and fixed ones: each particle, a ball half a spacing wide,
 // touches the signed distance of the other body. Forces act in the particle's middle, so that both momenta are kept.
+//
+// A particle may begin nearer to a body than that: in the surface of a curved solid, where shapes overlap a little, or
+// where it freezes. It may stay there until it has left, so that no start stores energy and freezing pushes nothing
+// away.
 #pragma once
 
 #include "sim_server/physics/contact_law.h"
 
 namespace palp {
 
-// Finds the touch of a particle with the body of a pair, and keeps in state the side on which it came; a particle that
-// is far away loses its memory of the contact.
+// Returns the distance from a body at which contact of a particle begins, limit or what it was at when it was first
+// seen in this state. distance: that to the body now.
+PALP_HD inline real reach_of(ClosestApproach& kept, std::uint32_t solid, real limit, real distance) {
+  if (kept.solid != solid || distance >= limit) {
+    const real reach = distance < limit ? distance : limit;
+    if (kept.solid != solid || kept.reach != reach) kept = {reach, solid};
+  }
+  return kept.reach;
+}
+
+// How near a particle may come to a body [m], and whether it is solid: what it had as a liquid is no memory then.
+struct SoftReach {
+  real limit;
+  std::uint32_t solid;
+};
+
+// Finds the touch of a particle, whose memory is contact state `place`, with the body of a pair, and keeps in state the
+// side on which it came; a particle that is far away loses its memory of the contact. half: of a spacing [m].
 PALP_HD inline PairPoints::Touch find_soft_touch(const PairPoints& all, const Motion& particle, const ContactPair& pair,
-                                                 const BodyState& field, const Mat3& R, real radius,
-                                                 ContactState& state) {
-  const PairPoints::Touch t = all.touch(particle, motion_of(field), Vec3(0, 0, 0), radius, false, R,
-                                        all.contact.shape[pair.shape_b], state.side);
+                                                 const BodyState& field, const Mat3& R, real half,
+                                                 const SoftReach& soft, std::uint32_t place, ContactState& state) {
+  PairPoints::Touch t =
+      all.touch(particle, motion_of(field), Vec3(0, 0, 0), half, false, R, all.contact.shape[pair.shape_b], state.side);
   if (t.near)
     state.side = pack(R.transpose() * t.n, t.depth);
   else if (state.side.w > real(-1e29))
     state = no_contact();
+  ClosestApproach& kept = all.contact.near[place - all.contact.first_soft];
+  const real reach = reach_of(kept, soft.solid, soft.limit, t.near ? half - t.depth : half);
+  if (t.near && reach < half) all.set_depth(t, t.depth - (half - reach));
   return t;
 }
 

@@ -81,9 +81,10 @@ ContactStore::ContactStore(const Scene& scene, const Plan& plan) : shape_of_(sce
     shape.push_back(add_shape(scene.bodies[b], *this));
   }
   add_rigid_pairs(scene, plan, parts);
+  first_soft = static_cast<std::uint32_t>(states);
   for (const std::uint32_t b : plan.elastic_bodies)
     add_soft_parts(scene, plan, b, plan.force_first[b], elastic_part, parts);
-  first_frozen = static_cast<std::uint32_t>(states);
+  elastic_states = states - first_soft;
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
     if (plan.changes[b]) add_soft_parts(scene, plan, b, plan.slot_first[b], frozen_part, parts);
   of_body.push_back(0);

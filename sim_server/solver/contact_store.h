@@ -23,8 +23,9 @@ struct ContactStore {
   std::vector<std::uint32_t> of_body, part;
   std::vector<std::uint32_t> held;  // PairWrenches::held; empty without such pairs
   std::uint32_t held_pairs = 0;
-  std::size_t states = 0;
-  std::uint32_t first_frozen = 0;  // index of the first state of frozen matter
+  std::size_t states = 0;          // of points of rigid pairs, then of soft parts
+  std::size_t elastic_states = 0;  // those of elastic parts, the first of soft ones
+  std::uint32_t first_soft = 0;    // ContactViews::first_soft
 
   ContactStore(const Scene& scene, const Plan& plan);
   // Returns the grids with their nodes from `node` on.

@@ -129,7 +129,7 @@ void snapshot_elastic(B& back_end, const Scene& scene, const Plan& plan, const S
 
 // The sizes of the arrays in which contacts keep their memory from step to step.
 struct ContactCounts {
-  std::size_t states = 0, frozen_states = 0, pairs = 0;
+  std::size_t states = 0, elastic_states = 0, soft_states = 0, pairs = 0;
 };
 
 template <class B>
@@ -148,9 +148,9 @@ ContactCounts allocate_contact(B& back_end, const Scene& scene, const Plan& plan
   c.elastic_part = allocate_copy(back_end, "contact elastic parts", store.elastic_part);
   c.frozen_parts = static_cast<std::uint32_t>(store.frozen_part.size());
   c.frozen_part = allocate_copy(back_end, "contact frozen parts", store.frozen_part);
-  c.first_frozen = store.first_frozen;
-  if (c.frozen_parts > 0)
-    c.near = back_end.template allocate<ClosestApproach>("contact near", store.states - store.first_frozen);
+  c.first_soft = store.first_soft;
+  const ContactCounts counts{store.states, store.elastic_states, store.states - store.first_soft, store.pair.size()};
+  if (counts.soft_states > 0) c.near = back_end.template allocate<ClosestApproach>("contact near", counts.soft_states);
   c.by.of_body = allocate_copy(back_end, "contact of bodies", store.of_body);
   c.by.part = allocate_copy(back_end, "contact parts", store.part);
   c.state = back_end.template allocate<ContactState>("contact states", store.states);
@@ -159,8 +159,8 @@ ContactCounts allocate_contact(B& back_end, const Scene& scene, const Plan& plan
   if (store.held_pairs > 0)
     c.by.resistance = back_end.template allocate<Resistance>("contact resistance", store.held_pairs);
   if (plan.elastic_rounds > 0 && c.elastic_parts > 0)
-    c.elastic_push = back_end.template allocate<ElasticPush>("contact elastic push", store.first_frozen);
-  return {store.states, store.states - store.first_frozen, store.pair.size()};
+    c.elastic_push = back_end.template allocate<ElasticPush>("contact elastic push", counts.elastic_states);
+  return counts;
 }
 
 template <class B>
@@ -168,9 +168,9 @@ void reset_contact(B& back_end, ContactCounts counts, const ContactViews& c) {
   back_end.upload(c.state, std::vector<ContactState>(counts.states, no_contact()));
   back_end.upload(c.by.wrench, std::vector<PairWrench>(counts.pairs, no_wrench()));
   if (c.elastic_push != nullptr)
-    back_end.upload(c.elastic_push, std::vector<ElasticPush>(c.first_frozen, no_elastic_push()));
-  if (c.frozen_parts > 0)
-    back_end.upload(c.near, std::vector<ClosestApproach>(counts.frozen_states, ClosestApproach{0, 2}));
+    back_end.upload(c.elastic_push, std::vector<ElasticPush>(counts.elastic_states, no_elastic_push()));
+  if (counts.soft_states > 0)
+    back_end.upload(c.near, std::vector<ClosestApproach>(counts.soft_states, ClosestApproach{0, 2}));
 }
 
 template <class B>

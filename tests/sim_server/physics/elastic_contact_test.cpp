@@ -68,6 +68,22 @@ TEST(ElasticContact, SoftBlockRestsOnAPlate) {
   EXPECT_LT((simulation->output().bodies[1].state.position - settled.position).norm(), 1e-3 * kSpacing);
 }
 
+// A block that begins half a spacing too deep stays there, whichever way it is solved; lifted, it has its half spacing.
+TEST(ElasticContact, AStartTooNearStoresNoEnergy) {
+  for (const ElasticSolver solver : {ElasticSolver::explicit_, ElasticSolver::implicit}) {
+    SCOPED_TRACE(solver == ElasticSolver::implicit ? "implicit" : "explicit");
+    SceneConfig config = soft_scene(0.3, 1e6);
+    config.numerics.elastic_solver = solver;
+    config.bodies = {plate(), at(body("block", BodyKind::elastic, box({0.06, 0.06, 0.04})), {-0.5, 0, 0.015})};
+    const Scene scene = sampled(config);
+    const auto simulation = simulate(scene);
+    double fastest = 0;
+    for (int step = 0; step < 300; ++step) fastest = std::max(fastest, simulation->step({}).health.max_speed);
+    EXPECT_LT(fastest, 0.02) << "half a spacing of so stiff a spring would throw it off at 1 m/s";
+    EXPECT_NEAR(simulation->output().bodies[1].state.position.z(), 0.015, 0.05 * kSpacing);
+  }
+}
+
 Vector3d momentum(const Scene& scene, const Snapshot& s, Vector3d& angular, double& size) {
   Vector3d linear = Vector3d::Zero();
   angular.setZero();
