@@ -12,6 +12,7 @@ namespace palp {
 namespace {
 
 constexpr double kNearest = 0.5;      // of a spacing, between bodies
+constexpr double kApart = 0.7;        // of a spacing, between elastic bodies: nearer ones would burst apart
 constexpr double kCoincident = 1e-3;  // of a spacing, within a body
 constexpr double kElastic = 0.5;      // of a spacing, within an elastic body: nearer ones are too stiff for a step
 constexpr double kSurface = 1e-6;     // of a spacing, the rounding of a place on a surface
@@ -104,15 +105,17 @@ void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& so
 void check_distances(const Scene& scene, ThreadTeam& team, std::vector<std::string>& faults) {
   Pairs pairs(scene, faults);
   const PeriodicBox box = box_of(scene);
-  const PointGrid grid(scene.position, box, kNearest * scene.spacing);
+  const PointGrid grid(scene.position, box, kApart * scene.spacing);
+  const auto least_between = [&](std::uint32_t a, std::uint32_t b) {
+    const bool elastic = scene.bodies[a].type == BodyKind::elastic;
+    if (a == b) return elastic ? kElastic : kCoincident;
+    return elastic && scene.bodies[b].type == BodyKind::elastic ? kApart : kNearest;
+  };
   // calls found(j) for each particle j > i that is too near
   const auto look = [&](std::uint32_t i, auto found) {
-    const double limit = kNearest * scene.spacing * (1 - 1e-6);
-    const bool elastic = scene.bodies[scene.body[i]].type == BodyKind::elastic;
-    const double within = (elastic ? kElastic : kCoincident) * scene.spacing * (1 - 1e-6);
     grid.near(scene.position[i], [&](std::uint32_t j) {
       if (j <= i) return;
-      const double least = scene.body[i] == scene.body[j] ? within : limit;
+      const double least = least_between(scene.body[i], scene.body[j]) * scene.spacing * (1 - 1e-6);
       if (box.between(scene.position[i], scene.position[j]).squaredNorm() < least * least) found(j);
     });
   };

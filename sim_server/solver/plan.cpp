@@ -15,6 +15,7 @@
 #include "sim_server/solver/elastic_plan.h"
 #include "sim_server/solver/heat_plan.h"
 #include "sim_server/solver/levels.h"
+#include "sim_server/solver/plan_checks.h"
 #include "sim_server/solver/state_change_plan.h"
 #include "sim_server/solver/sub_steps.h"
 #include "sim_server/solver/viscosity_plan.h"
@@ -237,9 +238,11 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   if (config.materials.size() > kMaxMaterials)
     throw ConfigError(
         fmt::format("{}: {} materials; expected at most {}", config.path, config.materials.size(), kMaxMaterials));
+  check_rounding(scene);
   Plan plan;
   plan.method = config.method;
   plan_bodies(scene, plan);
+  check_weight(scene, plan);
   plan.temperature = !scene.temperature.empty();
   plan.cohesion = has_cohesion(scene);
   // with two spacings attraction freezes the particles on their lattice: a cube does not become a ball
@@ -248,7 +251,8 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan.elastic_support = plan.method == Method::paper ? plan.support : elastic_support(scene);
   plan.max_speed = n.max_speed.value_or(std::max(kLeastSpeed, expected_speed(scene)));
   plan.sound_speed = n.sound_speed.value_or(std::max(level.mach * plan.max_speed, carrying_sound_speed(scene)));
-  plan.artificial = n.artificial_viscosity.value_or(level.artificial_viscosity);
+  const bool rough = !plan.one_fluid || plan.change || plan.cohesion;
+  plan.artificial = n.artificial_viscosity.value_or(rough ? level.rough_viscosity : level.artificial_viscosity);
   plan.diffusion = n.density_diffusion.value_or(0.1);
   // without a free surface nothing can come apart, and clamping pressure would bias it
   plan.tension = n.tension.value_or(config.gravity.isZero());

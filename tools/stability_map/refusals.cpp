@@ -17,6 +17,8 @@ constexpr Kind kKinds[] = {
     {"bodies overlap", "overlaps body", "move one of them"},
     {"particles in one place", "in one place", "leave one of them out"},
     {"particles too close for an elastic body", "apart", "leave one of them out"},
+    {"too far from the origin", "from the origin, where places are rounded", "move the scene to the origin"},
+    {"too soft for its weight", "under its own weight", "raise young_modulus"},
     {"outside the domain", "outside the domain", "move it"},
     {"period too short", "the domain is periodic", "lengthen the domain"},
     {"surface tension in method paper", "which method \"paper\" does not know", "use method"},

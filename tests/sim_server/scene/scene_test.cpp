@@ -123,6 +123,18 @@ TEST(Scene, OverlapsNameBothBodies) {
   EXPECT_NE(fault_of(config).find("'oil' overlaps body 'water'"), std::string::npos);
 }
 
+// Half a spacing into one another they would burst apart.
+TEST(Scene, ElasticBodiesMayNotBePressedTogether) {
+  SceneConfig config = scene(0.1);
+  config.materials[0].young_modulus = 1e5;
+  config.materials[0].poisson_ratio = 0.3;
+  config.bodies.push_back(body("jelly", BodyKind::elastic, box({0.5, 0.5, 0.5})));
+  config.bodies.push_back(body("cake", BodyKind::elastic, box({0.5, 0.5, 0.5}, {0.46, 0, 0})));
+  EXPECT_NE(fault_of(config).find("'cake' overlaps body 'jelly'"), std::string::npos);
+  config.bodies[1].shapes[0].position.x() = 0.48;
+  EXPECT_EQ(fault_of(config), "");
+}
+
 TEST(Scene, OverlapsAreSeenAcrossPeriodicBoundaries) {
   SceneConfig config = scene(0.1);
   config.periodic = {true, false, false};

@@ -155,6 +155,22 @@ TEST(Plan, RefusesAnEndlessNumberOfSubSteps) {
   EXPECT_THROW(make_plan(scene), ConfigError);
 }
 
+// A kilometre away places are rounded to a tenth of a millimetre.
+TEST(Plan, RefusesScenesFarFromTheOrigin) {
+  Scene scene = pool();
+  const double far = 0.01 * scene.spacing / std::numeric_limits<real>::epsilon();
+  for (Eigen::Vector3d& x : scene.position) x.x() += 0.9 * far;
+  scene.bounds_max.x() += far;
+  EXPECT_NO_THROW(make_plan(scene));
+  for (Eigen::Vector3d& x : scene.position) x.x() += 0.2 * far;
+  try {
+    make_plan(scene);
+    FAIL() << "it was taken";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("move the scene to the origin"), std::string::npos) << error.what();
+  }
+}
+
 TEST(Plan, BoundsTheCellsOfAHugeDomain) {
   Scene scene = pool();
   scene.bounds_min = Eigen::Vector3d::Constant(-500);

@@ -22,8 +22,10 @@ namespace fs = std::filesystem;
 // error.
 constexpr double kRepeats = 0.05;
 
-// Returns whether a point is clearly better than a level in one of cost and error, and no worse in the other one.
+// Returns whether a point is clearly better than a level in one of cost and error, and no worse in the other one. A
+// point with the very same particles and error is the level under another name, timed at another moment.
 bool beats(const TradePoint& point, const TradePoint& level) {
+  if (point.spacing == level.spacing && point.error == level.error) return false;
   const bool errs_less = point.error * (1 + kRepeats) < level.error, cheaper = point.step * (1 + kRepeats) < level.step;
   return (errs_less && point.step <= level.step * (1 + kRepeats)) || (cheaper && point.error <= level.error);
 }
@@ -55,7 +57,8 @@ std::vector<std::string> outdated_levels(const TradeScene& scene) {
       const std::string key = key_of(setting);
       const double value = parse_number(value_of(setting)).value_or(-1);
       const bool outdated = (key == "numerics.support_over_spacing" && value != level.support_over_spacing) ||
-                            (key == "numerics.artificial_viscosity" && value != level.artificial_viscosity);
+                            (key == "numerics.artificial_viscosity" && value != level.artificial_viscosity &&
+                             value != level.rough_viscosity);
       if (outdated)
         faults.push_back(fmt::format("{}: {} was measured with {}", scene.name, to_string(accuracy), setting));
     }
