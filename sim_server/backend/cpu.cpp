@@ -109,8 +109,8 @@ class Cpu {
     std::size_t count = 0;
   };
 
-  // A small scene is stepped by one thread: to wake others, and to wait for them when they are preempted, would cost
-  // more than they bring.
+  // The smallest scenes are stepped by one thread. Two take half the time of one from 512 particles on (a cube of fluid,
+  // 357 us of 714), with 216 as much (253 of 254); where cores are busy the team itself leaves helpers out.
   explicit Cpu(std::size_t particles) : team_(particles < kSingleThreadBelow ? 1 : available_threads()) {}
 
   std::string name() const {
@@ -230,7 +230,7 @@ class Cpu {
   }
 
  private:
-  static constexpr std::size_t kSingleThreadBelow = 4000;
+  static constexpr std::size_t kSingleThreadBelow = 400;
   // Particles that a thread takes at once: some 10 us of work, so that little is left to wait for, with neighbours and
   // without.
   static constexpr std::size_t kChunk = 64, kCheapChunk = 1024;
