@@ -182,6 +182,12 @@ inline constexpr Tolerance kStackForce{0.01, 0.01, "of the weight, reference D16
 inline constexpr Tolerance kStackDrift{0.01, 0.01, "of a spacing in 4 s"};
 inline constexpr Tolerance kFrictionAngle{0.02, 0.02, "of mu, reference D16: it holds so far below and slips above"};
 inline constexpr Tolerance kPlateOnLayer{0.05, 0.05, "of the depth: eight layers, of which the outermost strain less"};
+inline constexpr Tolerance kSwitchedDrag{0.03, 0.03,
+                                         "of the drag, on either side of a choice: half of what a hand tells apart"};
+inline constexpr Tolerance kSwitchedPress{0.03, 0.03, "likewise, of a contact's force"};
+inline constexpr Tolerance kSwitchedSolver{
+    0.07, 0.07,
+    "of the force: the two elastic solvers resist hourglass modes differently, which five layers show by 0.052"};
 inline constexpr Tolerance kContactEnergy{1e-4, 1e-4, "of what the bodies began with: bounces end within a sub-step"};
 inline constexpr Tolerance kCarried{0.05, 0.05,
                                     "of the weight, over a second in which a ball may still hop by a millimetre"};

@@ -1,0 +1,202 @@
+// Both sides of what a simulation chooses by itself, and what a hand or a scale reads on each: sub-steps, stages of
+// viscosity, the elastic solver, threads. Cases and tolerances were set before their results were seen.
+#include <cstdlib>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "sim_server/solver/plan.h"
+#include "tests/sim_server/physics/contact_scenes.h"
+#include "tests/support/backend.h"
+#include "tests/support/random_scene.h"
+#include "tests/support/scenes.h"
+#include "tests/support/tolerance.h"
+
+namespace palp::test::switches_test {
+namespace {
+
+using Choose = std::function<void(SceneConfig&)>;
+
+// A block of wood that a hand tows at 0.2 m/s through fluid in a periodic box, past a wall at one end.
+Scene towed(double viscosity) {
+  constexpr double dx = 0.01;
+  Scene scene = empty_scene(dx, {0, 0, 0}, {0.2, 0.12, 0.12});
+  scene.config.periodic = {true, true, true};
+  scene.config.gravity.setZero();
+  scene.config.numerics.support_over_spacing = 2;
+  scene.config.numerics.max_speed = 1;
+  const auto oil = add_material(scene, 1000, viscosity), wood = add_material(scene, 400, 0);
+  const Eigen::Vector3d low(0.06, 0.03, 0.03), high(0.09, 0.09, 0.09);
+  const auto inside = [&](const Eigen::Vector3d& x) {
+    return (x.array() > low.array()).all() && (x.array() < high.array()).all();
+  };
+  add_body(scene, "oil", BodyKind::fluid, oil, {0, 0, 0}, {0.2, 0.12, 0.12},
+           [&](const Eigen::Vector3d& x) { return !inside(x) && x.x() > 0.02; });
+  add_body(scene, "wall", BodyKind::fixed, oil, {0, 0, 0}, {0.02, 0.12, 0.12});
+  Proxy proxy;
+  proxy.body = add_body(scene, "tool", BodyKind::rigid, wood, low, high);
+  proxy.limit = {1e6, 1e4, 1e5, 1e3};
+  scene.proxies.push_back(proxy);
+  return scene;
+}
+
+// Returns the mean force on the hand against the motion, over the third tenth of a second [N].
+double drag(Scene scene, const Choose& choose) {
+  choose(scene.config);
+  const auto simulation = simulate(scene);
+  StepInput input;
+  input[0].engaged = true;
+  input[0].gains = {5000, 50, 50, 1};
+  input[0].state.position = scene.bodies[2].position;
+  input[0].state.linear = {0.2, 0, 0};
+  double mean = 0;
+  for (int k = 0; k < 300; ++k) {
+    const StepOutput& out = simulation->step(input);
+    EXPECT_TRUE(out.health.ok) << out.health.cause;
+    if (!out.health.ok) return 0;
+    input[0].state.position.x() += 0.2 / scene.config.rate_hz;
+    if (k >= 200) mean -= out.proxies[0].force.x() / 100;
+  }
+  return mean;
+}
+
+Choose with_sub_steps(int count) {
+  return [count](SceneConfig& config) { config.numerics.sub_steps = count; };
+}
+
+TEST(Switches, SubStepsDoNotChangeTheDrag) {
+  const Scene scene = towed(1);
+  const int own = make_plan(scene).sub_steps;
+  const double chosen = drag(scene, [](SceneConfig&) {});
+  ASSERT_GT(chosen, 0);
+  for (const int factor : {2, 4}) {
+    const double finer = drag(scene, with_sub_steps(factor * own));
+    RecordProperty("drag_with_" + std::to_string(factor), std::to_string(finer / chosen));
+    EXPECT_TRUE(within(finer / chosen - 1, tol::kSwitchedDrag)) << factor << " times " << own << " sub-steps";
+  }
+}
+
+// From a fluid whose viscosity needs no stages to one that is computed in many: either way it drags alike.
+TEST(Switches, StagesOfViscosityDoNotChangeTheDrag) {
+  for (const double viscosity : {3.0, 30.0, 300.0}) {
+    SCOPED_TRACE(viscosity);
+    const Scene scene = towed(viscosity);
+    const auto by = [&](ViscosityScheme scheme) {
+      return drag(scene, [scheme](SceneConfig& config) { config.numerics.viscosity = scheme; });
+    };
+    const double step_by_step = by(ViscosityScheme::explicit_), staged = by(ViscosityScheme::staged);
+    ASSERT_GT(step_by_step, 0);
+    RecordProperty("staged_over_explicit_at_" + std::to_string(viscosity), std::to_string(staged / step_by_step));
+    EXPECT_TRUE(within(staged / step_by_step - 1, tol::kSwitchedDrag));
+  }
+}
+
+// A ball that a hand presses 8 mm into a layer that is bonded to a plate.
+double pressed(const Choose& choose) {
+  SceneConfig config = contact_scene(0.02, 0.3, 0.2);
+  MaterialConfig soft = config.materials[0];
+  soft.name = "soft";
+  soft.young_modulus = 1e5;
+  soft.poisson_ratio = 0.3;
+  soft.damping = 30;
+  config.materials.push_back(soft);
+  BodyConfig layer = at(body("layer", BodyKind::elastic, box({0.24, 0.24, 0.1})), {0, 0, 0.05});
+  layer.material = "soft";
+  layer.bonded_to = {"plate"};
+  config.bodies = {at(body("plate", BodyKind::fixed, box({0.3, 0.3, 0.04})), {0, 0, -0.02}), layer,
+                   at(body("tool", BodyKind::rigid, sphere(0.05)), {0, 0, 0.152})};
+  ProxyConfig proxy;
+  proxy.body = "tool";
+  config.proxies.push_back(proxy);
+  choose(config);
+  const auto simulation = simulate(sampled(config));
+  StepInput input;
+  input[0].engaged = true;
+  input[0].gains = {20000, 200, 10, 0.2};
+  double mean = 0;
+  for (int k = 0; k < 1000; ++k) {
+    input[0].state.position = {0, 0, 0.152 - 0.012 * std::min(1.0, k / 400.0)};
+    const StepOutput& out = simulation->step(input);
+    EXPECT_TRUE(out.health.ok) << out.health.cause;
+    if (!out.health.ok) return 0;
+    if (k >= 800) mean += out.proxies[0].force.z() / 200;
+  }
+  return mean;
+}
+
+TEST(Switches, TheElasticSolverAndItsSubStepsDoNotChangeThePress) {
+  const auto by = [](ElasticSolver solver, double safety) {
+    return pressed([=](SceneConfig& config) {
+      config.numerics.elastic_solver = solver;
+      config.numerics.safety = safety;
+    });
+  };
+  const double chosen = by(ElasticSolver::explicit_, 0.5);
+  ASSERT_GT(chosen, 1);
+  const double fine = by(ElasticSolver::explicit_, 0.15);
+  const double implicit = by(ElasticSolver::implicit, 0.5), implicit_fine = by(ElasticSolver::implicit, 0.15);
+  RecordProperty("explicit_fine", std::to_string(fine / chosen));
+  RecordProperty("implicit", std::to_string(implicit / chosen));
+  RecordProperty("implicit_fine", std::to_string(implicit_fine / implicit));
+  EXPECT_TRUE(within(fine / chosen - 1, tol::kSwitchedPress));
+  EXPECT_TRUE(within(implicit_fine / implicit - 1, tol::kSwitchedPress));
+  EXPECT_TRUE(within(implicit / chosen - 1, tol::kSwitchedSolver));
+}
+
+// A block pressed on a plate by a hand, and drawn across it: what it feels is the press and the friction, whatever the
+// sub-steps.
+TEST(Switches, SubStepsDoNotChangeRigidFriction) {
+  for (const int sub_steps : {1, 2, 5}) {
+    SCOPED_TRACE(sub_steps);
+    SceneConfig config = contact_scene(0.02, 0.3, 0.2);
+    config.bodies = {at(body("plate", BodyKind::fixed, box({1.2, 0.4, 0.04})), {0, 0, -0.02}),
+                     at(body("tool", BodyKind::rigid, box({0.1, 0.1, 0.06})), {0, 0, 0.03})};
+    config.numerics.sub_steps = sub_steps;
+    ProxyConfig proxy;
+    proxy.body = "tool";
+    config.proxies.push_back(proxy);
+    const Scene scene = sampled(config);
+    const auto simulation = simulate(scene);
+    StepInput input;
+    input[0].engaged = true;
+    input[0].gains = {1000, 20, 20, 0.4};
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (int k = 0; k < 1500; ++k) {
+      const double t = std::max(0.0, k * 1e-3 - 0.5);
+      input[0].state.position = {0.1 * t, 0, 0.03 - 0.005 * std::min(1.0, k / 300.0)};
+      input[0].state.linear = {t > 0 ? 0.1 : 0, 0, 0};
+      const StepOutput& out = simulation->step(input);
+      ASSERT_TRUE(out.health.ok) << out.health.cause;
+      if (k >= 1000) mean += out.proxies[0].contact_force / 500;
+    }
+    const double load = scene.bodies[1].mass * kGravity + 1000 * 0.005;
+    EXPECT_TRUE(within(mean.z() / load - 1, tol::kSwitchedPress));
+    EXPECT_TRUE(within(-mean.x() / (0.3 * load) - 1, tol::kSwitchedPress));
+  }
+}
+
+TEST(Switches, AnyNumberOfThreadsGivesTheSameBits) {
+  if (tested_backend() == Backend::cuda) GTEST_SKIP() << "the CPU's threads";
+  const char* before = std::getenv("OMP_NUM_THREADS");
+  const std::string kept = before != nullptr ? before : "";
+  Random random(11);
+  const Scene scene = random_scene(random, {});
+  const StepInput input = random_input(random, scene);
+  Snapshot first;
+  for (const char* threads : {"1", "2", "5"}) {
+    setenv("OMP_NUM_THREADS", threads, 1);
+    const auto simulation = simulate(scene);
+    for (int k = 0; k < 50; ++k) ASSERT_TRUE(simulation->step(input).health.ok);
+    Snapshot s;
+    simulation->snapshot(s);
+    if (first.position.empty()) first = s;
+    EXPECT_TRUE(s.position == first.position && s.velocity == first.velocity) << threads;
+  }
+  if (before != nullptr)
+    setenv("OMP_NUM_THREADS", kept.c_str(), 1);
+  else
+    unsetenv("OMP_NUM_THREADS");
+}
+
+}  // namespace
+}  // namespace palp::test::switches_test
