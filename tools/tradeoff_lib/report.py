@@ -11,6 +11,7 @@ from tradeoff_lib.scenes import ALPHA, LEVELS, MEDIA, SUPPORT
 
 # Okabe and Ito's palette, as tools/plot.py has it
 LABEL_AT = {"fast": (7, 4), "balanced": (-12, 9), "accurate": (7, -12)}  # apart where two levels cost the same [points]
+TIMING_NOISE = 0.1
 BLUE, ORANGE, GREY, INK = "#0072B2", "#D55E00", "#9AA0A6", "#222222"
 COLUMNS = ("point", "particles", "sub-steps", "step: median", "99 %", "rate", "real-time factor", "memory", "force error",
            "in JND", "peak", "torque error", "noise", "place", "volume", "energy", "momentum", "angular", "temperature",
@@ -117,6 +118,16 @@ def plot(one, path):
     figure.savefig(path)
 
 
+def promise_line(entry):
+    """What --budget or --error was asked for, promised and kept, in a line."""
+    asked = " ".join(entry["asked"])
+    if "said" in entry:
+        return f"{asked}: {entry['said']}"
+    return (f"{asked}: {1e3 * entry['spacing_m']:.4g} mm; step {number_of(entry['step_median_s'], 1e3)} ms, "
+            f"{number_of(entry['promised_step_s'], 1e3)} expected; error {percent(entry['error'])}, "
+            f"{percent(entry['promised_error'])} expected: {'kept' if entry['kept'] else '**not kept**'}")
+
+
 def all_page(results, folder):
     """Writes trade.md, its plots and trade.json for the newest result of each scene and machine."""
     newest = {}
@@ -137,6 +148,7 @@ def all_page(results, folder):
                   f"{number_of(p['summary']['step_median_s'], 1e3)} ms, "
                   + (f"dominated by {p['dominated_by']}" if p["dominated_by"] else "on the front")
                   for p in sorted(marked, key=lambda p: LEVELS.index(p["level"]))]
+        lines += [f"- Asked for {promise_line(entry)}" for entry in one.get("promises", [])]
         lines += ["", *table(one), ""]
     (folder / "trade.md").write_text("\n".join(lines))
     (folder / "trade.json").write_text(json.dumps({"results": chosen}, indent=1) + "\n")
@@ -149,7 +161,11 @@ def front_of(one):
             and p["precision"] == "float" and "scene.rate_hz" not in p["set"] and not p["level"]]
     least = told_apart(one["reference"]["uncertainty"])
     front = [p for p, by in zip(able, dominators([cost_and_error(p, least) for p in able])) if by is None]
-    return sorted(front, key=lambda p: p["summary"]["step_median_s"])
+    front.sort(key=lambda p: p["summary"]["step_median_s"])
+    values = [cost_and_error(p, least) for p in front]
+    # a step that is timed twice differs by this much, so a point that is cheaper by less and errs by more is not better
+    return [p for p, (cost, error) in zip(front, values)
+            if not any(cost < c <= (1 + TIMING_NOISE) * cost and e * (1 + TIMING_NOISE) < error for c, e in values)]
 
 
 def stored_point(p, settings, least):
@@ -188,6 +204,8 @@ def store(one, folder):
         whole = {"scenes": {}}
     ref = one["reference"]
     least = told_apart(ref["uncertainty"])
+    # whether another point beats a level cannot be told where the reference itself is not known as well as a hand feels
+    known = ref["uncertainty"] is not None and ref["uncertainty"] <= JND
     whole["scenes"][one["scene"]] = {
         "medium": one["medium"], "reference": {"uncertainty": ref["uncertainty"], "note": ref["note"]},
         "rule": "points that no other beats in both median step time and force error (rms over rms, below 30 Hz; "
@@ -195,7 +213,7 @@ def store(one, folder):
                 f"measured along the path of {one['duration_s']:g} s",
         "points": [stored_point(p, p["set"], least) for p in front_of(one)],
         "levels": {p["level"]: stored_point(p, numbers_of_level(p), least)
-                   for p in one["points"] if p["level"] and p["errors"]},
+                   for p in one["points"] if p["level"] and p["errors"] and known},
         "levels_by_rule": {level: p["label"] for level, p in levels_by_rule(one).items()}}
     table_of_class = {"class": one["class"], "hardware": one["hardware"], "date": one["date"], "commit": one["commit"],
                       "scenes": dict(sorted(whole["scenes"].items()))}

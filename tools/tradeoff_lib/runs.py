@@ -82,7 +82,7 @@ class Runner:
 
     def key(self, point):
         what = [self.digests[point["precision"]], self.scene_digest, self.options.backend, self.duration,
-                point["spacing_m"], sorted(point["set"].items())]
+                point["spacing_m"], sorted(point["set"].items()), *point.get("asked", [])]
         return hashlib.sha1(json.dumps(what).encode()).hexdigest()[:16]
 
     def kept(self, point, timed=True):
@@ -114,7 +114,7 @@ class Runner:
                   "quiet": quiet, "wall_s": time.monotonic() - began, "summary": None}
         if result["status"] == "done":
             result["summary"] = json.loads((out / "summary.json").read_text())
-            if timed and point["precision"] == "float":
+            if timed and point["precision"] == "float" and "asked" not in point:
                 result["summary"]["calm_step_s"] = self._calm_step(point, out / "calm.json")
         out.mkdir(parents=True, exist_ok=True)
         for file in out.glob("*.csv"):
@@ -125,7 +125,9 @@ class Runner:
         return result
 
     def _numerics(self, point):
-        """The options of a program for a point."""
+        """The options of a program for a point, or for what is asked for in place of one."""
+        if "asked" in point:
+            return ["--backend", self.options.backend, *point["asked"]]
         sets = [word for item in point["set"].items() for word in ("--set", "=".join(item))]
         return ["--backend", self.options.backend, "--spacing", repr(point["spacing_m"]), *sets]
 

@@ -38,12 +38,12 @@ GRIDS = {
                     {"scene.rate_hz": "2000"}, {"scene.method": "paper"}),
         "single_at": 1.25},
     "rigid": {
-        "spacings": (2, 1.6, 1.25, 1, 0.8),
+        "spacings": (1, 0.8, 0.6, 0.4, 0.2),
         "rows": ({"numerics.safety": "0.5"}, {"numerics.safety": "0.9"}, {"numerics.safety": "0.25"}),
         "singles": ({"numerics.safety": "0.1"}, {"scene.rate_hz": "500"}, {"scene.rate_hz": "2000"},
                     {"scene.rate_hz": "4000"}, {"scene.rate_hz": "500", "numerics.safety": "0.9"},
                     {"scene.method": "paper"}),
-        "single_at": 2},
+        "single_at": 1},
     "changing": {
         "spacings": (1.6, 1.33, 1.15, 1, 0.8),
         "rows": (flowing("3", "0.02"), flowing("2", "0.02"), flowing("2", "0.1")),
@@ -58,7 +58,7 @@ REFERENCE = {"fluid": flowing("3", "0.02"), "elastic": {"numerics.elastic_solver
              "rigid": {"numerics.safety": "0.25"}, "changing": flowing("3", "0.02"), "mixed": flowing("3", "0.02")}
 REFINEMENT = 0.8
 CPU_SPACINGS, GPU_SPACINGS = (2.5,), (0.64, 0.5, 0.4)  # more of them, where they can be felt in real time
-COARSEST_REFERENCE = {"fluid": 1.25, "elastic": 1.25, "rigid": 2, "changing": 1.33, "mixed": 1.6}
+COARSEST_REFERENCE = {"fluid": 1.25, "elastic": 1.25, "rigid": 1, "changing": 1.33, "mixed": 1.6}
 
 
 class Unknown(Exception):
@@ -125,7 +125,8 @@ class Definition:
         """The points of the grid: dicts with spacing [m], set, level (or None) and precision."""
         grid, middle = GRIDS[self.medium], self.middle()
         quick = size == "quick"
-        spacings = grid["spacings"][:3] if quick else (grid["spacings"] + GPU_SPACINGS if gpu else CPU_SPACINGS + grid["spacings"])
+        more = () if self.medium == "rigid" else GPU_SPACINGS if gpu else CPU_SPACINGS
+        spacings = grid["spacings"][:3] if quick else more + grid["spacings"]
         rows = grid["rows"][:1] + grid["rows"][-1:] if quick else grid["rows"]
         singles = grid["singles"][-1:] if quick else grid["singles"]
         found = [point(spacing, {"scene.accuracy": level}, level)
