@@ -109,8 +109,8 @@ class Cpu {
     std::size_t count = 0;
   };
 
-  // The smallest scenes are stepped by one thread. Two take half the time of one from 512 particles on (a cube of fluid,
-  // 357 us of 714), with 216 as much (253 of 254); where cores are busy the team itself leaves helpers out.
+  // The smallest scenes are stepped by one thread. Two take half the time of one from 512 particles on (a cube of
+  // fluid, 357 us of 714), with 216 as much (253 of 254); where cores are busy the team itself leaves helpers out.
   explicit Cpu(std::size_t particles) : team_(particles < kSingleThreadBelow ? 1 : available_threads()) {}
 
   std::string name() const {

@@ -7,7 +7,7 @@ import re
 from tradeoff_lib import levels
 from tradeoff_lib.judge import number, share
 from tradeoff_lib.measures import JND, TOLERANCE, dominators
-from tradeoff_lib.scenes import ALPHA, LEVELS, MEDIA, SUPPORT
+from tradeoff_lib.scenes import ALPHA, LEVELS, MEDIA
 
 # Okabe and Ito's palette, as tools/plot.py has it
 LABEL_AT = {"fast": (7, 4), "balanced": (-12, 9), "accurate": (7, -12)}  # apart where two levels cost the same [points]
@@ -156,9 +156,9 @@ def all_page(results, folder):
 
 def front_of(one):
     """The points of the measured front, the cheapest first: of those at the scene's own haptic rate and in single precision,
-    which is what programs run; levels, whose numbers may change, stand beside them."""
+    which is what programs run."""
     able = [p for p in one["points"] if p["errors"] and p["errors"]["force"]["rms"] is not None
-            and p["precision"] == "float" and "scene.rate_hz" not in p["set"] and not p["level"]]
+            and p["precision"] == "float" and "scene.rate_hz" not in p["set"]]
     least = told_apart(one["reference"]["uncertainty"])
     front = [p for p, by in zip(able, dominators([cost_and_error(p, least) for p in able])) if by is None]
     front.sort(key=lambda p: p["summary"]["step_median_s"])
@@ -168,19 +168,18 @@ def front_of(one):
             if not any(cost < c <= (1 + TIMING_NOISE) * cost and e * (1 + TIMING_NOISE) < error for c, e in values)]
 
 
-def stored_point(p, settings, least):
-    """A point as programs read it."""
-    return {"spacing_m": p["spacing_m"], "set": settings, "particles": p["summary"]["particles"],
+def stored_point(p, least):
+    """A point as programs read it. A level's numbers may change, so they are written out."""
+    return {"spacing_m": p["spacing_m"], "set": p["set"] | (numbers_of_level(p) if p["level"] else {}), "particles": p["summary"]["particles"],
             "sub_steps": p["summary"]["sub_steps"], "step_median_s": p["summary"]["step_median_s"],
             "step_p99_s": p["summary"]["step_p99_s"], **calm_step(p), "error": cost_and_error(p, least)[1],
             "noise_N": p["errors"]["noise_N"], "memory_bytes": p["summary"]["memory_bytes"]}
 
 
 def numbers_of_level(p):
-    """The settings that a level expanded to, as the run said."""
-    said = {SUPPORT: r"H ([0-9.]+) dx", ALPHA: r"alpha ([0-9.]+)"}
-    found = {key: re.search(pattern, p["summary"]["numerics"]) for key, pattern in said.items()}
-    return {key: match.group(1) for key, match in found.items() if match}
+    """The alpha that a level expanded to, as the run said. Its H is another one for elastic bodies, and is left to it."""
+    alpha = re.search(r"alpha ([0-9.]+)", p["summary"]["numerics"])
+    return {ALPHA: alpha.group(1)} if alpha else {}
 
 
 def levels_by_rule(one):
@@ -211,8 +210,8 @@ def store(one, folder):
         "rule": "points that no other beats in both median step time and force error (rms over rms, below 30 Hz; "
                 f"below {share(told_apart(ref['uncertainty']))} errors are not told apart), "
                 f"measured along the path of {one['duration_s']:g} s",
-        "points": [stored_point(p, p["set"], least) for p in front_of(one)],
-        "levels": {p["level"]: stored_point(p, numbers_of_level(p), least)
+        "points": [stored_point(p, least) for p in front_of(one)],
+        "levels": {p["level"]: stored_point(p, least)
                    for p in one["points"] if p["level"] and p["errors"] and known},
         "levels_by_rule": {level: p["label"] for level, p in levels_by_rule(one).items()}}
     table_of_class = {"class": one["class"], "hardware": one["hardware"], "date": one["date"], "commit": one["commit"],
