@@ -294,6 +294,40 @@ TEST(Replay, GoesOnBehindADamagedChunkAndSaysWhatWasLost) {
   EXPECT_NE(said.find("palp-record --recover " + (folder / "a.mcap")), std::string::npos) << said;
 }
 
+// A message that a sender kept from before the recording may come behind what another one said later.
+TEST(Replay, KeepsTheOrderOfATopicWhoseMessagesComeLate) {
+  constexpr std::uint64_t kBegin = 1'700'000'000'000'000'000;
+  const std::int64_t published[] = {-5, 1, -3, 2, -4};  // after the beginning [ns]
+  const ScratchFolder folder;
+  std::vector<Bytes> said;
+  {
+    McapWriter writer(folder / "a.mcap");
+    const TopicRow& topic = topic_of<Event>();
+    const auto schema = writer.add_schema(topic.type_name, "omgidl", "");
+    const auto channel = writer.add_channel(topic.name, schema, "cdr", {}, Compression::none);
+    for (std::size_t i = 0; i < std::size(published); ++i) {
+      said.push_back({0, 1, 0, 0, static_cast<std::uint8_t>(i), 0, 0, 0});
+      const auto at = kBegin + static_cast<std::uint64_t>(published[i]);
+      writer.write({channel, static_cast<std::uint32_t>(i + 1), kBegin + i, at, said.back()});
+    }
+    writer.close();
+  }
+  const int domain = unused_domain();
+  const auto bus = open_raw_bus(on(Vendor::cyclone, domain));
+  const auto reader = bus->reader(topic_of<Event>(), 100);
+  ChildProcess replay(program("palp-replay", folder / "a.mcap", Vendor::fastdds, domain), folder / "replay.txt");
+  std::vector<Bytes> heard;
+  EXPECT_TRUE(eventually(
+      [&] {
+        reader->take([&](Payload p, std::int64_t) { heard.emplace_back(p.begin(), p.end()); });
+        return heard.size() >= said.size();
+      },
+      kPatience))
+      << replay.output();
+  EXPECT_EQ(replay.wait(), 0) << replay.output();
+  EXPECT_EQ(heard, said);
+}
+
 TEST(Replay, SaysThatNobodyListens) {
   const ScratchFolder folder;
   record_something(folder, Vendor::cyclone, 5);

@@ -98,8 +98,9 @@ class Replay {
     stopped_ = true;
   }
 
-  // Transient-local messages that are older than the recording, and the first one of each such topic, go first: a
-  // reader of a live system has them before the rest, too.
+  // The first message of each transient-local topic, and those behind it that are older than the recording, go first: a
+  // reader of a live system has them before the rest, too. One that comes behind a younger message of its topic stays
+  // there, so that each topic keeps its order.
   std::set<std::uint64_t> play_kept_messages() {
     std::set<std::uint64_t> played;  // by log time
     std::set<std::uint16_t> kept;
@@ -107,14 +108,14 @@ class Replay {
       if (topic->durability == Durability::transient_local) kept.insert(id);
     if (kept.empty()) return played;
     const std::uint64_t begin = file_.statistics() ? file_.statistics()->start_time_ns : 0;
-    std::set<std::uint16_t> met;
+    std::set<std::uint16_t> met, begun;  // begun: that have met a message of the recording's own time
     file_.read(
         [&](const McapMessage& m) {
-          if (met.insert(m.channel_id).second || m.publish_time_ns < begin) {
-            if (options_.step == Step::message && !next_step()) return false;
-            send(m);
-            played.insert(m.log_time_ns);
-          }
+          if (!met.insert(m.channel_id).second && m.publish_time_ns >= begin) begun.insert(m.channel_id);
+          if (begun.contains(m.channel_id)) return !hooks_.stop();
+          if (options_.step == Step::message && !next_step()) return false;
+          send(m);
+          played.insert(m.log_time_ns);
           return !hooks_.stop();
         },
         kept, [this](const std::string& damage) { report(damage); });
