@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "sim_server/probes/snapshot_points.h"
+#include "sim_server/solver/rigid_motion.h"
 
 namespace palp {
 
@@ -98,12 +99,9 @@ void TotalsFile::add_motion(const Snapshot& snapshot, const StepOutput& output, 
   for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
     const Body& body = scene_.bodies[b];
     if (body.type == BodyKind::rigid) {
-      const RigidState& state = output.bodies[b].state;
-      const Eigen::Vector3d arm = state.orientation * body.center;
-      const Eigen::Vector3d p = body.mass * (state.linear + state.angular.cross(arm));
-      const Eigen::Vector3d spin = state.orientation.conjugate() * state.angular;
-      momentum += p;
-      angular += (state.position + arm).cross(p) + state.orientation * (body.inertia * spin);
+      const RigidMomenta whole = momenta_of(body, output.bodies[b].state);
+      momentum += whole.momentum;
+      angular += whole.angular;
     }
     if (body.type != BodyKind::fluid && body.type != BodyKind::elastic) continue;
     for (std::size_t i = body.first; i < body.first + body.count; ++i) {

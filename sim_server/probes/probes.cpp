@@ -6,6 +6,7 @@
 #include <map>
 
 #include "sim_server/physics/smoothing.h"
+#include "sim_server/solver/rigid_motion.h"
 
 namespace palp {
 
@@ -194,12 +195,9 @@ ProbeRow ProbeSampler::energy(const ProbeConfig& probe) const {
       }
       continue;
     }
-    const RigidState state = body_state(b).state;
-    const Eigen::Vector3d arm = state.orientation * body.center;
-    const Eigen::Vector3d spin = state.orientation.conjugate() * state.angular;
-    kinetic +=
-        body.mass / 2 * (state.linear + state.angular.cross(arm)).squaredNorm() + spin.dot(body.inertia * spin) / 2;
-    potential -= body.mass * scene_.config.gravity.dot(state.position + arm);
+    const RigidMomenta whole = momenta_of(body, body_state(b).state);
+    kinetic += whole.kinetic;
+    potential -= body.mass * scene_.config.gravity.dot(whole.center);
   }
   return {finite(kinetic), finite(potential), finite(kinetic + potential + stored), finite(stored)};
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim_server/solver/rigid_motion.h"
+
 namespace palp::stability {
 namespace {
 
@@ -116,14 +118,12 @@ Books::Sums Books::sums(const StepOutput& output) {
       add_particles(b, out);
       continue;
     }
-    const RigidState& state = output.bodies[b].state;
-    const Vector3d arm = state.orientation * body.center, v = state.linear + state.angular.cross(arm);
-    const Vector3d spin = state.orientation.conjugate() * state.angular;
-    out.kinetic += body.mass / 2 * v.squaredNorm() + spin.dot(body.inertia * spin) / 2;
-    out.potential -= body.mass * scene_.config.gravity.dot(state.position + arm);
+    const RigidMomenta whole = momenta_of(body, output.bodies[b].state);
+    out.kinetic += whole.kinetic;
+    out.potential -= body.mass * scene_.config.gravity.dot(whole.center);
     if (tool_[b]) continue;
-    out.momentum += body.mass * v;
-    out.momenta += body.mass * v.norm();
+    out.momentum += whole.momentum;
+    out.momenta += whole.momentum.norm();
   }
   return out;
 }
