@@ -7,6 +7,7 @@
 #include "tests/support/backend.h"
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
+#include "tests/support/towed_tool.h"
 
 namespace palp::test::staged_viscosity_flow_test {
 namespace {
@@ -155,31 +156,11 @@ TEST(BatterAtRest, HasTheHydrostaticPressure) {
 // A tool of 43 g in batter whose drag would stop it within a fraction of a sub-step: the hand that pulls it feels a
 // steady force, which grows as the speed does.
 TEST(BatterTool, IsPulledSteadily) {
-  constexpr double dx = 0.01;
   const auto pulled = [&](double speed) {
-    Scene scene = empty_scene(dx, {0, 0, 0}, {0.16, 0.12, 0.12});
-    scene.config.periodic = {true, true, true};
-    scene.config.gravity.setZero();
-    scene.config.numerics.support_over_spacing = 2;
-    const auto batter = add_material(scene, 1000, 1000), wood = add_material(scene, 400, 0);
-    const Eigen::Vector3d low(0.06, 0.03, 0.03), high(0.09, 0.09, 0.09);
-    const auto inside = [&](const Eigen::Vector3d& x) {
-      return (x.array() > low.array()).all() && (x.array() < high.array()).all();
-    };
-    add_body(scene, "batter", BodyKind::fluid, batter, {0, 0, 0}, {0.16, 0.12, 0.12},
-             [&](const Eigen::Vector3d& x) { return !inside(x) && x.x() > 0.02; });
-    add_body(scene, "wall", BodyKind::fixed, batter, {0, 0, 0}, {0.02, 0.12, 0.12});
-    Proxy proxy;
-    proxy.body = add_body(scene, "tool", BodyKind::rigid, wood, low, high);
-    proxy.limit = {1e6, 1e4, 1e5, 1e3};
-    scene.proxies.push_back(proxy);
+    const Scene scene = towed_tool(0.16, 1000);
     RecordProperty("stages", make_plan(scene).viscous_stages);
     const auto simulation = simulate(scene);
-    StepInput input;
-    input[0].engaged = true;
-    input[0].gains = {5000, 50, 50, 1};
-    input[0].state.position = scene.bodies[2].position;
-    input[0].state.linear = {speed, 0, 0};
+    StepInput input = towing_hand(scene, speed);
     std::vector<double> force;
     for (int k = 0; k < 250; ++k) {
       const StepOutput& out = simulation->step(input);

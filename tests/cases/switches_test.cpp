@@ -9,46 +9,25 @@
 #include "tests/sim_server/physics/contact_scenes.h"
 #include "tests/support/backend.h"
 #include "tests/support/random_scene.h"
-#include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
+#include "tests/support/towed_tool.h"
 
 namespace palp::test::switches_test {
 namespace {
 
 using Choose = std::function<void(SceneConfig&)>;
 
-// A block of wood that a hand tows at 0.2 m/s through fluid in a periodic box, past a wall at one end.
 Scene towed(double viscosity) {
-  constexpr double dx = 0.01;
-  Scene scene = empty_scene(dx, {0, 0, 0}, {0.2, 0.12, 0.12});
-  scene.config.periodic = {true, true, true};
-  scene.config.gravity.setZero();
-  scene.config.numerics.support_over_spacing = 2;
+  Scene scene = towed_tool(0.2, viscosity);
   scene.config.numerics.max_speed = 1;
-  const auto oil = add_material(scene, 1000, viscosity), wood = add_material(scene, 400, 0);
-  const Eigen::Vector3d low(0.06, 0.03, 0.03), high(0.09, 0.09, 0.09);
-  const auto inside = [&](const Eigen::Vector3d& x) {
-    return (x.array() > low.array()).all() && (x.array() < high.array()).all();
-  };
-  add_body(scene, "oil", BodyKind::fluid, oil, {0, 0, 0}, {0.2, 0.12, 0.12},
-           [&](const Eigen::Vector3d& x) { return !inside(x) && x.x() > 0.02; });
-  add_body(scene, "wall", BodyKind::fixed, oil, {0, 0, 0}, {0.02, 0.12, 0.12});
-  Proxy proxy;
-  proxy.body = add_body(scene, "tool", BodyKind::rigid, wood, low, high);
-  proxy.limit = {1e6, 1e4, 1e5, 1e3};
-  scene.proxies.push_back(proxy);
   return scene;
 }
 
-// Returns the mean force on the hand against the motion, over the third tenth of a second [N].
+// Returns the mean force on the hand against the motion, at 0.2 m/s and over the third tenth of a second [N].
 double drag(Scene scene, const Choose& choose) {
   choose(scene.config);
   const auto simulation = simulate(scene);
-  StepInput input;
-  input[0].engaged = true;
-  input[0].gains = {5000, 50, 50, 1};
-  input[0].state.position = scene.bodies[2].position;
-  input[0].state.linear = {0.2, 0, 0};
+  StepInput input = towing_hand(scene, 0.2);
   double mean = 0;
   for (int k = 0; k < 300; ++k) {
     const StepOutput& out = simulation->step(input);
