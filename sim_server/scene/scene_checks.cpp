@@ -105,7 +105,9 @@ void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& so
 void check_distances(const Scene& scene, ThreadTeam& team, std::vector<std::string>& faults) {
   Pairs pairs(scene, faults);
   const PeriodicBox box = box_of(scene);
-  const PointGrid grid(scene.position, box, kApart * scene.spacing);
+  const auto elastic_bodies = std::count_if(scene.bodies.begin(), scene.bodies.end(),
+                                            [](const Body& body) { return body.type == BodyKind::elastic; });
+  const PointGrid grid(scene.position, box, (elastic_bodies > 1 ? kApart : kNearest) * scene.spacing);
   const auto least_between = [&](std::uint32_t a, std::uint32_t b) {
     const bool elastic = scene.bodies[a].type == BodyKind::elastic;
     if (a == b) return elastic ? kElastic : kCoincident;
