@@ -20,7 +20,7 @@ PALP_HD inline real reach_of(ClosestApproach& kept, std::uint32_t solid, real li
   return kept.reach;
 }
 
-// How near a particle may come to a body [m], and whether it is solid: what it had as a liquid is no memory then.
+// At what distance contact of a particle begins that has left the body once [m], and its ClosestApproach::solid.
 struct SoftReach {
   real limit;
   std::uint32_t solid;

@@ -130,7 +130,6 @@ class Reference:
                               "error": measures.difference(run["force"], force)["rms"]}
                              for h, run, wall in zip(self.spacings, self.runs, self.walls)]}
 
-
     def save(self, path):
         """Writes the reference, so that other machines can judge by it."""
         about = {"summary": self.summary(), "digest": self.runner.motion_digest}
