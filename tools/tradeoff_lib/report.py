@@ -86,7 +86,7 @@ def page_of(one):
 
 
 def plot(one, path):
-    """Error against cost, the front and the levels marked."""
+    """Error against cost, the front and the levels marked. Raises ImportError where there is no matplotlib."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # here, because it takes long and most calls draw nothing
     from matplotlib.figure import Figure
 
@@ -170,7 +170,8 @@ def front_of(one):
 
 def stored_point(p, least):
     """A point as programs read it. A level's numbers may change, so they are written out."""
-    return {"spacing_m": p["spacing_m"], "set": p["set"] | (numbers_of_level(p) if p["level"] else {}), "particles": p["summary"]["particles"],
+    settings = p["set"] | (numbers_of_level(p) if p["level"] else {})
+    return {"spacing_m": p["spacing_m"], "set": settings, "particles": p["summary"]["particles"],
             "sub_steps": p["summary"]["sub_steps"], "step_median_s": p["summary"]["step_median_s"],
             "step_p99_s": p["summary"]["step_p99_s"], **calm_step(p), "error": cost_and_error(p, least)[1],
             "noise_N": p["errors"]["noise_N"], "memory_bytes": p["summary"]["memory_bytes"]}
@@ -208,7 +209,7 @@ def store(one, folder):
     whole["scenes"][one["scene"]] = {
         "medium": one["medium"], "reference": {"uncertainty": ref["uncertainty"], "note": ref["note"]},
         "rule": "points that no other beats in both median step time and force error (rms over rms, below 30 Hz; "
-                f"below {share(told_apart(ref['uncertainty']))} errors are not told apart), "
+                f"below {share(least)} errors are not told apart), "
                 f"measured along the path of {one['duration_s']:g} s",
         "points": [stored_point(p, least) for p in front_of(one)],
         "levels": {p["level"]: stored_point(p, least)
