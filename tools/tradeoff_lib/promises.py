@@ -6,6 +6,7 @@ from tradeoff_lib.report import cost_and_error, front_of, promise_line, told_apa
 WITHIN = 0.2  # what is asked for may be exceeded by this share
 BUDGETS = (0.7, 1.4, 3.0)  # of the front's middle step
 ERRORS = (0.8, 1.3, 2.0)  # of the front's middle error
+MOST = 0.99  # that --error takes
 
 
 def questions(one):
@@ -16,7 +17,7 @@ def questions(one):
     step, error = front[len(front) // 2]
     slowest, worst = front[-1][0], front[0][1]
     return ([("--budget", share * step) for share in BUDGETS if share * step < slowest]
-            + [("--error", share * error) for share in ERRORS if share * error < worst])
+            + [("--error", share * error) for share in ERRORS if share * error < min(worst, MOST)])
 
 
 def keep(runner, one, reference, say):

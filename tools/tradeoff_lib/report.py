@@ -7,7 +7,7 @@ import re
 from tradeoff_lib import levels
 from tradeoff_lib.judge import number, share
 from tradeoff_lib.measures import JND, TOLERANCE, dominators
-from tradeoff_lib.scenes import ALPHA, LEVELS, MEDIA
+from tradeoff_lib.scenes import ALPHA, LEVELS, MEDIA, Unknown
 
 # Okabe and Ito's palette, as tools/plot.py has it
 LABEL_AT = {"fast": (7, 4), "balanced": (-12, 9), "accurate": (7, -12)}  # apart where two levels cost the same [points]
@@ -196,7 +196,10 @@ def calm_step(p):
 
 
 def store(one, folder):
-    """Puts the front of a scene into the table of its machine class, CLASS.json."""
+    """Puts the front of a scene into the table of its machine class, CLASS.json. Raises Unknown where the reference is too
+    short to tell errors by."""
+    if one["reference"]["uncertainty"] is None:
+        raise Unknown(f"{one['scene']}: nothing was stored, since the reference is of fewer than three spacings")
     path = folder / f"{one['class']}.json"
     try:
         whole = json.loads(path.read_text())

@@ -118,7 +118,7 @@ class Runner:
         result = {"status": {0: "done", 3: "unhealthy", None: "late"}.get(status, "refused"), "said": said,
                   "quiet": quiet, "wall_s": time.monotonic() - began, "summary": None}
         if result["status"] == "done":
-            result["summary"] = json.loads((out / "summary.json").read_text())
+            result["summary"] = json.loads((out / "summary.json").read_text().replace(f"{ROOT}/", ""))
         out.mkdir(parents=True, exist_ok=True)
         for file in out.glob("*.csv"):
             if not file.name.startswith(("proxy", "totals")):
