@@ -128,7 +128,7 @@ StepLimit limit_by_rounding(const Scene& scene, const Plan& plan) {
 }  // namespace
 
 std::vector<StepLimit> limits_by_elasticity(const Scene& scene, const Plan& plan, bool changing) {
-  const double dx = scene.spacing, ratio = plan.elastic_support / dx;
+  const double dx = scene.spacing, ratio = (changing ? plan.change_support : plan.elastic_support) / dx;
   StepLimit by_waves, by_damping;
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     if (plan.changes[b] != changing || (!changing && scene.bodies[b].type != BodyKind::elastic)) continue;

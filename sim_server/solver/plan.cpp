@@ -260,7 +260,8 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
     plan.artificial = plan.diffusion = 0;
     plan.tension = false;
   }
-  plan.change_support = plan.elastic_support;
+  // past two spacings a particle would have more partners than it has room for (state_change.h)
+  plan.change_support = std::min(plan.elastic_support, 2 * scene.spacing);
   plan.skin = skin_over_spacing * scene.spacing;
   plan_cells(scene, cells_per_reach, plan);
   plan_sub_steps(scene, plan);
