@@ -16,6 +16,7 @@ constexpr double kApart = 0.7;        // of a spacing, between elastic bodies: n
 constexpr double kCoincident = 1e-3;  // of a spacing, within a body
 constexpr double kElastic = 0.5;      // of a spacing, within an elastic body: nearer ones are too stiff for a step
 constexpr double kSurface = 1e-6;     // of a spacing, the rounding of a place on a surface
+constexpr double kPressed = 0.3;      // of a spacing, of solids: the springs of contact would throw deeper ones apart
 
 std::string place(const Eigen::Vector3d& p) { return fmt::format("({:.4g}, {:.4g}, {:.4g}) m", p.x(), p.y(), p.z()); }
 
@@ -85,6 +86,22 @@ void check_inside_domain(Scene& scene, std::vector<std::string>& faults) {
   }
 }
 
+// Finds rigid bodies and their obstacles that begin inside one another, by the corners of their surfaces.
+void check_pressed(const Scene& scene, const std::vector<std::optional<Solid>>& solids, Pairs& pairs) {
+  const auto solid = [](const Body& body) { return body.type == BodyKind::rigid || body.type == BodyKind::fixed; };
+  for (std::uint32_t a = 0; a < scene.bodies.size(); ++a)
+    for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+      const Body &one = scene.bodies[a], &other = scene.bodies[b];
+      if (a == b || !solids[b] || !solid(one) || !solid(other)) continue;
+      if (one.type == BodyKind::fixed && other.type == BodyKind::fixed) continue;
+      const Eigen::Isometry3d to_other = Eigen::Translation3d(other.position) * other.orientation * solids[b]->frame;
+      const Eigen::Isometry3d to_solid = to_other.inverse() * Eigen::Translation3d(one.position) * one.orientation;
+      for (const Eigen::Vector3d& corner : one.surface.vertices)
+        if (well_inside(*solids[b], to_solid * corner, kPressed * scene.spacing))
+          pairs.overlap(a, b, one.position + one.orientation * corner);
+    }
+}
+
 void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& solids, ThreadTeam& team,
                  std::vector<std::string>& faults) {
   Pairs pairs(scene, faults);
@@ -100,6 +117,7 @@ void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& so
     for (std::uint32_t i = 0; i < scene.position.size(); ++i)
       if (inside[i] != 0) pairs.overlap(scene.body[i], b, scene.position[i]);
   }
+  check_pressed(scene, solids, pairs);
 }
 
 void check_distances(const Scene& scene, ThreadTeam& team, std::vector<std::string>& faults) {

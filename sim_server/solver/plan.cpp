@@ -238,11 +238,12 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   if (config.materials.size() > kMaxMaterials)
     throw ConfigError(
         fmt::format("{}: {} materials; expected at most {}", config.path, config.materials.size(), kMaxMaterials));
-  check_rounding(scene);
+  check_places(scene);
   Plan plan;
   plan.method = config.method;
   plan_bodies(scene, plan);
   check_weight(scene, plan);
+  check_densities(scene, plan);
   plan.temperature = !scene.temperature.empty();
   plan.cohesion = has_cohesion(scene);
   // with two spacings attraction freezes the particles on their lattice: a cube does not become a ball
@@ -265,6 +266,8 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan.skin = skin_over_spacing * scene.spacing;
   plan_cells(scene, cells_per_reach, plan);
   plan_sub_steps(scene, plan);
+  check_motion(scene, plan);
+  check_stiffness(scene, plan);
   plan_heat(scene, plan);
   return plan;
 }

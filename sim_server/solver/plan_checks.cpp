@@ -1,6 +1,7 @@
 #include "sim_server/solver/plan_checks.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include <fmt/format.h>
@@ -10,18 +11,57 @@
 #include "sim_server/solver/body_bounds.h"
 
 namespace palp {
+namespace {
 
-void check_rounding(const Scene& scene) {
-  constexpr double kMostRounding = 0.01;  // of a spacing
+constexpr double kRounding = std::numeric_limits<real>::epsilon();
+
+// Returns the speed of what has fallen through a spacing on earth [m/s]: a measure for speeds in any scene.
+double falling(const Scene& scene) { return std::sqrt(2 * 9.81 * scene.spacing); }
+
+// Returns how far the farthest particle or body is from the origin along an axis [m].
+double farthest(const Scene& scene) {
   double far = 0;
   for (const Eigen::Vector3d& x : scene.position) far = std::max(far, x.cwiseAbs().maxCoeff());
   for (const Body& body : scene.bodies) far = std::max(far, body.position.cwiseAbs().maxCoeff());
-  const double rounding = far * std::numeric_limits<real>::epsilon();
-  if (rounding <= kMostRounding * scene.spacing) return;
+  return far;
+}
+
+}  // namespace
+
+void check_places(const Scene& scene) {
+  constexpr double kMost = 0.01;  // of a spacing
+  const double far = farthest(scene), rounding = far * kRounding;
+  if (rounding <= kMost * scene.spacing) return;
   throw ConfigError(fmt::format(
       "{}: bodies lie {:.3g} m from the origin, where places are rounded to {:.2g} mm, expected at most {:.2g} mm, "
       "{:g} % of the spacing: move the scene to the origin or raise the spacing",
-      scene.config.path, far, 1e3 * rounding, 1e3 * kMostRounding * scene.spacing, 100 * kMostRounding));
+      scene.config.path, far, 1e3 * rounding, 1e3 * kMost * scene.spacing, 100 * kMost));
+}
+
+void check_motion(const Scene& scene, const Plan& plan) {
+  constexpr double kMost = 0.05;  // of the motion in a sub-step
+  const double far = farthest(scene), rounding = far * kRounding, motion = falling(scene) * plan.dt;
+  const bool rigid = std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                                 [](const Body& body) { return body.type == BodyKind::rigid; });
+  if ((!rigid && !plan.change) || rounding <= kMost * motion) return;
+  throw ConfigError(fmt::format(
+      "{}: bodies lie {:.3g} m from the origin, where places are rounded to {:.2g} um, and what falls through one "
+      "spacing moves by {:.2g} um in a sub-step of {:.2g} us, expected {:g} times the rounding: move the scene to the "
+      "origin, raise the spacing, or soften what limits the sub-step ({})",
+      scene.config.path, far, 1e6 * rounding, 1e6 * motion, 1e6 * plan.dt, 1 / kMost, plan.limited_by));
+}
+
+void check_stiffness(const Scene& scene, const Plan& plan) {
+  constexpr double kMost = 3;  // of the speed of a fall through a spacing, in a second
+  if (!plan.elastic || plan.elastic_rounds > 0) return;
+  // velocities are rounded in proportion to dx / dt, and 1 / dt roundings add up as a random walk does
+  const double noise = kRounding / 2 * scene.spacing * std::pow(plan.dt, -1.5), most = kMost * falling(scene);
+  if (noise <= most) return;
+  const char* other = plan.method == Method::paper ? "use method \"accurate\"" : "leave elastic_solver out";
+  throw ConfigError(fmt::format(
+      "{}: explicit elasticity takes sub-steps of {:.2g} us, whose rounding would agitate bodies by {:.2g} m/s in a "
+      "second, expected at most {:.2g} m/s: lower young_modulus, raise the spacing, or {}",
+      scene.config.path, 1e6 * plan.dt, noise, most, other));
 }
 
 void check_weight(const Scene& scene, const Plan& plan) {
@@ -38,6 +78,23 @@ void check_weight(const Scene& scene, const Plan& plan) {
         "with method \"paper\": raise young_modulus, or use method \"accurate\"",
         scene.config.path, m.name, 100 * strain, 100 * kMostStrain));
   }
+}
+
+void check_densities(const Scene& scene, const Plan& plan) {
+  constexpr double kMostRatio = 10;
+  if (plan.method != Method::paper) return;
+  const MaterialConfig *light = nullptr, *heavy = nullptr;
+  for (const Body& body : scene.bodies) {
+    if (body.count == 0 || (body.type != BodyKind::fluid && body.type != BodyKind::elastic)) continue;
+    const MaterialConfig& m = scene.config.materials[body.material];
+    if (light == nullptr || m.density < light->density) light = &m;
+    if (heavy == nullptr || m.density > heavy->density) heavy = &m;
+  }
+  if (light == nullptr || heavy->density <= kMostRatio * light->density) return;
+  throw ConfigError(fmt::format(
+      "{}: material '{}' is {:.3g} times as dense as '{}', expected at most {:g} times with method \"paper\": bring "
+      "the densities nearer, or use method \"accurate\"",
+      scene.config.path, heavy->name, heavy->density / light->density, light->name, kMostRatio));
 }
 
 }  // namespace palp

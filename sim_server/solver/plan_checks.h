@@ -6,10 +6,21 @@
 namespace palp {
 
 // Throws a ConfigError for a scene so far from the origin that places could not be told apart well enough.
-void check_rounding(const Scene& scene);
+void check_places(const Scene& scene);
+
+// Throws a ConfigError where rounding of places is a good part of how far things move in a sub-step, for what is held
+// together by contact or bonds: fluids bear it, and elastic bodies know how far they are from their place at rest.
+void check_motion(const Scene& scene, const Plan& plan);
+
+// Throws a ConfigError for explicit elasticity in so short sub-steps that their rounding moves bodies.
+void check_stiffness(const Scene& scene, const Plan& plan);
 
 // Throws a ConfigError for matter that changes state and that method "paper" could not bear: its pressure is the
 // gradient of no energy, so that a solid which its weight crushes bounces ever higher.
 void check_weight(const Scene& scene, const Plan& plan);
+
+// Throws a ConfigError for media that meet by method "paper" and differ in density more than it can bear: its pressure
+// weighs neighbours by their mass, so that a light one is thrown by a heavy one.
+void check_densities(const Scene& scene, const Plan& plan);
 
 }  // namespace palp

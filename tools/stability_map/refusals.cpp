@@ -18,6 +18,8 @@ constexpr Kind kKinds[] = {
     {"particles in one place", "in one place", "leave one of them out"},
     {"particles too close for an elastic body", "apart", "leave one of them out"},
     {"too far from the origin", "from the origin, where places are rounded", "move the scene to the origin"},
+    {"too stiff for single precision", "whose rounding would agitate bodies", "lower young_modulus"},
+    {"densities too far apart for method paper", "times as dense as", "bring the densities nearer"},
     {"too soft for its weight", "under its own weight", "raise young_modulus"},
     {"outside the domain", "outside the domain", "move it"},
     {"period too short", "the domain is periodic", "lengthen the domain"},

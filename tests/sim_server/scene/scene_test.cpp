@@ -123,6 +123,20 @@ TEST(Scene, OverlapsNameBothBodies) {
   EXPECT_NE(fault_of(config).find("'oil' overlaps body 'water'"), std::string::npos);
 }
 
+// The springs of contact would throw them apart, also where no particle's centre is inside.
+TEST(Scene, SolidsMayNotBePressedTogether) {
+  SceneConfig config = scene(0.1);
+  config.bodies.push_back(body("table", BodyKind::fixed, box({1, 1, 0.2}, {0, 0, -0.1})));
+  config.bodies.push_back(body("stone", BodyKind::rigid, box({0.2, 0.2, 0.2}, {0, 0, 0.06})));
+  EXPECT_NE(fault_of(config).find("'stone' overlaps body 'table'"), std::string::npos) << fault_of(config);
+  config.bodies[1].shapes[0].position.z() = 0.08;
+  EXPECT_EQ(fault_of(config), "");
+  // a large stone on a narrow post, whose corners are the ones inside
+  config.bodies[0] = body("post", BodyKind::fixed, box({0.2, 0.2, 0.4}, {0, 0, -0.2}));
+  config.bodies[1] = body("stone", BodyKind::rigid, box({0.8, 0.8, 0.2}, {0, 0, 0.06}));
+  EXPECT_NE(fault_of(config).find("'stone' overlaps body 'post'"), std::string::npos) << fault_of(config);
+}
+
 // Half a spacing into one another they would burst apart.
 TEST(Scene, ElasticBodiesMayNotBePressedTogether) {
   SceneConfig config = scene(0.1);

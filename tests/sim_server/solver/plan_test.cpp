@@ -171,6 +171,59 @@ TEST(Plan, RefusesScenesFarFromTheOrigin) {
   }
 }
 
+// Returns what a scene is refused with; empty where it is not.
+std::string fault_of(const Scene& scene) {
+  try {
+    make_plan(scene);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// A stone that falls moves by less and less of what places are rounded to.
+TEST(Plan, RefusesRigidBodiesWhoseMotionIsRounded) {
+  Scene scene = empty_scene(0.1, {-2000, -1, -1}, {2000, 1, 1});
+  add_material(scene, 1000, 0);
+  add_body(scene, "stone", BodyKind::rigid, 0, {0, 0, 0}, {0.2, 0.2, 0.2});
+  EXPECT_EQ(fault_of(scene), "");
+  scene.bodies[0].position.x() = 100;
+  EXPECT_EQ(fault_of(scene), "");
+  scene.bodies[0].position.x() = 1000;
+  const std::string expected = sizeof(real) == 4 ? "expected 20 times the rounding: move the scene to the origin" : "";
+  EXPECT_NE(fault_of(scene).find(expected), std::string::npos) << fault_of(scene);
+  // a fluid there is none the worse for it
+  scene.bodies[0].type = BodyKind::fluid;
+  EXPECT_EQ(fault_of(scene), "");
+}
+
+TEST(Plan, RefusesExplicitElasticityThatRoundingAgitates) {
+  Scene scene = empty_scene(0.02, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
+  add_material(scene, 1000, 0);
+  scene.config.materials[0].poisson_ratio = 0.3;
+  add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, {0.08, 0.08, 0.06});
+  scene.config.numerics.elastic_solver = ElasticSolver::explicit_;
+  scene.config.materials[0].young_modulus = 1e9;
+  EXPECT_EQ(fault_of(scene), "");
+  scene.config.materials[0].young_modulus = 1e12;
+  const std::string expected = sizeof(real) == 4 ? "or leave elastic_solver out" : "";
+  EXPECT_NE(fault_of(scene).find(expected), std::string::npos) << fault_of(scene);
+  scene.config.numerics.elastic_solver.reset();
+  EXPECT_EQ(fault_of(scene), "");
+}
+
+TEST(Plan, RefusesMediaOfUnlikeDensityByMethodPaper) {
+  Scene scene = pool();
+  const auto foam = add_material(scene, 99, 1e-3);
+  add_body(scene, "foam", BodyKind::fluid, foam, {-0.2, -0.2, 0.35}, {0.2, 0.2, 0.4});
+  EXPECT_EQ(fault_of(scene), "");
+  scene.config.method = Method::paper;
+  EXPECT_NE(fault_of(scene).find("expected at most 10 times with method \"paper\""), std::string::npos)
+      << fault_of(scene);
+  scene.config.materials[foam].density = 101;
+  EXPECT_EQ(fault_of(scene), "");
+}
+
 TEST(Plan, BoundsTheCellsOfAHugeDomain) {
   Scene scene = pool();
   scene.bounds_min = Eigen::Vector3d::Constant(-500);
