@@ -29,6 +29,10 @@ Vector3d vector_at(const std::vector<float>& values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
 }
 
+// Returns the place at which gravity's potential is counted for what is at x with velocity v: by symplectic Euler
+// velocities belong to the middle of the sub-step that ended at x.
+Vector3d before(const Vector3d& x, const Vector3d& v, double sub_step) { return x - sub_step / 2 * v; }
+
 bool is_soft(const Body& body) { return body.type == BodyKind::fluid || body.type == BodyKind::elastic; }
 
 }  // namespace
@@ -97,7 +101,7 @@ void Books::add_particles(std::size_t b, Sums& out) {
     const double m = mass_of_[i];
     const Vector3d v = vector_at(snapshot_.velocity, i);
     const double kinetic = m / 2 * v.squaredNorm();
-    const double potential = -m * scene_.config.gravity.dot(vector_at(snapshot_.position, i));
+    const double potential = -m * scene_.config.gravity.dot(before(vector_at(snapshot_.position, i), v, sub_step_));
     const double stored = (snapshot_.stored.empty() ? 0.0 : snapshot_.stored[i]) +
                           (body.type == BodyKind::fluid ? m * compression(i, density) : 0.0);
     gone_[i] = kinetic + potential + stored;
@@ -120,7 +124,9 @@ Books::Sums Books::sums(const StepOutput& output) {
     }
     const RigidMomenta whole = momenta_of(body, output.bodies[b].state);
     out.kinetic += whole.kinetic;
-    out.potential -= body.mass * scene_.config.gravity.dot(whole.center);
+    const Vector3d v = whole.momentum / body.mass;
+    const Vector3d at = tool_[b] ? whole.center : before(whole.center, v, sub_step_);  // tools are moved implicitly
+    out.potential -= body.mass * scene_.config.gravity.dot(at);
     if (tool_[b]) continue;
     out.momentum += whole.momentum;
     out.momenta += whole.momentum.norm();
