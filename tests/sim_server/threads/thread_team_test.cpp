@@ -105,7 +105,8 @@ std::multiset<char> thread_states() {
 TEST(ThreadTeam, SleepsWhereThereIsNothingToDo) {
   ThreadTeam team(5);
   team.for_each(1000, 1, [](std::size_t) {});
-  EXPECT_TRUE(eventually([] { return thread_states().count('S') == 4; }));
+  // this one alone runs; a sanitizer has threads of its own, which sleep, too
+  EXPECT_TRUE(eventually([] { return thread_states().count('R') == 1; }));
 }
 
 TEST(AvailableThreads, AreThoseThatTheUserAsksFor) {
