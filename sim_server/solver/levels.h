@@ -7,8 +7,8 @@
 namespace palp {
 
 // Alpha, measured on two CPU cores with tray_fluid along its stirring path at 40, 35, 30, 25, 20 and 16 mm, at one
-// cost: the force erred by 60, 39, 31, 27, 24 and 24 % with 0.02 at H = 3 dx, and by 72, 51, 49, 46, 39 and 39 % with
-// 0.05; at H = 2 dx by 82, 47, 45, 45, 42 and 35 % with 0.02, and by 123, 80, 92, 89, 77 and 72 % with 0.1
+// cost: the force erred by 79, 55, 49, 46, 40 and 39 % with 0.02 at H = 3 dx, and by 94, 71, 70, 68, 59 and 58 % with
+// 0.05; at H = 2 dx by 103, 64, 61, 63, 58 and 50 % with 0.02, and by 148, 104, 113, 110, 98 and 93 % with 0.1
 // (tools/results/trade.md). It acts as a viscosity of alpha c H / 20, a hundred times an oil's with 0.05. But with 0.02
 // a gas beneath water was thrown faster than it could have fallen, a splash that froze gained 3 % of energy, and a rod
 // that froze in a hand jumped by 3.4 %.
