@@ -86,6 +86,11 @@ void check_inside_domain(Scene& scene, std::vector<std::string>& faults) {
   }
 }
 
+// Returns what takes places of the world into the frame of a body's solid.
+Eigen::Isometry3d into_solid(const Body& body, const Solid& solid) {
+  return (Eigen::Translation3d(body.position) * body.orientation * solid.frame).inverse();
+}
+
 // Finds rigid bodies and their obstacles that begin inside one another, by the corners of their surfaces.
 void check_pressed(const Scene& scene, const std::vector<std::optional<Solid>>& solids, Pairs& pairs) {
   const auto solid = [](const Body& body) { return body.type == BodyKind::rigid || body.type == BodyKind::fixed; };
@@ -94,11 +99,11 @@ void check_pressed(const Scene& scene, const std::vector<std::optional<Solid>>& 
       const Body &one = scene.bodies[a], &other = scene.bodies[b];
       if (a == b || !solids[b] || !solid(one) || !solid(other)) continue;
       if (one.type == BodyKind::fixed && other.type == BodyKind::fixed) continue;
-      const Eigen::Isometry3d to_other = Eigen::Translation3d(other.position) * other.orientation * solids[b]->frame;
-      const Eigen::Isometry3d to_solid = to_other.inverse() * Eigen::Translation3d(one.position) * one.orientation;
-      for (const Eigen::Vector3d& corner : one.surface.vertices)
-        if (well_inside(*solids[b], to_solid * corner, kPressed * scene.spacing))
-          pairs.overlap(a, b, one.position + one.orientation * corner);
+      const Eigen::Isometry3d to_solid = into_solid(other, *solids[b]);
+      for (const Eigen::Vector3d& corner : one.surface.vertices) {
+        const Eigen::Vector3d at = one.position + one.orientation * corner;
+        if (well_inside(*solids[b], to_solid * at, kPressed * scene.spacing)) pairs.overlap(a, b, at);
+      }
     }
 }
 
@@ -108,9 +113,7 @@ void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& so
   std::vector<std::uint8_t> inside(scene.position.size());
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     if (!solids[b]) continue;
-    const Body& body = scene.bodies[b];
-    const Eigen::Isometry3d to_world = Eigen::Translation3d(body.position) * body.orientation * solids[b]->frame;
-    const Eigen::Isometry3d to_solid = to_world.inverse();
+    const Eigen::Isometry3d to_solid = into_solid(scene.bodies[b], *solids[b]);
     team.for_each(scene.position.size(), kParticlesAtOnce, [&](std::size_t i) {
       inside[i] = scene.body[i] != b && well_inside(*solids[b], to_solid * scene.position[i], kSurface * scene.spacing);
     });
