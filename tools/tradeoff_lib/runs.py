@@ -28,6 +28,11 @@ def busy_cores(seconds=0.3):
     return (ticks() - begin) / os.sysconf("SC_CLK_TCK") / seconds
 
 
+def portable(text):
+    """What a program said, without this machine's path: results are kept where other checkouts read them."""
+    return text.replace(f"{ROOT}/", "")
+
+
 def program_in(folder, name="palp-run"):
     for file in (folder / name, folder / name.replace("-", "_")):
         if file.is_file():
@@ -118,7 +123,7 @@ class Runner:
         result = {"status": {0: "done", 3: "unhealthy", None: "late"}.get(status, "refused"), "said": said,
                   "quiet": quiet, "wall_s": time.monotonic() - began, "summary": None}
         if result["status"] == "done":
-            result["summary"] = json.loads((out / "summary.json").read_text().replace(f"{ROOT}/", ""))
+            result["summary"] = json.loads(portable((out / "summary.json").read_text()))
         out.mkdir(parents=True, exist_ok=True)
         for file in out.glob("*.csv"):
             if not file.name.startswith(("proxy", "totals")):
@@ -159,8 +164,7 @@ class Runner:
         finally:
             with self.lock:
                 self.children.remove(process)
-        said = said.replace(f"{ROOT}/", "")  # results are kept where other checkouts read them
-        return process.returncode, (said.strip().splitlines() or ["no word"])[-1][-400:]
+        return process.returncode, (portable(said).strip().splitlines() or ["no word"])[-1][-400:]
 
     def stop(self):
         """Ends what runs."""
