@@ -10,8 +10,7 @@ namespace palp {
 // cost: the force erred by 79, 55, 49, 46, 40 and 39 % with 0.02 at H = 3 dx, and by 94, 71, 70, 68, 59 and 58 % with
 // 0.05; at H = 2 dx by 103, 64, 61, 63, 58 and 50 % with 0.02, and by 148, 104, 113, 110, 98 and 93 % with 0.1
 // (tools/results/trade.md). It acts as a viscosity of alpha c H / 20, a hundred times an oil's with 0.05. But with 0.02
-// a gas beneath water was thrown faster than it could have fallen, a splash that froze gained 3 % of energy, and a rod
-// that froze in a hand jumped by 3.4 %.
+// a gas beneath water was thrown faster than it could have fallen, and a rod that froze in a hand jumped by 3.4 %.
 struct Level {
   double support_over_spacing;  // H / dx
   double mach;                  // sound speed over the largest expected speed
