@@ -97,6 +97,8 @@ void read_numerics(TomlTable& root, SceneConfig& scene, const SceneOverrides& ov
   n.tension = table.boolean("tension");
   n.solid_particles = table.boolean("solid_particles").value_or(false) || overrides.solid_particles;
   if (const auto steps = table.integer("sub_steps", 1, 100000)) n.sub_steps = static_cast<int>(*steps);
+  n.sleep_speed = table.number("sleep_speed", range_of("numerics.sleep_speed"));
+  n.region_of_interest = table.number("region_of_interest", range_of("numerics.region_of_interest"));
   n.safety = table.number("safety", range_of("numerics.safety")).value_or(n.safety);
   if (n.sound_speed && n.max_speed && *n.sound_speed <= *n.max_speed) {
     table.fault("sound_speed", fmt::format("sound_speed is {}, expected more than max_speed, which is {} (ten times "

@@ -132,6 +132,7 @@ Json json_of(const Simulation& simulation, const RunResult& result, const Health
            {"particles_outside", health.outside},
            {"particles_gone", health.inactive},
            {"mass_gone_kg", health.inactive_mass},
+           {"particles_asleep", health.asleep},
            {"particles_non_finite", health.non_finite}};
   out.update(json_of(result.record));
   return out;

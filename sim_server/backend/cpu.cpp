@@ -30,10 +30,12 @@ constexpr const char* kInstructions = "baseline";
 // Lists of the neighbours within the support radius and a skin, made once for many sub-steps.
 class NeighborLists {
  public:
-  // Returns false when a particle has moved by half of the skin: then new lists are due.
-  bool still_valid(const Packed* xV, std::uint32_t n, const CellGrid& grid) const {
+  // Returns false when a particle that is awake has moved by half of the skin: then new lists are due.
+  bool still_valid(const ParticleView& state, std::uint32_t n, const CellGrid& grid) const {
     if (!valid_) return false;
+    const Packed* xV = state.xV;
     for (std::uint32_t i = 0; i < n; ++i) {
+      if (state.tag[i].asleep()) continue;
       Vec3 d = xV[i].xyz() - listed_at_[i];
       for (int a = 0; a < 3; ++a)
         if (std::abs(d[a]) > real(0.5) * grid.period[a]) d[a] = std::abs(d[a]) - grid.period[a];
@@ -61,7 +63,7 @@ class NeighborLists {
         const Tag tag_i = sorted.tag[i];
         end_[i] = static_cast<std::uint32_t>(size);
         listed_at_[i] = sorted.xV[i].xyz();
-        if (tag_i.inactive()) continue;
+        if (tag_i.inactive() || tag_i.asleep()) continue;
         for_each_run(grid, sorted.xV[i].xyz(), reach, SerialTeam{},
                      [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
                        // without branches, because a processor cannot predict which candidates are in reach
@@ -184,7 +186,7 @@ class Cpu {
     note(name);
     team_.for_each(n, kChunk, [this, &f](std::size_t k) {
       const auto i = static_cast<std::uint32_t>(k);
-      f(i, lists_.of(i));
+      if (!asleep(i)) f(i, lists_.of(i));
     });
   }
   template <class F>
@@ -203,8 +205,13 @@ class Cpu {
   const std::uint32_t* allocate_sort(std::uint32_t particles, std::uint32_t cells, double) {
     cell_ = allocate<std::uint32_t>("sort cell", particles);
     start_ = allocate<std::uint32_t>("sort start", cells + 2);
+    due_ = allocate<std::uint32_t>("lists due", 1);
     return start_;
   }
+  // Returns the flag that asks for new lists.
+  std::uint32_t* lists_due() const { return due_; }
+  // Makes the stages of particles pass over those that sleep; `sorted` are the tags as sorting writes them.
+  void let_sleep(const Tag* sorted) { tag_ = sorted; }
 
   static std::uint32_t neighbor_overflow() { return 0; }  // lists grow as needed
 
@@ -213,20 +220,24 @@ class Cpu {
   void sort_into_cells(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid,
                        real support, real skin, const Pair& interacts) {
     note("sort");
-    if (lists_.still_valid(from.xV, n, grid)) {
+    if (*due_ == 0 && lists_.still_valid(from, n, grid)) {
       team_.for_each(n, kCheapChunk, [&](std::size_t k) {
         const auto i = static_cast<std::uint32_t>(k);
-        copy_particle(from, i, to, i);
+        if (!from.tag[i].asleep()) copy_particle(from, i, to, i);
       });
       return;
     }
+    *due_ = 0;
     sort(from, to, n, grid);
     lists_.build(to, n, grid, support, skin, interacts, team_);
   }
 
   template <class F>
   void move(const char* name, std::uint32_t n, const F& f) {
-    for_each(name, n, f);
+    note(name);
+    team_.for_each(n, kCheapChunk, [this, &f](std::size_t i) {
+      if (!asleep(i)) f(static_cast<std::uint32_t>(i));
+    });
   }
 
  private:
@@ -236,7 +247,10 @@ class Cpu {
   static constexpr std::size_t kChunk = 64, kCheapChunk = 1024;
   static constexpr std::align_val_t kAlign{64};
 
-  // Sorts the particles by cell, by a stable counting sort; inactive particles have a cell of their own.
+  bool asleep(std::size_t i) const { return tag_ != nullptr && tag_[i].asleep(); }
+
+  // Sorts the particles by cell, by a stable counting sort; inactive particles have a cell of their own. What sleeps is
+  // put back into the state, too, since no stage does that.
   void sort(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid) {
     const std::uint32_t cells = grid.cells() + 1;
     std::fill(start_, start_ + cells + 1, 0u);
@@ -246,6 +260,8 @@ class Cpu {
     }
     for (std::uint32_t c = 0; c < cells; ++c) start_[c + 1] += start_[c];
     for (std::uint32_t i = 0; i < n; ++i) copy_particle(from, i, to, start_[cell_[i]]++);
+    for (std::uint32_t i = 0; i < n; ++i)
+      if (to.tag[i].asleep()) copy_particle(to, i, from, i);
     // start_[c] now is the end of cell c, that is the start of c + 1
     for (std::uint32_t c = cells; c > 0; --c) start_[c] = start_[c - 1];
     start_[0] = 0;
@@ -276,7 +292,8 @@ class Cpu {
   StageTimes* times_ = nullptr;
   const char* stage_ = nullptr;  // the one that runs while times are taken
   std::chrono::steady_clock::time_point stage_begin_;
-  std::uint32_t *cell_ = nullptr, *start_ = nullptr;
+  std::uint32_t *cell_ = nullptr, *start_ = nullptr, *due_ = nullptr;
+  const Tag* tag_ = nullptr;  // of the particles as they are sorted; null where none may sleep
   NeighborLists lists_;
 };
 

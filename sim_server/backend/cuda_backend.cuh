@@ -208,6 +208,10 @@ class Cuda {
     *lists.neighbor_overflow = 0;
     return work_.start;
   }
+  // Returns the flag that asks for new lists.
+  std::uint32_t* lists_due() const { return work_.due; }
+  // Makes the stages of particles pass over those that sleep; `sorted` are the tags as sorting writes them.
+  void let_sleep(const Tag* sorted) { work_.lists.tag = sorted; }
   // Returns the number of times that a particle had more neighbours than room since the last reset.
   std::uint32_t neighbor_overflow() const {
     return work_.lists.neighbor_overflow != nullptr ? *work_.lists.neighbor_overflow : 0;

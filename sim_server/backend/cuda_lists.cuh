@@ -167,7 +167,8 @@ __device__ inline std::uint32_t list_by_lanes(const ListWork& w, std::uint32_t i
   return count;
 }
 
-// Sorts the particles and lists their neighbours if that is due. One kernel, whose blocks all run at once and wait for
+// Sorts the particles and lists their neighbours if that is due. What sleeps needs no list, and is put back into the
+// state, since no stage does that. One kernel, whose blocks all run at once and wait for
 // each other: one that finds nothing to do costs 1.6 us, a conditional node that is not taken 4.5 (tools/results).
 template <bool kOneThread, class Pair>
 __global__ void __launch_bounds__(kListThreads) rebuild_lists(ListWork w, Pair interacts) {
@@ -180,8 +181,9 @@ __global__ void __launch_bounds__(kListThreads) rebuild_lists(ListWork w, Pair i
   constexpr std::uint32_t kLanes = kOneThread ? 1 : kSearchLanes, kAtOnce = kListThreads / kLanes;
   for (std::uint32_t i = blockIdx.x * kAtOnce + threadIdx.x / kLanes; i < w.n; i += gridDim.x * kAtOnce) {
     std::uint32_t count = 0;
-    if (w.to.tag[i].inactive()) {
+    if (w.to.tag[i].inactive() || w.to.tag[i].asleep()) {
       if (threadIdx.x % kLanes == 0) w.lists.count[i] = 0;
+      if (threadIdx.x % kLanes == 0 && w.to.tag[i].asleep()) copy_particle(w.to, i, w.from, i);
       continue;
     }
     if constexpr (kOneThread)
@@ -201,7 +203,7 @@ __global__ void run_move(F f, ListWork w, real skin) {
   wait_for_previous_kernel();
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   bool due = false;
-  if (i < w.n) {
+  if (i < w.n && !w.lists.asleep(i)) {
     f(i);
     copy_changing(w.from, i, w.to, i);
     due = !(real(4) * separation(w.grid, w.from.xV[i].xyz(), w.listed_at[i]).squaredNorm() < skin * skin);

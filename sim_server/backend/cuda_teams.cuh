@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim_server/physics/cell_grid.h"
+#include "sim_server/physics/particles.h"
 
 namespace palp {
 
@@ -23,6 +24,9 @@ struct DeviceLists {
   std::uint32_t* neighbor_overflow = nullptr;  // in the host's memory: times that a particle had more than room
   std::uint32_t room = 0;                      // entries per particle
   std::uint32_t lanes = 1;                     // lanes per particle, a power of two
+  const Tag* tag = nullptr;                    // of the particles as they are sorted; null where none may sleep
+
+  PALP_HD bool asleep(std::uint32_t i) const { return tag != nullptr && tag[i].asleep(); }
 
   PALP_HD std::size_t index(std::uint32_t n, std::uint32_t i, std::uint32_t k) const {
     return (std::size_t(k / lanes) * n + i) * lanes + k % lanes;
@@ -136,7 +140,7 @@ template <int L, class F>
 __global__ void __launch_bounds__(kTeamThreads) run_team(std::uint32_t n, DeviceLists lists, F f) {
   wait_for_previous_kernel();
   const std::uint32_t t = blockIdx.x * kTeamThreads + threadIdx.x, i = t / L;
-  if (i < n) f(i, LaneTeam<L>{lists.entry + t, lists.count[i], std::size_t(n) * L});
+  if (i < n && !lists.asleep(i)) f(i, LaneTeam<L>{lists.entry + t, lists.count[i], std::size_t(n) * L});
 }
 
 template <int L, class F>

@@ -18,6 +18,7 @@ struct HealthSums {
   std::uint32_t non_finite = 0;
   std::uint32_t outside = 0;   // particles outside the domain
   std::uint32_t inactive = 0;  // those of them that take no part any more (outside.h)
+  std::uint32_t asleep = 0;    // particles that are not computed because they rest (sleep.h)
   real inactive_mass = 0;      // their mass [kg]
 };
 
@@ -34,6 +35,7 @@ PALP_HD inline HealthSums combine(HealthSums s, Team team) {
   s.non_finite = team.sum(s.non_finite);
   s.outside = team.sum(s.outside);
   s.inactive = team.sum(s.inactive);
+  s.asleep = team.sum(s.asleep);
   s.inactive_mass = team.sum(s.inactive_mass);
   return s;
 }
@@ -74,6 +76,7 @@ struct MeasureHealth {
           ++s.outside;
           break;
         }
+      if (tag.asleep()) ++s.asleep;
       if (tag.kind() == BodyKind::fixed) continue;
       const real speed = Eigen::numext::sqrt(speed2);
       if (speed > s.max_speed) s.max_speed = speed;
@@ -112,6 +115,7 @@ struct CollectHealth {
       s.non_finite += part[b].non_finite;
       s.outside += part[b].outside;
       s.inactive += part[b].inactive;
+      s.asleep += part[b].asleep;
       s.inactive_mass += part[b].inactive_mass;
     }
     s = combine(s, team);

@@ -14,15 +14,18 @@
 
 namespace palp {
 
-// A particle's kind, material and body in one word, and a bit that says that it has left the domain (outside.h).
+// A particle's kind, material and body in one word, and two bits: it has left the domain (outside.h), it sleeps
+// (sleep.h).
 struct Tag {
   std::uint32_t bits;
   PALP_HD BodyKind kind() const { return static_cast<BodyKind>(bits & 3u); }
   PALP_HD bool is_fluid() const { return (bits & 3u) == 0; }
-  PALP_HD std::uint32_t material() const { return (bits >> 2) & 0x1fu; }
+  PALP_HD std::uint32_t material() const { return (bits >> 2) & 0xfu; }
   PALP_HD std::uint32_t body() const { return bits >> 8; }
   PALP_HD bool inactive() const { return (bits & 0x80u) != 0; }
   PALP_HD Tag as_inactive() const { return {bits | 0x80u}; }
+  PALP_HD bool asleep() const { return (bits & 0x40u) != 0; }
+  PALP_HD Tag as_asleep(bool sleeps) const { return {sleeps ? bits | 0x40u : bits & ~0x40u}; }
 };
 inline constexpr std::uint32_t kMaxMaterials = 16;
 
@@ -100,6 +103,7 @@ struct Forcing {
   Vec3 level_gravity;  // gravity without its components along periodic axes, which no pressure can balance
   Vec3 body_force;     // [m/s^2]
   bool settling;       // the scene has just begun: what was placed on something has not come to rest on it yet
+  bool changed;        // gravity has changed since what sleeps was last judged
 };
 
 }  // namespace palp

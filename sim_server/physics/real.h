@@ -57,6 +57,15 @@ PALP_HD inline Packed fetch(const Packed* p) {
 #endif
 }
 
+// Sets a flag that several threads may set at once, and nobody reads until they have ended.
+PALP_HD inline void raise_flag(std::uint32_t* flag) {
+#ifdef __CUDA_ARCH__
+  *flag = 1;
+#else
+  __atomic_store_n(flag, 1u, __ATOMIC_RELAXED);
+#endif
+}
+
 PALP_HD inline Packed pack(const Vec3& v, real w) { return {v.x(), v.y(), v.z(), w}; }
 
 // Returns m v. Eigen leaves this product to a function call where it stands in a larger expression.

@@ -109,6 +109,16 @@ struct BeginViscosity {
   }
 };
 
+// Sets the stages of what sleeps (sleep.h), which nothing else does: it stands still for all that is around it.
+struct RestStages {
+  ParticleView state;
+  ViscosityViews viscosity;
+
+  PALP_HD void operator()(std::uint32_t i) const {
+    if (state.tag[i].asleep()) viscosity.stage[0][i] = viscosity.stage[1][i] = pack(Vec3(0, 0, 0), real(1));
+  }
+};
+
 // Applies one stage to the particles.
 struct ViscousStage {
   ParticleView state;

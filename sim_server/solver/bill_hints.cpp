@@ -76,6 +76,11 @@ std::string hint_of_heat(const Scene& scene, const Plan& plan) {
       *low);
 }
 
+std::string hint_of_sleep(const Plan& plan) {
+  if (!plan.fluid || plan.sleeps || plan.heat || plan.change) return "";
+  return "fluid is computed even where it rests: with numerics.sleep_speed = 0.01 it sleeps there";
+}
+
 std::string hint_of_spacing(const Plan& plan, const Bill& bill) {
   const auto order = [](const std::string& by) {
     return by == "viscosity" || by == "damping" ? 2.0 : by == "surface tension" ? 1.5 : 1.0;
@@ -92,7 +97,7 @@ std::string hint_of_spacing(const Plan& plan, const Bill& bill) {
 std::vector<std::string> bill_hints(const Scene& scene, const Plan& plan, const Bill& bill) {
   std::vector<std::string> hints;
   hint_of_bodies(plan, bill, hints);
-  for (const std::string& hint : {hint_of_sub_steps(scene, plan, bill), hint_of_heat(scene, plan)})
+  for (const std::string& hint : {hint_of_sub_steps(scene, plan, bill), hint_of_heat(scene, plan), hint_of_sleep(plan)})
     if (!hint.empty()) hints.push_back(hint);
   const auto most = std::max_element(bill.stages.begin(), bill.stages.end(),
                                      [](const BillStage& a, const BillStage& b) { return a.share < b.share; });

@@ -11,6 +11,7 @@
 #include "sim_server/solver/elastic_store.h"
 #include "sim_server/solver/heat_plan.h"
 #include "sim_server/solver/simulation.h"
+#include "sim_server/solver/sleep_plan.h"
 #include "sim_server/solver/state_change_plan.h"
 #include "sim_server/solver/step.h"
 
@@ -85,6 +86,30 @@ void allocate_implicit(B& back_end, const Scene& scene, const Plan& plan, StepVi
   s.min_work = static_cast<real>(mass * kMinSpeed2);
   const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.elastic_support));
   back_end.for_each("implicit pairs", v.elastic.count, ListPairs{v.elastic, s, v.grid, kernel});
+}
+
+// Allocates what says which blocks sleep, and the boxes of bodies that may wake them.
+template <class B>
+void allocate_sleep(B& back_end, const Scene& scene, const Plan& plan, StepViews& v) {
+  SleepViews& s = v.sleep;
+  const NumericsConfig& numerics = scene.config.numerics;
+  const real reach = static_cast<real>(plan.support + plan.skin);
+  s.cells = std::max(1, static_cast<int>(std::ceil(real(0.999) * reach / v.grid.cell.minCoeff())));
+  for (int a = 0; a < 3; ++a) s.n[a] = (v.grid.n[a] + s.cells - 1) / s.cells;
+  s.quiet = back_end.template allocate<std::uint32_t>("quiet blocks", s.blocks());
+  s.interval = static_cast<real>(plan.sleep_interval / scene.config.rate_hz);
+  s.patience = static_cast<std::uint32_t>(std::ceil(kSleepAfter / s.interval));
+  s.lists_due = back_end.lists_due();
+  s.box = allocate_copy(back_end, "sleep boxes", sleep_boxes(scene, plan));
+  s.speed = static_cast<real>(numerics.sleep_speed.value_or(0));
+  s.region = static_cast<real>(numerics.region_of_interest.value_or(0));
+  back_end.let_sleep(v.sorted.tag);
+}
+
+// Lets nothing be thought at rest; what sleeps wakes in the next step.
+template <class B>
+void reset_sleep(B& back_end, const SleepViews& s) {
+  back_end.upload(s.quiet, std::vector<std::uint32_t>(s.blocks(), 0));
 }
 
 template <class B>

@@ -16,6 +16,7 @@
 #include "sim_server/solver/heat_plan.h"
 #include "sim_server/solver/levels.h"
 #include "sim_server/solver/plan_checks.h"
+#include "sim_server/solver/sleep_plan.h"
 #include "sim_server/solver/state_change_plan.h"
 #include "sim_server/solver/sub_steps.h"
 #include "sim_server/solver/viscosity_plan.h"
@@ -269,6 +270,7 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   check_motion(scene, plan);
   check_stiffness(scene, plan);
   plan_heat(scene, plan);
+  plan_sleep(scene, plan);
   return plan;
 }
 
@@ -286,6 +288,7 @@ std::string describe(const Plan& plan, const Scene& scene) {
   if (plan.fluid || plan.elastic || plan.fields)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
   text += describe_elastic_solver(plan) + describe_viscosity(plan) + describe_heat(plan, scene);
+  text += describe_sleep(plan, scene);
   if (const auto& choice = scene.config.choice)
     text += fmt::format(", chosen for {}: a step of {} and an error of {} of the force are expected", choice->asked,
                         duration_text(choice->expected_step), share_text(choice->expected_error));

@@ -44,6 +44,7 @@ struct Plan {
   bool heat = false;         // heat is conducted, lost and supplied
   bool change = false;       // matter that melts, freezes or sets
   bool rigidifies = false;   // some of it becomes rigid
+  bool sleeps = false;       // fluid at rest is not computed
   // numerics
   double support = 0;          // H [m]
   double elastic_support = 0;  // H of elastic bodies [m]
@@ -67,8 +68,9 @@ struct Plan {
   // heat runs at the end of every heat_interval-th haptic step, in heat_steps steps of heat_dt
   int heat_interval = 1;
   int heat_steps = 1;
-  double heat_dt = 0;     // [s]
-  double heat_limit = 0;  // the largest stable step by linear theory [s]
+  double heat_dt = 0;      // [s]
+  double heat_limit = 0;   // the largest stable step by linear theory [s]
+  int sleep_interval = 1;  // haptic steps from one judgement of what sleeps to the next
   // changes of state
   double change_support = 0;              // H of bonds [m]
   std::uint32_t slots = 0;                // particles that change state, and of bodies that they are bonded to

@@ -68,6 +68,7 @@ struct Health {
   std::uint32_t outside = 0;        // number of particles outside the domain
   std::uint32_t inactive = 0;       // number of these that are liquid and take no part any more
   double inactive_mass = 0;         // their mass [kg]
+  std::uint32_t asleep = 0;         // number of particles that are not computed because they rest (physics/sleep.h)
 };
 
 struct StepOutput {

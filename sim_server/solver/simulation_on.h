@@ -61,13 +61,15 @@ class SimulationOn final : public Simulation {
     if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.fluid.viscosity);
     if (plan_.heat) views_.heat.medium = make_heat_medium(scene_, plan_);
     if (plan_.change) views_.change.medium = make_change_medium(scene_, plan_);
+    if (plan_.sleeps) reset_sleep(back_end_, views_.sleep);
     back_end_.forget();
   }
 
   const StepOutput& step(const StepInput& input) override {
     results_.fill(input, output_.time, *input_.host);
-    const bool heat = plan_.heat && (output_.step + 1) % static_cast<unsigned>(plan_.heat_interval) == 0;
-    back_end_.execute(heat ? 1 : 0, plan_.heat ? 2 : 1, [this](int variant) {
+    const bool varies = plan_.heat || plan_.sleeps;
+    const bool seldom = varies && (output_.step + 1) % static_cast<unsigned>(interval()) == 0;
+    back_end_.execute(seldom ? 1 : 0, varies ? 2 : 1, [this](int variant) {
       back_end_.push(input_);
       palp::step(back_end_, plan_, views_, variant == 1);
       if (plan_.wrench) back_end_.pull(bodies_);
@@ -96,6 +98,7 @@ class SimulationOn final : public Simulation {
     if (plan_.elastic_rounds > 0) reset_implicit(back_end_, plan_, views_.implicit);
     if (plan_.fields) reset_contact(back_end_, contact_counts_, views_.contact);
     if (plan_.change) reset_change(back_end_, scene_, plan_, views_);
+    if (plan_.sleeps) reset_sleep(back_end_, views_.sleep);
     if (plan_.solids) back_end_.upload(views_.body.body, store.bodies);
     results_.reset(store.bodies, output_);
   }
@@ -159,8 +162,8 @@ class SimulationOn final : public Simulation {
     StageTimes times;
     back_end_.time_stages(&times);
     do {
-      for (int k = 0; k < plan_.heat_interval; ++k) step(input);
-      times.steps += static_cast<std::uint64_t>(plan_.heat_interval);
+      for (int k = 0; k < interval(); ++k) step(input);
+      times.steps += static_cast<std::uint64_t>(interval());
     } while (Clock::now() < end);
     back_end_.time_stages(nullptr);
     return times;
@@ -170,6 +173,9 @@ class SimulationOn final : public Simulation {
 
  private:
   enum class FrameState { idle, begun };
+
+  // Returns the haptic steps from one to the next of those that have more stages; a scene with heat has no sleep.
+  int interval() const { return std::max(plan_.heat_interval, plan_.sleep_interval); }
 
   ParticleView allocate_particles(const std::string& set) {
     const std::size_t n = scene_.position.size();
@@ -225,6 +231,7 @@ class SimulationOn final : public Simulation {
     if (plan_.fields) contact_counts_ = allocate_contact(back_end_, scene_, plan_, views_.contact);
     if (plan_.elastic_rounds > 0) allocate_implicit(back_end_, scene_, plan_, views_);
     if (plan_.change) allocate_change(back_end_, scene_, plan_, views_);
+    if (plan_.sleeps) allocate_sleep(back_end_, scene_, plan_, views_);
     if (n > 0) views_.health.part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
     health_ = back_end_.template mirror<HealthSums>("health", 1);
     views_.health.total = health_.device;

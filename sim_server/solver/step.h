@@ -9,6 +9,7 @@
 #include "sim_server/physics/frozen_contact.h"
 #include "sim_server/physics/integrate.h"
 #include "sim_server/physics/paper.h"
+#include "sim_server/physics/sleep.h"
 #include "sim_server/physics/tear.h"
 #include "sim_server/physics/viscous_bodies.h"
 #include "sim_server/solver/plan.h"
@@ -43,6 +44,7 @@ void viscous_stages(B& back_end, const Plan& plan, const StepViews& v, real elap
   const real reach = static_cast<real>(stage_reach(plan.viscous_stages));
   back_end.for_each_team("viscosity begins", n,
                          BeginViscosity{v.state, v.body, v.grid, kernel, v.medium, v.fluid.viscosity, reach});
+  if (plan.sleeps) back_end.for_each("viscosity at rest", n, RestStages{v.state, v.fluid.viscosity});
   if (plan.moving) {
     back_end.for_each_block("viscous bodies begin", v.list.rigid_count,
                             BeginViscousBodies{v.body, v.list.rigid, v.input.proxy, v.input.forcing, v.fluid.viscosity,
@@ -300,15 +302,28 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
     back_end.for_each("move", v.particles, move);
 }
 
-// Runs a haptic step. heat: it is the one in plan.heat_interval that conducts.
+// Stills the fluid that has come to rest and wakes what is stirred, for the next haptic step.
 template <class B>
-void step(B& back_end, const Plan& plan, const StepViews& v, bool heat) {
+void sleep_stages(B& back_end, const Plan& plan, const StepViews& v) {
+  const std::uint32_t blocks = v.sleep.blocks();
+  const auto reach = static_cast<real>(plan.support + plan.skin);
+  back_end.for_each_block("sleep", v.list.rigid_count, MarkBodies{v.grid, v.sleep, v.body.body, v.list.rigid, reach});
+  back_end.for_each_group("sleep", blocks, JudgeMotion{v.state, v.grid, v.sleep, v.input.forcing});
+  back_end.for_each_group("sleep", blocks, Settle{v.state, v.sorted, v.grid, v.sleep, v.body.body});
+}
+
+// Runs a haptic step. seldom: it is the one in heat_interval that conducts, or in sleep_interval that judges what
+// sleeps.
+template <class B>
+void step(B& back_end, const Plan& plan, const StepViews& v, bool seldom) {
+  const bool heat = plan.heat && seldom;
   if (plan.wrench) back_end.for_each("begin", v.bodies, BeginStep{v.body.body});
   for (int s = 0; s < plan.sub_steps; ++s)
     sub_step(back_end, plan, v, static_cast<real>((s + 1) * plan.dt), heat && s + 1 == plan.sub_steps);
   if (plan.elastic)
     back_end.for_each_block("elastic bodies", static_cast<std::uint32_t>(plan.elastic_bodies.size()),
                             MeasureElastic{v.elastic, v.body, v.list.elastic});
+  if (plan.sleeps && seldom) sleep_stages(back_end, plan, v);
   if (v.particles == 0) return;  // bodies are judged by the host
   back_end.for_each_block("health", kHealthBlocks,
                           MeasureHealth{v.state, v.medium, v.grid, v.particles, v.health.part});

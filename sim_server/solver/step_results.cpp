@@ -92,8 +92,12 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
   Eigen::Vector3d level = gravity;
   for (int a = 0; a < 3; ++a)
     if (config.periodic[a]) level[a] = 0;
-  block.forcing = {gravity.cast<real>(), level.cast<real>(), config.body_force.cast<real>(), time < kSettlingTime};
+  if (gravity_ != gravity + config.body_force) changed_for_ = plan_.sleep_interval;
+  const bool changed = changed_for_ > 0;
+  changed_for_ -= changed ? 1 : 0;
   gravity_ = gravity + config.body_force;
+  block.forcing = {gravity.cast<real>(), level.cast<real>(), config.body_force.cast<real>(), time < kSettlingTime,
+                   changed};
   block.heat_zones = heat_zones_on(config, time + 0.5 * step_);
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
     // a device that sends nonsense counts as let go
@@ -198,6 +202,7 @@ void StepResults::judge(const HealthSums& sums, std::uint32_t neighbor_overflow,
   health.non_finite = sums.non_finite;
   health.outside = sums.outside;
   health.inactive = sums.inactive;
+  health.asleep = sums.asleep;
   health.inactive_mass = sums.inactive_mass;
   health.max_speed = sums.max_speed;
   health.max_compression = sums.max_compression;

@@ -47,6 +47,7 @@ class StepResults {
   FluidWatch watch_;
   StepInput input_;                                    // the accepted input
   Eigen::Vector3d gravity_ = Eigen::Vector3d::Zero();  // gravity and body force of the step [m/s^2]
+  int changed_for_ = 0;                                // steps for which it still counts as changed
   std::vector<ProxyMemory> memory_;
 };
 

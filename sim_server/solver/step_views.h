@@ -10,6 +10,7 @@
 #include "sim_server/physics/proxy.h"
 #include "sim_server/physics/rigid_contact.h"
 #include "sim_server/physics/rigid_pieces.h"
+#include "sim_server/physics/sleep.h"
 #include "sim_server/physics/viscosity.h"
 
 namespace palp {
@@ -67,6 +68,7 @@ struct StepViews {
   ContactViews contact;
   HeatStageViews heat;
   ChangeStageViews change;
+  SleepViews sleep;
   HealthStageViews health;
 };
 

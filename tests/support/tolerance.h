@@ -188,6 +188,9 @@ inline constexpr Tolerance kSwitchedPress{0.03, 0.03, "likewise, of a contact's 
 inline constexpr Tolerance kSwitchedSolver{
     0.07, 0.07,
     "of the force: the two elastic solvers resist hourglass modes differently, which five layers show by 0.052"};
+inline constexpr Tolerance kSleepStirred{0.005, 0.005, "of the force: what sleeps is out of reach of what is stirred"};
+inline constexpr Tolerance kSleepWoken{
+    0.07, 0.07, "of the force in fluid that slept: less than a hand notices; its particles begin from other places"};
 inline constexpr Tolerance kContactEnergy{1e-4, 1e-4, "of what the bodies began with: bounces end within a sub-step"};
 inline constexpr Tolerance kCarried{0.05, 0.05,
                                     "of the weight, over a second in which a ball may still hop by a millimetre"};

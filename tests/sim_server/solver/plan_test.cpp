@@ -214,6 +214,19 @@ TEST(Plan, RefusesMediaOfUnlikeDensityByMethodPaper) {
   EXPECT_EQ(fault_of(scene), "");
 }
 
+TEST(Plan, LetsNothingSleepThatConductsHeat) {
+  Scene scene = pool();
+  EXPECT_FALSE(make_plan(scene).sleeps);
+  scene.config.numerics.sleep_speed = 0.01;
+  EXPECT_TRUE(make_plan(scene).sleeps);
+  EXPECT_GT(make_plan(scene).sleep_interval, 1);
+  scene.temperature.assign(scene.position.size(), 300);
+  scene.config.materials[0].conductivity = 1;
+  scene.config.materials[0].heat_capacity = 1000;
+  EXPECT_NE(fault_of(scene).find("numerics.sleep_speed is set in a scene with heat"), std::string::npos)
+      << fault_of(scene);
+}
+
 TEST(Plan, BoundsTheCellsOfAHugeDomain) {
   Scene scene = pool();
   scene.bounds_min = Eigen::Vector3d::Constant(-500);

@@ -1,0 +1,21 @@
+// The plan of what sleeps in a scene, and of what wakes it (physics/sleep.h). Host only.
+#pragma once
+
+#include <vector>
+
+#include "sim_server/physics/sleep.h"
+#include "sim_server/solver/plan.h"
+
+namespace palp {
+
+// Plans sleep where the scene asks for it. Throws a ConfigError in a scene with heat, which what sleeps would not
+// conduct.
+void plan_sleep(const Scene& scene, Plan& plan);
+
+// Returns ", fluid below 10 mm/s sleeps"; empty without sleep.
+std::string describe_sleep(const Plan& plan, const Scene& scene);
+
+// Returns the box around each rigid body, in the order of Plan::rigid.
+std::vector<SleepBox> sleep_boxes(const Scene& scene, const Plan& plan);
+
+}  // namespace palp
