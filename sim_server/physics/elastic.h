@@ -11,11 +11,11 @@
 //   P_i       2 mu (F_i - R_i) + lambda tr(R_i^T F_i - I) R_i                of mu |R^T F - I|^2 + lambda/2 tr^2
 //   f_i       sum_j V_i V_j F (P_i L_i + P_j L_j) X_ji                       exact gradient of sum V psi(F): conserves
 //                                                                            both momenta
-//   h_i       -alpha E V_i V_j W / X^2 (d_i + d_j).x x, d = F X_ji - x_ji,   Ganzenmueller 2015: against modes that F
-//             x = x_ji / |x_ji|                                              cannot see
-//             matter that tears and does not yield has -beta E V_i V_j F (d_i + d_j) instead, the exact gradient of
-//             beta E / 2 sum V_i V_j F |d_i|^2, since F is the gradient for which that is least: torn neighbourhoods
-//             are so uneven that the other form feeds motion
+//   h_i       -beta E sum_j V_i V_j F (d_i + d_j), d_i = F_i X_ji - x_ji     after Ganzenmueller 2015: against hourglass
+//                                                                            modes, which F_i cannot see; the exact
+//                                                                            gradient of beta E / 2 sum V_i V_j F
+//                                                                            |d_i|^2, since F_i makes that least
+//             in matter that yields d's part along x_ji alone acts, and no more of it than yields
 // paper (Eq. 4 and 5, Becker, Ihmsen & Teschner 2009), without the factor that makes Eq. 4 twice too stiff for
 // Cauchy's strain:
 //   R_i       proper rotation nearest to sum_j m_j W x_ji X_ji^T
@@ -45,7 +45,7 @@ struct ElasticViews {
   Packed* v = nullptr;         // velocity [m/s]
   Quat* rotation = nullptr;    // R
   Mat3* gradient = nullptr;    // F; R with method "paper"
-  Mat3* stress = nullptr;      // factor of X_ji in the force: P L, or R (I + G) s with method "paper"
+  Mat3* stress = nullptr;      // factor of X_ji in the force: P L - beta E (F - I), or R (I + G) s with method "paper"
   // where a material yields, else null
   Mat3* plastic = nullptr;   // inverse of the plastic part of F
   real* hardened = nullptr;  // accumulated plastic strain
@@ -57,13 +57,8 @@ struct ElasticViews {
   PALP_HD bool bonded(std::uint32_t k) const { return torn == nullptr || torn[k] == 0; }
 };
 
-// alpha and beta of the forces against zero-energy modes.
-inline constexpr real kZeroEnergyAlpha = real(1), kZeroEnergyBeta = real(0.3);
-
-// Returns E of an elastic material [Pa].
-PALP_HD inline real young_modulus(const Material& m) {
-  return m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
-}
+// beta of the force against hourglass modes.
+inline constexpr real kHourglassShare = real(0.3);
 
 // Returns the stress P [Pa].
 PALP_HD inline Mat3 elastic_stress(const Material& m, const Mat3& F, const Mat3& R) {
@@ -75,6 +70,23 @@ PALP_HD inline Mat3 elastic_stress(const Material& m, const Mat3& F, const Mat3&
 PALP_HD inline real elastic_energy(const Material& m, const Mat3& F, const Mat3& R) {
   const real volume = (R.array() * F.array()).sum() - real(3);
   return m.shear * (F - R).squaredNorm() + real(0.5) * m.lame * volume * volume;
+}
+
+// Returns the beta E that stands in ElasticViews::stress; yielding_hold() has that of matter that yields.
+PALP_HD inline real hold_of(const Material& m) { return m.yield > real(0) ? real(0) : m.hourglass; }
+
+// Returns f + h of a pair over V_i V_j F, for both solvers and for the bonds of state_change.h. It is S X + hold (x - A
+// X) with S = P L - hold (F - A), each the sum over both sides, for any A. Displacements have A = I, so that no digits
+// are lost near rest. x: x - A X.
+PALP_HD inline Vec3 pair_force(const Mat3& S, const Vec3& X, real hold, const Vec3& x) {
+  return mat_vec(S, X) + hold * x;
+}
+
+// Returns beta E d_i.x_ji of matter that yields, which must not keep it from flowing [Pa m^2].
+PALP_HD inline real yielding_hold(const Material& m, const Mat3& F, const Vec3& X_ji, const Vec3& x_ji) {
+  const real r2 = x_ji.squaredNorm(), most = kHourglassShare * m.yield * r2;
+  const real held = m.hourglass * (mat_vec(F, X_ji).dot(x_ji) - r2);
+  return held > most ? most : (held < -most ? -most : held);
 }
 
 PALP_HD inline Vec3 rest_separation(const CellGrid& grid, const Packed& X_i, const Packed& X_j) {
@@ -115,7 +127,7 @@ struct ElasticStrain {
     if (!team.leader()) return;
     const Mat3 L = elastic.correction[i];
     const Mat3 within = elastic.projection != nullptr ? elastic.projection[i] : Mat3(Mat3::Identity());
-    Mat3 F = within + displaced * L;
+    Mat3 change = displaced * L, F = within + change;  // change: F - I
     const Material& m = medium.material[tag.material()];
     const bool yields = kYields && m.yield > real(0);
     Quat q = elastic.rotation[i];
@@ -123,7 +135,11 @@ struct ElasticStrain {
     const bool flat = elastic.projection != nullptr && within.trace() < real(2.5);
     if (flat || !yields) q = closest_rotation(F, q);
     const Mat3 R = q.toRotationMatrix();
-    if (flat) F += R * (Mat3::Identity() - within);
+    if (flat) {
+      const Mat3 across = Mat3::Identity() - within;
+      F += R * across;
+      change += (R - Mat3::Identity()) * across;
+    }
     Mat3 P = Mat3::Zero();
     if (kYields && yields)
       P = plastic_stress(m, F, q, elastic.plastic[i], elastic.hardened[i]);
@@ -131,7 +147,8 @@ struct ElasticStrain {
       P = elastic_stress(m, F, R);
     elastic.rotation[i] = q;
     elastic.gradient[i] = F;
-    elastic.stress[i] = elastic.integrity != nullptr ? Mat3(elastic.integrity[i] * P * L) : Mat3(P * L);
+    if (elastic.integrity != nullptr) P *= elastic.integrity[i];
+    elastic.stress[i] = P * L - hold_of(m) * change;
     if (elastic.stretch != nullptr && m.tear > real(0))
       elastic.stretch[i] = greatest_stretch(F, real(1) + real(0.5) * m.tear);
   }
@@ -190,32 +207,23 @@ struct ElasticForce {
     const Material m = medium.material[elastic.tag[i].material()];
     const Packed X_i = elastic.rest[i];
     const Vec3 u_i = elastic.u[i].xyz(), v_i = elastic.v[i].xyz();
-    const Mat3 stress_i = elastic.stress[i], F_i = elastic.gradient[i];
-    const real young = young_modulus(m);
+    const Mat3 stress_i = elastic.stress[i];
     Vec3 force(0, 0, 0);
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
       if (!elastic.bonded(k)) continue;
       const std::uint32_t j = elastic.neighbor[k];
       const Packed X_j = elastic.rest[j];
-      const Vec3 X_ji = rest_separation(grid, X_i, X_j), x_ji = X_ji + elastic.u[j].xyz() - u_i;
-      const real r = X_ji.norm(), VV = X_i.w * X_j.w, VVF = VV * kernel.F(r);
-      force += VVF * mat_vec(stress_i + elastic.stress[j], X_ji);
-      const real now = x_ji.norm();
-      const bool exact = m.tear > real(0) && !(m.yield > real(0));
-      if (hourglass && exact)
-        force -= (kZeroEnergyBeta * young * VVF) * (mat_vec(F_i + elastic.gradient[j], X_ji) - real(2) * x_ji);
-      if (!(now > real(0))) continue;
-      const Vec3 along = x_ji / now;
-      real push = 0;
-      if (hourglass && !exact) {
-        real error = mat_vec(F_i + elastic.gradient[j], X_ji).dot(along) - real(2) * now;
-        // this force must not keep matter that yields from flowing
-        const real most = real(2) * now * m.yield / young;
-        if (m.yield > real(0)) error = error > most ? most : (error < -most ? -most : error);
-        push = kZeroEnergyAlpha * young * VV * kernel.W(r) / (r * r) * error;
-      }
-      if (m.damping > real(0)) push -= real(10) * m.damping * VVF * (elastic.v[j].xyz() - v_i).dot(along);
-      force -= push * along;
+      const Material& m_j = medium.material[elastic.tag[j].material()];
+      const Vec3 X_ji = rest_separation(grid, X_i, X_j), u_ji = elastic.u[j].xyz() - u_i, x_ji = X_ji + u_ji;
+      const real VVF = X_i.w * X_j.w * kernel.F(X_ji.norm());
+      const real hold = hourglass ? hold_of(m) + hold_of(m_j) : real(0), damping = real(5) * (m.damping + m_j.damping);
+      force += VVF * pair_force(stress_i + elastic.stress[j], X_ji, hold, u_ji);
+      real pull = 0;  // along x_ji, times |x_ji|
+      if (hourglass && m.yield > real(0)) pull -= yielding_hold(m, elastic.gradient[i], X_ji, x_ji);
+      if (hourglass && m_j.yield > real(0)) pull -= yielding_hold(m_j, elastic.gradient[j], X_ji, x_ji);
+      if (damping > real(0)) pull += damping * (elastic.v[j].xyz() - v_i).dot(x_ji);
+      const real r2 = x_ji.squaredNorm();
+      if (r2 > real(0)) force += (VVF * pull / r2) * x_ji;
     }
     force = team.sum(force);
     if (!team.leader()) return;

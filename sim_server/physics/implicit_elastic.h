@@ -13,7 +13,7 @@
 // K           dP = R (2 mu sym A + lambda tr A I), A = R^T dF: the slope     symmetric, never negative
 //             of P with R fixed and without stress
 // C           10 eta V_i V_j F x x^T, x = x_ji / |x_ji|                      elastic.h
-// hourglass   -beta E V_i V_j F (d_i + d_j), d = (F_i - I) X_ji - u_ji       elastic.h; linear, so K has the same
+// hourglass   h_i of elastic.h: linear, so K has the same
 //
 // In the linear problem a vibration of frequency w keeps 1 / sqrt(1 + (w dt)^2) of its amplitude in a step: a slow one
 // is damped like w dt / 2 of critical, one that is faster than the step is at rest after a few. K need not be exact for
@@ -140,7 +140,7 @@ struct PredictedStrain {
     elastic.gradient[i] = F;
     solve.rotation[i] = q_ahead;
     const Mat3 P = R * (R_ahead.transpose() * elastic_stress(m, F_ahead, R_ahead));
-    elastic.stress[i] = P * L - kZeroEnergyBeta * young_modulus(m) * (ahead * L);
+    elastic.stress[i] = P * L - hold_of(m) * (ahead * L);
   }
 };
 
@@ -156,7 +156,6 @@ struct PredictedForce {
     const real V_i = elastic.rest[i].w;
     const Vec3 u_i = elastic.u[i].xyz(), ahead_i = solve.predicted[i].xyz(), v_i = elastic.v[i].xyz();
     const Mat3 stress_i = elastic.stress[i];
-    const real hold_i = kZeroEnergyBeta * young_modulus(m);
     Vec3 force(0, 0, 0);
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
       const std::uint32_t j = elastic.neighbor[k];
@@ -164,8 +163,8 @@ struct PredictedForce {
       const Material& m_j = medium.material[elastic.tag[j].material()];
       const Vec3 X_ji = pair.xyz(), x_ji = X_ji + elastic.u[j].xyz() - u_i;
       const real VVF = V_i * pair.w;
-      const real hold = hold_i + kZeroEnergyBeta * young_modulus(m_j);
-      force += VVF * (mat_vec(stress_i + elastic.stress[j], X_ji) + hold * (solve.predicted[j].xyz() - ahead_i));
+      const Vec3 ahead_ji = solve.predicted[j].xyz() - ahead_i;
+      force += VVF * pair_force(stress_i + elastic.stress[j], X_ji, hold_of(m) + hold_of(m_j), ahead_ji);
       const real r2 = x_ji.squaredNorm(), damping = real(5) * (m.damping + m_j.damping);
       if (damping > real(0) && r2 > real(0))
         force += (VVF * damping * (elastic.v[j].xyz() - v_i).dot(x_ji) / r2) * x_ji;
@@ -219,7 +218,7 @@ struct StrainChange {
     if (elastic.projection != nullptr) A = elastic.projection[i] * A;  // motion out of the plane turns it
     const Mat3 T = m.shear * (A + A.transpose()) + m.lame * A.trace() * Mat3::Identity();
     const Mat3 P = elastic.projection != nullptr ? Mat3(R * (elastic.projection[i] * T)) : Mat3(R * T);
-    elastic.stress[i] = P * L - kZeroEnergyBeta * young_modulus(m) * change;
+    elastic.stress[i] = P * L - hold_of(m) * change;
   }
 };
 
@@ -238,7 +237,7 @@ struct ForceChange {
     const real V_i = elastic.rest[i].w;
     const Vec3 u_i = elastic.u[i].xyz(), z_i = solve.scaled[i].xyz();
     const Mat3 stress_i = elastic.stress[i];
-    const real dt = medium.dt, hold_i = kZeroEnergyBeta * young_modulus(m);
+    const real dt = medium.dt;
     Vec3 impulse(0, 0, 0);
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
       const std::uint32_t j = elastic.neighbor[k];
@@ -246,8 +245,8 @@ struct ForceChange {
       const Material& m_j = medium.material[elastic.tag[j].material()];
       const Vec3 X_ji = pair.xyz(), z_ji = solve.scaled[j].xyz() - z_i;
       const real VVF = V_i * pair.w;
-      const real hold = hold_i + kZeroEnergyBeta * young_modulus(m_j), damping = real(5) * (m.damping + m_j.damping);
-      impulse += (dt * dt * VVF) * (mat_vec(stress_i + elastic.stress[j], X_ji) + hold * z_ji);
+      const real hold = hold_of(m) + hold_of(m_j), damping = real(5) * (m.damping + m_j.damping);
+      impulse += (dt * dt * VVF) * pair_force(stress_i + elastic.stress[j], X_ji, hold, z_ji);
       if (!(damping > real(0))) continue;
       const Vec3 x_ji = X_ji + elastic.u[j].xyz() - u_i;
       const real r2 = x_ji.squaredNorm();

@@ -77,6 +77,7 @@ struct Material {
   real yield;        // s_y, of elastic bodies [Pa]; 0: it does not yield
   real hardening;    // hardening modulus H [Pa]
   real tear;         // strain at which bonds of elastic bodies break; 0: never
+  real hourglass;    // beta E, of elastic bodies [Pa]
 };
 
 // The constants of a sub-step, which every kernel gets.

@@ -7,14 +7,15 @@
 // F_i         sum_j K_j V_j F(X) x_ji (L_i X_ij)^T, L_i its correction       elastic.h
 // R_i, P_i    rotation nearest to F_i; stress                                elastic.h
 // f_i         sum_j K_i K_j V_i V_j (F(X_ij) P_i L_i X_ij - F(X_ji) P_j L_j X_ji) - V_i V_j F q_ij x_ji
+// h_i         -beta E sum_j K_i K_j V_i V_j (F(X_ij) d_ij - F(X_ji) d_ji), d_ij = F_i X_ij - x_ji        elastic.h
 // q_ij        pressure that the fluid's p_i + p_j lost with its share while the bond got stiffer
 // share       1 - K_i K_j, of a pair's fluid forces                          bonded.h
 //
-// f is the exact gradient of sum K_i V_i psi(F_i), so that pairs conserve momentum, and angular momentum with them. A
-// bond forms without strain. When it gets stiffer, the added stiffness is unstrained too: its X moves towards x by the
-// share of the new stiffness in the whole. The pressure that the fluid forces lose with their share stays in the bond,
-// as q, until it melts. So nothing jumps. A pair of bonded solids keeps no fluid force; their pressure then is that of
-// the fluid that touches them.
+// f and h are exact gradients, of sum K_i V_i psi(F_i) and of beta E / 2 sum K_i K_j V_i V_j F(X_ij) |d_ij|^2, so that
+// pairs conserve momentum, and angular momentum with them. A bond forms without strain. When it gets stiffer, the added
+// stiffness is unstrained too: its X moves towards x by the share of the new stiffness in the whole. The pressure that
+// the fluid forces lose with their share stays in the bond, as q, until it melts. So nothing jumps. A pair of bonded
+// solids keeps no fluid force; their pressure then is that of the fluid that touches them.
 #pragma once
 
 #include "sim_server/physics/bonded.h"
@@ -40,8 +41,7 @@ struct ChangeViews {
   real* before = nullptr;                  // K before its last change
   real* set = nullptr;                     // share of the matter that has set for good
   Quat* rotation = nullptr;                // R
-  Mat3* gradient = nullptr;                // F
-  Mat3* stress = nullptr;                  // P L
+  Mat3* stress = nullptr;                  // factor of X_ij in the force: soft (P L - beta E F)
   Mat3* correction = nullptr;              // L
   Mat3* projection = nullptr;              // onto the directions that neighbours span; I where they fill space
   real* soft = nullptr;                    // factor of its stress, 0..1
@@ -284,8 +284,8 @@ struct BondStrain {
     // where neighbours span no space, across them nothing is strained
     F += R * (Mat3::Identity() - change.projection[i]);
     change.rotation[i] = q;
-    change.gradient[i] = F;
-    change.stress[i] = change.soft[i] * elastic_stress(medium.material[change.tag[i].material()], F, R) * L;
+    const Material& m = medium.material[change.tag[i].material()];
+    change.stress[i] = change.soft[i] * (elastic_stress(m, F, R) * L - m.hourglass * F);
   }
 };
 
@@ -302,11 +302,11 @@ struct BondForce {
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag = change.tag[i];
     const Material m = medium.material[tag.material()];
-    const real young = young_modulus(m);
+    const real hold_i = change.soft[i] * m.hourglass;
     const std::size_t row = std::size_t(i) * kMaxBonds;
     const Packed x_i = change.x[i];
     const Vec3 v_i = change.v[i].xyz();
-    const Mat3 stress_i = change.stress[i], F_i = change.gradient[i];
+    const Mat3 stress_i = change.stress[i];
     Vec3 force(0, 0, 0);
     for (std::uint32_t b = team.lane(); b < change.bonds[i]; b += team.size()) {
       const std::uint32_t j = change.bond[row + b];
@@ -315,18 +315,13 @@ struct BondForce {
       const Vec3 x_ji = separation(grid, change.x[j].xyz(), x_i);
       const real r_own = own.norm(), r_other = other.norm(), r = real(0.5) * (r_own + r_other);
       const real VV = x_i.w * change.x[j].w, KVV = change.solid[i] * change.solid[j] * VV;
-      force += KVV * (kernel.F(r_own) * mat_vec(stress_i, own) - kernel.F(r_other) * mat_vec(change.stress[j], other));
+      const Material& m_j = medium.material[change.tag[j].material()];
+      const real hold_j = change.soft[j] * m_j.hourglass;
+      force += KVV * (kernel.F(r_own) * pair_force(stress_i, own, hold_i, x_ji) -
+                      kernel.F(r_other) * pair_force(change.stress[j], other, hold_j, -x_ji));
       force -= VV * kernel.F(r) * own_q.w * x_ji;
-      const real now = x_ji.norm();
-      if (!(now > real(0))) continue;
-      const Vec3 along = x_ji / now;
-      const real error = (mat_vec(F_i, own) - mat_vec(change.gradient[j], other)).dot(along) - real(2) * now;
-      // in a frozen fluid some are closer than on a lattice: they must not be too stiff for the sub-step
-      const real apart = r > real(0.8) * medium.spacing ? r : real(0.8) * medium.spacing;
-      const real push =
-          change.soft[i] * change.soft[j] * kZeroEnergyAlpha * young * kernel.W(apart) / (apart * apart) * error -
-          real(10) * m.damping * kernel.F(r) * (change.v[j].xyz() - v_i).dot(along);
-      force -= KVV * push * along;
+      const real r2 = x_ji.squaredNorm(), damping = real(5) * (m.damping + m_j.damping);
+      if (r2 > real(0)) force += (KVV * kernel.F(r) * damping * (change.v[j].xyz() - v_i).dot(x_ji) / r2) * x_ji;
     }
     force = team.sum(force);
     if (!team.leader()) return;

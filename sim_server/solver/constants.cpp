@@ -94,6 +94,7 @@ Material to_material(const Scene& scene, const Plan& plan, const MaterialConfig&
   m.yield = static_cast<real>(from.yield_stress.value_or(0));
   m.hardening = static_cast<real>(from.hardening);
   m.tear = static_cast<real>(from.tear_strain.value_or(0));
+  m.hourglass = kHourglassShare * static_cast<real>(*from.young_modulus);
   return m;
 }
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "sim_server/physics/elastic.h"
 #include "sim_server/physics/gradient_correction.h"
-#include "sim_server/physics/smoothing.h"
 
 namespace palp {
 namespace {
@@ -16,6 +16,8 @@ constexpr int kRounds = 60;
 
 struct Bond {
   std::size_t j;
+  Vector3d X;  // X_ji
+  double F;
   Vector3d g;  // of the gradient at i: grad u = sum (u_j - u_i) g^T
 };
 
@@ -28,7 +30,7 @@ std::vector<std::vector<Bond>> bonds_of(const std::vector<Vector3d>& X, double s
       const Vector3d r = X[j] - X[i];
       const double F = j != i ? kernel.F(r.norm()) : 0;
       if (!(F > 0)) continue;
-      bonds[i].push_back({j, F * r});
+      bonds[i].push_back({j, r, F, F * r});
       moment += F * r * r.transpose();
     }
     const Matrix3d L = gradient_correction(moment, kFlatNeighborhood).inverse;
@@ -37,17 +39,22 @@ std::vector<std::vector<Bond>> bonds_of(const std::vector<Vector3d>& X, double s
   return bonds;
 }
 
-// Returns K u: the force of the stress 2 mu G + lambda tr(G) I, which bounds that of any rotation and stretch. By
-// `shear` = 2 mu and lambda over lambda + 2 mu.
-void apply(const std::vector<std::vector<Bond>>& bonds, double shear, const std::vector<Vector3d>& u,
+// Stiffnesses over lambda + 2 mu: 2 mu, and beta E.
+struct Moduli {
+  double shear, hourglass;
+};
+
+// Returns K u: the force of the stress 2 mu G + lambda tr(G) I, which bounds that of any rotation and stretch, and that
+// against hourglass modes (physics/elastic.h).
+void apply(const std::vector<std::vector<Bond>>& bonds, const Moduli& m, const std::vector<Vector3d>& u,
            std::vector<Vector3d>& force) {
   for (Vector3d& f : force) f.setZero();
   for (std::size_t i = 0; i < u.size(); ++i) {
     Matrix3d G = Matrix3d::Zero();
     for (const Bond& b : bonds[i]) G += (u[b.j] - u[i]) * b.g.transpose();
-    const Matrix3d P = shear * G + (1 - shear) * G.trace() * Matrix3d::Identity();
+    const Matrix3d P = m.shear * G + (1 - m.shear) * G.trace() * Matrix3d::Identity();
     for (const Bond& b : bonds[i]) {
-      const Vector3d f = P * b.g;
+      const Vector3d f = P * b.g + m.hourglass * b.F * (u[b.j] - u[i] - G * b.X);
       force[b.j] += f;
       force[i] -= f;
     }
@@ -59,7 +66,8 @@ void apply(const std::vector<std::vector<Bond>>& bonds, double shear, const std:
 double free_elastic_limit(const std::vector<Vector3d>& positions, double support, double poisson_ratio) {
   if (positions.size() < 2) return 1e30;
   const auto bonds = bonds_of(positions, support);
-  const double shear = (1 - 2 * poisson_ratio) / (1 - poisson_ratio);  // 2 mu / (lambda + 2 mu)
+  const double nu = poisson_ratio, shear = (1 - 2 * nu) / (1 - nu);
+  const Moduli m{shear, double(kHourglassShare) * (1 + nu) * shear};
   std::vector<Vector3d> u(positions.size()), force(positions.size());
   for (std::size_t i = 0; i < u.size(); ++i)  // some of every mode, the same each time
     u[i] = Vector3d(std::sin(1.0 + 2.7 * double(i)), std::cos(2.0 + 3.1 * double(i)), std::sin(0.5 + 1.9 * double(i)));
@@ -69,7 +77,7 @@ double free_elastic_limit(const std::vector<Vector3d>& positions, double support
     for (const Vector3d& x : u) size += x.squaredNorm();
     if (!(size > 0)) break;
     for (Vector3d& x : u) x /= std::sqrt(size);
-    apply(bonds, shear, u, force);
+    apply(bonds, m, u, force);
     for (const Vector3d& f : force) product += f.squaredNorm();
     largest = std::sqrt(product);
     u.swap(force);

@@ -136,9 +136,9 @@ std::vector<StepLimit> limits_by_elasticity(const Scene& scene, const Plan& plan
     // matter that has flowed to less than half its thickness needs less than half the step, and neighbourhoods that are
     // torn are stiffer than whole ones: a sheet that was pierced at 0.42 of this limit diverged, at 0.21 it did not
     double left = m.yield_stress ? 0.4 : m.tear_strain ? 0.5 : 1;
-    // In a mush the bonds' stiffness adds to the fluid's, and matter that froze in disorder is stiffer than a lattice:
-    // in a splash that freezes at once 0.27 of the limit diverged, 0.18 held
-    // (tests/sim_server/physics/state_change_motion_test.cpp).
+    // In a mush the bonds' stiffness adds to the fluid's, and matter that froze in disorder is stiffer than a lattice.
+    // A splash that freezes at once held with 0.27 of the limit, as much as safety may leave
+    // (tests/sim_server/physics/state_change_motion_test.cpp); with hourglass forces along the bonds it diverged.
     if (plan.changes[b]) left = 0.3;
     // method "paper" has no gradient's correction to look at; with damping 0.95 of this limit diverged, 0.93 did not
     if (plan.method == Method::paper && m.damping > 0) left = std::min(left, 0.9);

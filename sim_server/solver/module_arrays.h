@@ -215,7 +215,6 @@ void allocate_change(B& back_end, const Scene& scene, const Plan& plan, StepView
   c.before = back_end.template allocate<real>("change solid fraction before", n);
   c.set = back_end.template allocate<real>("change set", n);
   c.rotation = back_end.template allocate<Quat>("bond rotation", n);
-  c.gradient = back_end.template allocate<Mat3>("bond gradient", n);
   c.stress = back_end.template allocate<Mat3>("bond stress", n);
   c.correction = back_end.template allocate<Mat3>("bond correction", n);
   c.projection = back_end.template allocate<Mat3>("bond projection", n);

@@ -18,7 +18,7 @@ void limit_by(const StepLimit& limit, Plan& plan);
 double acoustic_limit(double support_over_spacing);
 double viscous_limit(double support_over_spacing);
 // Returns the limit of c_p dt / dx for total-Lagrangian elasticity with corrected gradients, c_p being the speed of
-// pressure waves.
+// pressure waves. The forces against hourglass modes, which take up to a fifth off it, count in elastic_limit.h.
 double elastic_limit(double support_over_spacing);
 
 }  // namespace palp

@@ -17,7 +17,8 @@ class Elastic {
  public:
   explicit Elastic(const Scene& scene, bool hourglass = false)
       : scene_(scene), plan_(make_plan(scene)), store_(scene, plan_), medium_(make_medium(scene, plan_)) {
-    hourglass_ = hourglass;
+    for (Material& m : medium_.material)
+      if (!hourglass) m.hourglass = 0;
     grid_ = make_grid(scene, plan_);
     const std::size_t n = plan_.elastic_count;
     gradient.resize(n);
@@ -79,7 +80,7 @@ class Elastic {
         strain(i, SerialTeam{});
       else
         paper(i, SerialTeam{});
-    const ElasticForce force{e, bodies, grid_, kernel, medium_, hourglass_, false};
+    const ElasticForce force{e, bodies, grid_, kernel, medium_, plan_.method == Method::accurate, false};
     for (std::uint32_t i = 0; i < e.count; ++i) force(i, SerialTeam{});
     std::vector<Eigen::Vector3d> out;
     for (const Packed& f : force_) out.push_back(f.xyz().cast<double>());
@@ -102,7 +103,6 @@ class Elastic {
   ElasticStore store_;
   Medium medium_;
   CellGrid grid_;
-  bool hourglass_ = false;
   std::vector<Mat3> stress_;
   std::vector<Packed> force_, stretch_;
   std::vector<real> integrity_;

@@ -10,11 +10,12 @@ namespace palp::test::elastic_limit_test {
 namespace {
 
 // The highest frequency of a body whose energy is mu |G|^2 + lambda/2 tr(G)^2 a volume, G the corrected gradient of the
-// displacements, by the eigenvalues of its whole stiffness matrix; in spacings and pressure wave speeds.
+// displacements, and 0.3 E / 2 F |G X_ji - u_ji|^2 a pair of volumes, against hourglass modes; by the eigenvalues of
+// its whole stiffness matrix, in spacings and pressure wave speeds.
 double highest_frequency(const std::vector<Eigen::Vector3d>& X, double support, double poisson) {
   const auto kernel = WendlandC2Of<double>::with_support(support);
   const auto n = static_cast<Eigen::Index>(X.size());
-  const double shear = (1 - 2 * poisson) / (1 - poisson);
+  const double shear = (1 - 2 * poisson) / (1 - poisson), hourglass = 0.3 * (1 + poisson) * shear;
   Eigen::MatrixXd K = Eigen::MatrixXd::Zero(3 * n, 3 * n);
   for (Eigen::Index i = 0; i < n; ++i) {
     Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
@@ -31,6 +32,15 @@ double highest_frequency(const std::vector<Eigen::Vector3d>& X, double support, 
         K.block(a * n, b * n, n, n) += (1 - shear) * g.row(a).transpose() * g.row(b);
         if (a == b) K.block(a * n, a * n, n, n) += shear * g.transpose() * g;
       }
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const Eigen::Vector3d r = X[static_cast<std::size_t>(j)] - X[static_cast<std::size_t>(i)];
+      if (j == i || !(r.norm() < support)) continue;
+      Eigen::VectorXd misfit = -(g.transpose() * r);
+      misfit(j) += 1;
+      misfit(i) -= 1;
+      for (int a = 0; a < 3; ++a)
+        K.block(a * n, a * n, n, n) += hourglass * kernel.F(r.norm()) * misfit * misfit.transpose();
+    }
   }
   return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
 }
