@@ -11,8 +11,8 @@
 //   P_i       2 mu (F_i - R_i) + lambda tr(R_i^T F_i - I) R_i                of mu |R^T F - I|^2 + lambda/2 tr^2
 //   f_i       sum_j V_i V_j F (P_i L_i + P_j L_j) X_ji                       exact gradient of sum V psi(F): conserves
 //                                                                            both momenta
-//   h_i       -beta E sum_j V_i V_j F (d_i + d_j), d_i = F_i X_ji - x_ji     after Ganzenmueller 2015: against hourglass
-//                                                                            modes, which F_i cannot see; the exact
+//   h_i       -beta E sum_j V_i V_j F (d_i + d_j), d_i = F_i X_ji - x_ji     after Ganzenmueller 2015: against the
+//                                                                            hourglass modes that F_i cannot see; exact
 //                                                                            gradient of beta E / 2 sum V_i V_j F
 //                                                                            |d_i|^2, since F_i makes that least
 //             in matter that yields d's part along x_ji alone acts, and no more of it than yields
