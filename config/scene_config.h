@@ -137,7 +137,7 @@ struct NumericsConfig {
   std::optional<ElasticSolver> elastic_solver;  // unset: what costs less
   std::optional<bool> tension;                  // let fluid pressure be negative
   std::optional<int> sub_steps;                 // per haptic step; refused when unstable
-  std::optional<double> sleep_speed;            // fluid below it rests and is not computed (physics/sleep.h) [m/s]
+  std::optional<double> sleep_speed;            // what is slower rests and is not computed (physics/sleep.h) [m/s]
   std::optional<double> region_of_interest;     // distance from tools within which nothing sleeps [m]
   bool solid_particles = false;                 // all rigid and fixed bodies have particles, needed or not
   std::string where;                            // file:line of sound_speed or max_speed, for messages

@@ -174,11 +174,14 @@ class Cpu {
     complete_ = false;
   }
 
+  // sleepers: tags of the items, of which those that sleep are passed over; null: all are awake.
   template <class F>
-  void for_each(const char* name, std::uint32_t n, const F& f) {
+  void for_each(const char* name, std::uint32_t n, const F& f, const Tag* sleepers = nullptr) {
     if (n == 0) return;
     note(name);
-    team_.for_each(n, kCheapChunk, [&f](std::size_t i) { f(static_cast<std::uint32_t>(i)); });
+    team_.for_each(n, kCheapChunk, [&f, sleepers](std::size_t i) {
+      if (sleepers == nullptr || !sleepers[i].asleep()) f(static_cast<std::uint32_t>(i));
+    });
   }
   template <class F>
   void for_each_team(const char* name, std::uint32_t n, const F& f) {
@@ -190,10 +193,12 @@ class Cpu {
     });
   }
   template <class F>
-  void for_each_group(const char* name, std::uint32_t n, const F& f) {
+  void for_each_group(const char* name, std::uint32_t n, const F& f, const Tag* sleepers = nullptr) {
     if (n == 0) return;
     note(name);
-    team_.for_each(n, kChunk, [&f](std::size_t i) { f(static_cast<std::uint32_t>(i), SerialTeam{}); });
+    team_.for_each(n, kChunk, [&f, sleepers](std::size_t i) {
+      if (sleepers == nullptr || !sleepers[i].asleep()) f(static_cast<std::uint32_t>(i), SerialTeam{});
+    });
   }
   template <class F>
   void for_each_block(const char* name, std::uint32_t n, const F& f) {

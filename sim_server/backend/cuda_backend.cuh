@@ -158,11 +158,12 @@ class Cuda {
     launches_.clear();
   }
 
+  // sleepers: tags of the items, of which those that sleep are passed over; null: all are awake.
   template <class F>
-  void for_each(const char* name, std::uint32_t n, const F& f) {
+  void for_each(const char* name, std::uint32_t n, const F& f, const Tag* sleepers = nullptr) {
     if (n == 0) return;
     note(name);
-    launch(name, run_each<F>, n, 256, n, f);
+    launch(name, run_each<F>, n, 256, n, f, sleepers);
   }
   template <class F>
   void for_each_team(const char* name, std::uint32_t n, const F& f) {
@@ -172,10 +173,10 @@ class Cuda {
                [&]<int L>() { launch(name, run_team<L, F>, std::uint64_t(n) * L, kTeamThreads, n, work_.lists, f); });
   }
   template <class F>
-  void for_each_group(const char* name, std::uint32_t n, const F& f) {
+  void for_each_group(const char* name, std::uint32_t n, const F& f, const Tag* sleepers = nullptr) {
     if (n == 0) return;
     note(name);
-    with_lanes(n, [&]<int L>() { launch(name, run_group<L, F>, std::uint64_t(n) * L, kTeamThreads, n, f); });
+    with_lanes(n, [&]<int L>() { launch(name, run_group<L, F>, std::uint64_t(n) * L, kTeamThreads, n, f, sleepers); });
   }
   template <class F>
   void for_each_block(const char* name, std::uint32_t n, const F& f) {

@@ -130,10 +130,10 @@ struct BlockTeam {
 inline constexpr int kTeamThreads = 128;
 
 template <class F>
-__global__ void run_each(std::uint32_t n, F f) {
+__global__ void run_each(std::uint32_t n, F f, const Tag* sleepers) {
   wait_for_previous_kernel();
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < n) f(i);
+  if (i < n && (sleepers == nullptr || !sleepers[i].asleep())) f(i);
 }
 
 template <int L, class F>
@@ -144,10 +144,10 @@ __global__ void __launch_bounds__(kTeamThreads) run_team(std::uint32_t n, Device
 }
 
 template <int L, class F>
-__global__ void __launch_bounds__(kTeamThreads) run_group(std::uint32_t n, F f) {
+__global__ void __launch_bounds__(kTeamThreads) run_group(std::uint32_t n, F f, const Tag* sleepers) {
   wait_for_previous_kernel();
-  const std::uint32_t t = blockIdx.x * kTeamThreads + threadIdx.x;
-  if (t / L < n) f(t / L, GroupTeam<L>{});
+  const std::uint32_t t = blockIdx.x * kTeamThreads + threadIdx.x, i = t / L;
+  if (i < n && (sleepers == nullptr || !sleepers[i].asleep())) f(i, GroupTeam<L>{});
 }
 
 template <class F>

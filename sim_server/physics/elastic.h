@@ -36,7 +36,7 @@ namespace palp {
 struct ElasticViews {
   std::uint32_t count = 0;
   const Packed* rest = nullptr;          // X, V [m, m^3]
-  const Tag* tag = nullptr;              // with the elastic material
+  Tag* tag = nullptr;                    // with the elastic material; says who sleeps (elastic_sleep.h)
   const std::uint32_t* first = nullptr;  // [count + 1] index of each particle's first neighbour
   const std::uint32_t* neighbor = nullptr;
   Mat3* correction = nullptr;  // L; null with method "paper"

@@ -67,6 +67,9 @@ struct ElasticTouching {
     real k_slip, mass;  // k_t; of the particle
   };
 
+  // Returns true where contact stays as it is, because the body that the part is of sleeps (elastic_sleep.h).
+  PALP_HD bool sleeps(const SoftPart& part) const { return elastic.tag[part.first].asleep(); }
+
   PALP_HD real mass(std::uint32_t i) const {
     return medium.material[elastic.tag[i].material()].density * elastic.rest[i].w;
   }
@@ -128,6 +131,7 @@ struct CountElasticContacts {
   PALP_HD void operator()(std::uint32_t index, Team team) const {
     const ContactViews& contact = touching.all.contact;
     const SoftPart part = contact.elastic_part[index];
+    if (touching.sleeps(part)) return;
     const auto count_in = [&](std::uint32_t k, const ContactPair& pair, const BodyState& field, const Mat3& R) {
       if (field.kind != BodyKind::rigid) return;
       real count = 0;
@@ -179,6 +183,7 @@ struct ElasticContact {
   PALP_HD void operator()(std::uint32_t index, Team team) const {
     const ContactViews& contact = touching.all.contact;
     const SoftPart part = contact.elastic_part[index];
+    if (touching.sleeps(part)) return;
     for_each_pair(touching.all, part,
                   [&](std::uint32_t k, const ContactPair& pair, const BodyState& field, const Mat3& R) {
                     const real contacts = touching.contacts_of(pair.b);
@@ -221,6 +226,7 @@ struct BeginElasticContact {
   PALP_HD void operator()(std::uint32_t index, Team team) const {
     const PairPoints& all = touching.all;
     const SoftPart part = all.contact.elastic_part[index];
+    if (touching.sleeps(part)) return;
     const real dt = all.dt;
     for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) {
       const std::uint32_t i = part.first + p;
@@ -288,6 +294,7 @@ struct EndElasticContact {
   PALP_HD void operator()(std::uint32_t index, Team team) const {
     const ContactViews& contact = touching.all.contact;
     const SoftPart part = contact.elastic_part[index];
+    if (touching.sleeps(part)) return;
     for_each_pair(touching.all, part, [&](std::uint32_t k, const ContactPair& pair, const BodyState&, const Mat3& R) {
       sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
         ElasticPush& push = contact.elastic_push[place - contact.first_soft];

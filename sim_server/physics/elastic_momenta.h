@@ -23,6 +23,7 @@ struct BeginRigid {
   template <class Team>
   PALP_HD void operator()(std::uint32_t k, Team team) const {
     const BodyState& b = bodies.body[solve.free_body[k]];
+    if (elastic.tag[b.force_first].asleep()) return;
     const std::uint32_t end = b.force_first + b.count;
     const auto place = [&](std::uint32_t i) { return Vec3(elastic.rest[i].xyz() - b.x + elastic.u[i].xyz()); };
     Vec3 x(0, 0, 0);
@@ -76,6 +77,7 @@ struct ConserveMomenta {
   template <class Team>
   PALP_HD void operator()(std::uint32_t k, Team team) const {
     const BodyState& b = bodies.body[solve.free_body[k]];
+    if (elastic.tag[b.force_first].asleep()) return;
     const std::uint32_t end = b.force_first + b.count;
     // the outer impulse over the density [m^3 m/s]
     const auto pushed = [&](std::uint32_t i) {

@@ -29,7 +29,7 @@ struct SleepBox {
 };
 
 struct SleepViews {
-  int n[3] = {1, 1, 1};                // blocks per axis
+  int n[3] = {0, 0, 0};                // blocks per axis
   int cells = 1;                       // cells per block and axis
   std::uint32_t* quiet = nullptr;      // by block: number of times that it was judged since it was stirred
   std::uint32_t patience = 0;          // that many of them make it sleep
@@ -158,10 +158,17 @@ struct Settle {
   CellGrid grid;
   SleepViews sleep;
   const BodyState* body;  // null without solids
+  const Tag* elastic_tag;
+  std::uint32_t elastic_count;  // 0 where no elastic body may sleep
 
-  // A fixed body whose wrench is asked for is awake, for that is added up anew from all stages.
-  PALP_HD bool may_sleep(Tag tag) const {
-    return tag.is_fluid() || (tag.kind() == BodyKind::fixed && body[tag.body()].force_first == kNone);
+  // Says whether a particle sleeps. Those that have a force of their own, added up anew from all stages, sleep with the
+  // unit that they are of (elastic_sleep.h), or not at all.
+  PALP_HD bool sleeps(Tag tag, std::uint32_t id, bool fluid_sleeps, bool walls_sleep) const {
+    if (tag.is_fluid()) return fluid_sleeps;
+    const BodyState& b = body[tag.body()];
+    if (b.force_first == kNone) return tag.kind() == BodyKind::fixed && walls_sleep;
+    const std::uint32_t k = b.force_first + id - b.first;
+    return k < elastic_count && elastic_tag[k].asleep();
   }
 
   // Returns true when a block at most `ring` blocks away has been stirred of late. The lanes share its rows.
@@ -195,12 +202,11 @@ struct Settle {
     const bool walls_sleep = !stirred(b, 2, team), fluid_sleeps = walls_sleep || !stirred(b, 1, team);
     for_each_in_block(sleep, grid, b, team, [&](std::uint32_t i) {
       const Tag tag = state.tag[i];
-      if (!may_sleep(tag)) return;
-      const bool sleeps = tag.is_fluid() ? fluid_sleeps : walls_sleep;
-      if (sleeps == tag.asleep()) return;
-      state.tag[i] = sorted.tag[i] = tag.as_asleep(sleeps);
-      if (tag.is_fluid()) state.vp[i] = sorted.vp[i] = pack(Vec3(0, 0, 0), state.vp[i].w);
-      if (!sleeps) raise_flag(sleep.lists_due);
+      const bool rests = sleeps(tag, state.id[i], fluid_sleeps, walls_sleep);
+      if (rests == tag.asleep()) return;
+      state.tag[i] = sorted.tag[i] = tag.as_asleep(rests);
+      if (tag.kind() != BodyKind::fixed) state.vp[i] = sorted.vp[i] = pack(Vec3(0, 0, 0), state.vp[i].w);
+      if (!rests) raise_flag(sleep.lists_due);
     });
   }
 };

@@ -77,8 +77,8 @@ std::string hint_of_heat(const Scene& scene, const Plan& plan) {
 }
 
 std::string hint_of_sleep(const Plan& plan) {
-  if (!plan.fluid || plan.sleeps || plan.heat || plan.change) return "";
-  return "fluid is computed even where it rests: with numerics.sleep_speed = 0.01 it sleeps there";
+  if (!(plan.fluid || plan.elastic) || plan.sleeps || plan.heat || plan.change) return "";
+  return "what rests is computed like what moves: with numerics.sleep_speed = 0.01 it sleeps";
 }
 
 std::string hint_of_spacing(const Plan& plan, const Bill& bill) {

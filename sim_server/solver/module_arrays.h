@@ -88,28 +88,39 @@ void allocate_implicit(B& back_end, const Scene& scene, const Plan& plan, StepVi
   back_end.for_each("implicit pairs", v.elastic.count, ListPairs{v.elastic, s, v.grid, kernel});
 }
 
-// Allocates what says which blocks sleep, and the boxes of bodies that may wake them.
+// Allocates what says what sleeps, and the boxes of bodies that may wake it.
 template <class B>
 void allocate_sleep(B& back_end, const Scene& scene, const Plan& plan, StepViews& v) {
   SleepViews& s = v.sleep;
   const NumericsConfig& numerics = scene.config.numerics;
-  const real reach = static_cast<real>(plan.support + plan.skin);
-  s.cells = std::max(1, static_cast<int>(std::ceil(real(0.999) * reach / v.grid.cell.minCoeff())));
-  for (int a = 0; a < 3; ++a) s.n[a] = (v.grid.n[a] + s.cells - 1) / s.cells;
-  s.quiet = back_end.template allocate<std::uint32_t>("quiet blocks", s.blocks());
   s.interval = static_cast<real>(plan.sleep_interval / scene.config.rate_hz);
   s.patience = static_cast<std::uint32_t>(std::ceil(kSleepAfter / s.interval));
-  s.lists_due = back_end.lists_due();
   s.box = allocate_copy(back_end, "sleep boxes", sleep_boxes(scene, plan));
   s.speed = static_cast<real>(numerics.sleep_speed.value_or(0));
   s.region = static_cast<real>(numerics.region_of_interest.value_or(0));
-  back_end.let_sleep(v.sorted.tag);
+  if (plan.neighbors) {
+    const real reach = static_cast<real>(plan.support + plan.skin);
+    s.cells = std::max(1, static_cast<int>(std::ceil(real(0.999) * reach / v.grid.cell.minCoeff())));
+    for (int a = 0; a < 3; ++a) s.n[a] = (v.grid.n[a] + s.cells - 1) / s.cells;
+    s.quiet = back_end.template allocate<std::uint32_t>("quiet blocks", s.blocks());
+    s.lists_due = back_end.lists_due();
+    back_end.let_sleep(v.sorted.tag);
+  }
+  if (!plan.elastic) return;
+  const SleepUnits units = sleep_units(scene, ElasticStore(scene, plan));
+  v.elastic_sleep.units = static_cast<std::uint32_t>(units.unit.size());
+  v.elastic_sleep.unit = allocate_copy(back_end, "sleep units", units.unit);
+  v.elastic_sleep.member = allocate_copy(back_end, "sleep members", units.member);
 }
 
-// Lets nothing be thought at rest; what sleeps wakes in the next step.
+// Lets nothing be thought at rest; what sleeps wakes when it is judged next.
 template <class B>
-void reset_sleep(B& back_end, const SleepViews& s) {
-  back_end.upload(s.quiet, std::vector<std::uint32_t>(s.blocks(), 0));
+void reset_sleep(B& back_end, const Scene& scene, const Plan& plan, const StepViews& v) {
+  if (plan.neighbors) back_end.upload(v.sleep.quiet, std::vector<std::uint32_t>(v.sleep.blocks(), 0));
+  if (v.elastic_sleep.units == 0) return;
+  const ElasticStore store(scene, plan);
+  back_end.upload(v.elastic_sleep.unit, sleep_units(scene, store).unit);
+  back_end.upload(v.elastic.tag, store.tag);
 }
 
 template <class B>

@@ -44,7 +44,7 @@ struct Plan {
   bool heat = false;         // heat is conducted, lost and supplied
   bool change = false;       // matter that melts, freezes or sets
   bool rigidifies = false;   // some of it becomes rigid
-  bool sleeps = false;       // fluid at rest is not computed
+  bool sleeps = false;       // what rests is not computed
   // numerics
   double support = 0;          // H [m]
   double elastic_support = 0;  // H of elastic bodies [m]

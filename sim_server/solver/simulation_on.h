@@ -61,7 +61,7 @@ class SimulationOn final : public Simulation {
     if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.fluid.viscosity);
     if (plan_.heat) views_.heat.medium = make_heat_medium(scene_, plan_);
     if (plan_.change) views_.change.medium = make_change_medium(scene_, plan_);
-    if (plan_.sleeps) reset_sleep(back_end_, views_.sleep);
+    if (plan_.sleeps) reset_sleep(back_end_, scene_, plan_, views_);
     back_end_.forget();
   }
 
@@ -98,7 +98,7 @@ class SimulationOn final : public Simulation {
     if (plan_.elastic_rounds > 0) reset_implicit(back_end_, plan_, views_.implicit);
     if (plan_.fields) reset_contact(back_end_, contact_counts_, views_.contact);
     if (plan_.change) reset_change(back_end_, scene_, plan_, views_);
-    if (plan_.sleeps) reset_sleep(back_end_, views_.sleep);
+    if (plan_.sleeps) reset_sleep(back_end_, scene_, plan_, views_);
     if (plan_.solids) back_end_.upload(views_.body.body, store.bodies);
     results_.reset(store.bodies, output_);
   }

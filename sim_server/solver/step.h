@@ -169,15 +169,20 @@ void elastic_stages(B& back_end, const Plan& plan, const StepViews& v) {
   const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.elastic_support));
   const std::uint32_t n = v.elastic.count;
   const bool accurate = plan.method == Method::accurate;
-  if (plan.tears) back_end.for_each_group("elastic tears", n, TearBonds{v.elastic, v.grid, kernel, v.medium});
+  const Tag* sleepers = v.elastic_sleepers();
+  if (plan.tears) back_end.for_each_group("elastic tears", n, TearBonds{v.elastic, v.grid, kernel, v.medium}, sleepers);
   if (plan.plastic)
-    back_end.for_each_group("elastic strain", n, ElasticStrain<true>{v.elastic, v.body, v.grid, kernel, v.medium});
+    back_end.for_each_group("elastic strain", n, ElasticStrain<true>{v.elastic, v.body, v.grid, kernel, v.medium},
+                            sleepers);
   else if (accurate)
-    back_end.for_each_group("elastic strain", n, ElasticStrain<false>{v.elastic, v.body, v.grid, kernel, v.medium});
+    back_end.for_each_group("elastic strain", n, ElasticStrain<false>{v.elastic, v.body, v.grid, kernel, v.medium},
+                            sleepers);
   else
-    back_end.for_each_group("elastic strain (paper)", n, PaperStrain{v.elastic, v.body, v.grid, kernel, v.medium});
+    back_end.for_each_group("elastic strain (paper)", n, PaperStrain{v.elastic, v.body, v.grid, kernel, v.medium},
+                            sleepers);
   back_end.for_each_group("elastic force", n,
-                          ElasticForce{v.elastic, v.body, v.grid, kernel, v.medium, accurate, plan.neighbors});
+                          ElasticForce{v.elastic, v.body, v.grid, kernel, v.medium, accurate, plan.neighbors},
+                          sleepers);
 }
 
 inline ElasticTouching elastic_touching(const StepViews& v) {
@@ -203,20 +208,21 @@ void elastic_contact_stages(B& back_end, const StepViews& v) {
 template <class B>
 void implicit_elastic_stages(B& back_end, const StepViews& v) {
   const std::uint32_t n = v.elastic.count, parts = v.implicit.parts, touching = v.contact.elastic_parts;
+  const Tag* sleepers = v.elastic_sleepers();
   back_end.for_each("implicit begin", n,
-                    BeginImplicit{v.elastic, v.implicit, v.body, v.medium, v.grid, v.input.forcing});
-  back_end.for_each_group("implicit strain", n, PredictedStrain{v.elastic, v.implicit, v.medium});
-  back_end.for_each_group("implicit force", n, PredictedForce{v.elastic, v.implicit, v.medium});
+                    BeginImplicit{v.elastic, v.implicit, v.body, v.medium, v.grid, v.input.forcing}, sleepers);
+  back_end.for_each_group("implicit strain", n, PredictedStrain{v.elastic, v.implicit, v.medium}, sleepers);
+  back_end.for_each_group("implicit force", n, PredictedForce{v.elastic, v.implicit, v.medium}, sleepers);
   if (touching > 0) {
     count_elastic_contacts(back_end, v);
     back_end.for_each_block("elastic contact", touching, BeginElasticContact{elastic_touching(v), v.implicit});
   }
   if (touching > 0 && v.implicit.free_bodies > 0)
     back_end.for_each_block("implicit rigid", v.implicit.free_bodies, BeginRigid{v.elastic, v.implicit, v.body});
-  back_end.for_each("implicit begin", n, BeginSolve{v.implicit});
+  back_end.for_each("implicit begin", n, BeginSolve{v.implicit}, sleepers);
   for (std::uint32_t round = 0; round < v.implicit.rounds; ++round) {
-    back_end.for_each_group("implicit strain", n, StrainChange{v.elastic, v.implicit, v.medium, round});
-    back_end.for_each_group("implicit force", n, ForceChange{v.elastic, v.implicit, v.medium, round});
+    back_end.for_each_group("implicit strain", n, StrainChange{v.elastic, v.implicit, v.medium, round}, sleepers);
+    back_end.for_each_group("implicit force", n, ForceChange{v.elastic, v.implicit, v.medium, round}, sleepers);
     back_end.for_each_block("implicit sums", parts, SumRound{v.elastic, v.implicit, round});
     back_end.for_each_block("implicit round", parts, AdvanceRound{v.elastic, v.implicit, round});
   }
@@ -224,7 +230,7 @@ void implicit_elastic_stages(B& back_end, const StepViews& v) {
     back_end.for_each_block("elastic contact", touching, EndElasticContact{elastic_touching(v), v.implicit});
   if (v.implicit.free_bodies > 0)
     back_end.for_each_block("implicit momenta", v.implicit.free_bodies, ConserveMomenta{v.elastic, v.implicit, v.body});
-  back_end.for_each("implicit end", n, EndImplicit{v.elastic, v.implicit, v.body, v.medium});
+  back_end.for_each("implicit end", n, EndImplicit{v.elastic, v.implicit, v.body, v.medium}, sleepers);
 }
 
 // Sorts the particles and computes the forces between bodies and within fluids.
@@ -272,7 +278,8 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
   if (heat && plan.change) change_stages(back_end, plan, v);
   if (plan.change) bond_stages(back_end, v);
   const bool implicit = plan.elastic_rounds > 0;
-  if (implicit && !plan.neighbors) back_end.for_each("implicit clear", v.elastic.count, ClearForce{v.body});
+  if (implicit && !plan.neighbors)
+    back_end.for_each("implicit clear", v.elastic.count, ClearForce{v.body}, v.elastic_sleepers());
   if (plan.elastic && !implicit) elastic_stages(back_end, plan, v);
   if (plan.fields) contact_stages(back_end, v);
   if (plan.fields && !implicit) elastic_contact_stages(back_end, v);
@@ -284,10 +291,10 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
                       AdvanceBodies{v.body.body, v.contact.by, v.list.rigid, v.input.proxy, v.input.forcing, v.grid,
                                     v.medium.dt, elapsed});
   if (implicit)
-    back_end.for_each("move elastic", v.elastic.count, MoveImplicit{v.elastic, v.body, v.medium});
+    back_end.for_each("move elastic", v.elastic.count, MoveImplicit{v.elastic, v.body, v.medium}, v.elastic_sleepers());
   else if (plan.elastic)
     back_end.for_each("move elastic", v.elastic.count,
-                      MoveElastic{v.elastic, v.body, v.medium, v.grid, v.input.forcing});
+                      MoveElastic{v.elastic, v.body, v.medium, v.grid, v.input.forcing}, v.elastic_sleepers());
   if (plan.rigidifies) {
     back_end.for_each("rigid push", v.particles,
                       GatherRigidForces{v.state, v.fluid.acceleration, v.change.views, v.change.rigid});
@@ -299,17 +306,25 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
   if (plan.neighbors)
     back_end.move("move", v.particles, move);
   else
-    back_end.for_each("move", v.particles, move);
+    back_end.for_each("move", v.particles, move, v.elastic_sleep.units > 0 ? v.state.tag : nullptr);
 }
 
-// Stills the fluid that has come to rest and wakes what is stirred, for the next haptic step.
+// Stills what has come to rest and wakes what is stirred, for the next haptic step.
 template <class B>
 void sleep_stages(B& back_end, const Plan& plan, const StepViews& v) {
   const std::uint32_t blocks = v.sleep.blocks();
-  const auto reach = static_cast<real>(plan.support + plan.skin);
-  back_end.for_each_block("sleep", v.list.rigid_count, MarkBodies{v.grid, v.sleep, v.body.body, v.list.rigid, reach});
-  back_end.for_each_group("sleep", blocks, JudgeMotion{v.state, v.grid, v.sleep, v.input.forcing});
-  back_end.for_each_group("sleep", blocks, Settle{v.state, v.sorted, v.grid, v.sleep, v.body.body});
+  if (blocks > 0) {
+    const auto reach = static_cast<real>(plan.support + plan.skin);
+    back_end.for_each_block("sleep", v.list.rigid_count, MarkBodies{v.grid, v.sleep, v.body.body, v.list.rigid, reach});
+    back_end.for_each_group("sleep", blocks, JudgeMotion{v.state, v.grid, v.sleep, v.input.forcing});
+  }
+  const int ring = plan.fluid ? 2 : 1;  // fluid asks for the pressure that a body's particles show
+  back_end.for_each_block("sleep of bodies", v.elastic_sleep.units,
+                          JudgeElastic{v.state, v.elastic, v.implicit, v.elastic_sleep, v.sleep, v.grid, v.medium,
+                                       v.body.body, v.list.rigid, v.list.rigid_count, v.input.forcing, ring});
+  back_end.for_each_group("sleep", blocks,
+                          Settle{v.state, v.sorted, v.grid, v.sleep, v.body.body, v.elastic.tag,
+                                 v.elastic_sleep.units > 0 ? v.elastic.count : 0});
 }
 
 // Runs a haptic step. seldom: it is the one in heat_interval that conducts, or in sleep_interval that judges what

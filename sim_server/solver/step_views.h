@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sim_server/physics/cohesion.h"
+#include "sim_server/physics/elastic_sleep.h"
 #include "sim_server/physics/health.h"
 #include "sim_server/physics/heat.h"
 #include "sim_server/physics/implicit_elastic.h"
@@ -69,7 +70,11 @@ struct StepViews {
   HeatStageViews heat;
   ChangeStageViews change;
   SleepViews sleep;
+  ElasticSleepViews elastic_sleep;
   HealthStageViews health;
+
+  // Returns the tags by which back ends pass over elastic particles that sleep; null where none can.
+  const Tag* elastic_sleepers() const { return elastic_sleep.units > 0 ? elastic.tag : nullptr; }
 };
 
 }  // namespace palp

@@ -7,7 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "sim_server/solver/plan.h"
+#include "tests/sim_server/physics/contact_scenes.h"
 #include "tests/support/backend.h"
+#include "tests/support/random_scene.h"
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
@@ -215,6 +217,94 @@ TEST(SleepOfAVessel, IsTheSameAgain) {
   EXPECT_GT(first.most_asleep, 0u);
   EXPECT_EQ(first.force, second.force);
 }
+
+// Two soft blocks on a floor, apart from each other, the second one bonded to it, and a ball in a hand above the first.
+SceneConfig two_blocks(ElasticSolver solver) {
+  SceneConfig config = contact_scene(0.02, 0.3, 0.2);
+  MaterialConfig soft = config.materials[0];
+  soft.name = "soft";
+  soft.young_modulus = 1e5;
+  soft.poisson_ratio = 0.3;
+  soft.damping = 100;
+  config.materials.push_back(soft);
+  BodyConfig block = at(body("block", BodyKind::elastic, box({0.1, 0.1, 0.1})), {-0.3, 0, 0.05});
+  block.material = "soft";
+  BodyConfig bonded = at(block, {0.3, 0, 0.05});
+  bonded.name = "bonded";
+  bonded.bonded_to = {"foot"};
+  config.bodies = {at(body("floor", BodyKind::fixed, box({0.3, 0.3, 0.04})), {-0.3, 0, -0.02}),
+                   at(body("foot", BodyKind::fixed, box({0.16, 0.16, 0.04})), {0.3, 0, -0.02}), block, bonded,
+                   at(body("tool", BodyKind::rigid, sphere(0.04)), {-0.3, 0, 0.2})};
+  ProxyConfig proxy;
+  proxy.body = "tool";
+  config.proxies.push_back(proxy);
+  config.probes = {probe_of("foot")};
+  config.numerics.elastic_solver = solver;
+  return config;
+}
+
+struct Pressed {
+  std::vector<Vector3d> force;  // on the hand, in each step [N]
+  std::vector<double> foot;     // force along z on the foot [N]
+  std::uint32_t most_asleep = 0;
+};
+
+// Presses the ball 1 cm into the first block from 0.5 to 1 s, then into the second one, which has slept.
+Pressed press(SceneConfig config, std::optional<double> sleep_speed) {
+  config.numerics.sleep_speed = sleep_speed;
+  const auto simulation = simulate(sampled(config));
+  StepInput input;
+  input[0].engaged = true;
+  input[0].gains = {20000, 200, 10, 0.2};
+  Pressed pressed;
+  for (int k = 0; k < 2000; ++k) {
+    const auto share = [k](int from, int to) { return std::clamp((k - from) / double(to - from), 0.0, 1.0); };
+    const double down = share(500, 700) - share(1000, 1100) + share(1500, 1700);
+    input[0].state.position = {-0.3 + 0.6 * share(1200, 1400), 0, 0.2 - 0.07 * down};
+    const StepOutput& out = simulation->step(input);
+    EXPECT_TRUE(out.health.ok) << out.health.cause;
+    if (!out.health.ok) return pressed;
+    pressed.force.push_back(out.proxies[0].force);
+    pressed.foot.push_back(out.bodies[1].force.z());
+    pressed.most_asleep = std::max(pressed.most_asleep, out.health.asleep);
+  }
+  return pressed;
+}
+
+// alone: there is only the second block, so that no neighbours are listed.
+struct Blocks {
+  const char* name;
+  ElasticSolver solver;
+  bool alone;
+};
+class SleepOfBlocks : public testing::TestWithParam<Blocks> {};
+
+TEST_P(SleepOfBlocks, IsNotFelt) {
+  SceneConfig config = two_blocks(GetParam().solver);
+  if (GetParam().alone) config.bodies.erase(config.bodies.begin() + 2);
+  const Pressed awake = press(config, std::nullopt), asleep = press(config, kSleepSpeed);
+  ASSERT_EQ(awake.force.size(), asleep.force.size());
+  ASSERT_EQ(awake.force.size(), 2000u);
+  EXPECT_EQ(awake.most_asleep, 0u);
+  EXPECT_GE(asleep.most_asleep, 125u);
+  const double change = rms(difference(asleep.force, awake.force), 0, 2000) / rms(awake.force, 0, 2000);
+  RecordProperty("change", std::to_string(change));
+  EXPECT_GT(rms(awake.force, 1700, 2000), 5);
+  EXPECT_TRUE(within(change, tol::kSleepStirred));
+  double most = 0;
+  for (std::size_t k = 0; k < 2000; ++k) most = std::max(most, std::abs(asleep.foot[k] - awake.foot[k]));
+  const double scale = *std::max_element(awake.foot.begin(), awake.foot.end(),
+                                         [](double a, double b) { return std::abs(a) < std::abs(b); });
+  RecordProperty("foot", std::to_string(most / std::abs(scale)));
+  EXPECT_TRUE(within(most / scale, tol::kSleepFoot));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SleepOfBlocks,
+                         testing::Values(Blocks{"explicit", ElasticSolver::explicit_, false},
+                                         Blocks{"implicit", ElasticSolver::implicit, false},
+                                         Blocks{"explicit_alone", ElasticSolver::explicit_, true},
+                                         Blocks{"implicit_alone", ElasticSolver::implicit, true}),
+                         [](const testing::TestParamInfo<Blocks>& blocks) { return blocks.param.name; });
 
 }  // namespace
 }  // namespace palp::test::sleep_test

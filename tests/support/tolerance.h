@@ -191,6 +191,8 @@ inline constexpr Tolerance kSwitchedSolver{
 inline constexpr Tolerance kSleepStirred{0.005, 0.005, "of the force: what sleeps is out of reach of what is stirred"};
 inline constexpr Tolerance kSleepWoken{
     0.07, 0.07, "of the force in fluid that slept: less than a hand notices; its particles begin from other places"};
+inline constexpr Tolerance kSleepFoot{
+    0.02, 0.02, "of the largest force on what a body is bonded to: at most sleep_speed is taken from it at once"};
 inline constexpr Tolerance kContactEnergy{1e-4, 1e-4, "of what the bodies began with: bounces end within a sub-step"};
 inline constexpr Tolerance kCarried{0.05, 0.05,
                                     "of the weight, over a second in which a ball may still hop by a millimetre"};
