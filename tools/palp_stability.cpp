@@ -18,6 +18,7 @@
 #include "sim_server/scene_options.h"
 #include "tools/stability_map/cells.h"
 #include "tools/stability_map/run_cell.h"
+#include "tools/stability_map/setup.h"
 
 namespace {
 
@@ -43,6 +44,7 @@ class Names {
   explicit Names(const Arguments& a) : a_(a), start_(std::chrono::steady_clock::now()) {
     if (!a.cells.empty()) {
       list_ = a.cells;
+      for (const std::string& cell : list_) palp::stability::setup_of(cell);  // on the main thread, which can refuse it
     } else if (a.random == 0 && a.hours == 0) {
       const std::regex only(a.only);
       for (const std::string& cell : palp::stability::listed_cells(a.all))

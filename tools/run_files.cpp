@@ -1,10 +1,7 @@
 #include "tools/run_files.h"
 
-#include <algorithm>
-#include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "sim_server/probes/snapshot_points.h"
 #include "sim_server/solver/rigid_motion.h"
@@ -28,19 +25,16 @@ ProbeConfig probe_of(Quantity quantity) {
   return probe;
 }
 
-// Returns the value that a share (0..1) of all does not exceed, by the nearest rank.
-Json quantile(std::vector<double> values, double share) {
-  if (values.empty()) return nullptr;
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+// Returns the time [s] that a share (0..1) of all does not exceed.
+Json quantile(const FineHistogram& times, double share) {
+  if (times.count() == 0) return nullptr;
+  return 1e-6 * times.quantile_us(share);
 }
 
-double seconds(clockid_t clock) {
+std::int64_t nanoseconds(clockid_t clock) {
   timespec t{};
   clock_gettime(clock, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+  return std::int64_t{1'000'000'000} * t.tv_sec + t.tv_nsec;
 }
 
 }  // namespace
@@ -118,11 +112,11 @@ void TotalsFile::add_motion(const Snapshot& snapshot, const StepOutput& output, 
   row.push_back(volume);
 }
 
-StepTimes::Now StepTimes::now() { return {seconds(CLOCK_MONOTONIC), seconds(CLOCK_PROCESS_CPUTIME_ID)}; }
+StepTimes::Now StepTimes::now() { return {nanoseconds(CLOCK_MONOTONIC), nanoseconds(CLOCK_PROCESS_CPUTIME_ID)}; }
 
 Json StepTimes::summary(double rate_hz) const {
-  const double sum = std::accumulate(wall_.begin(), wall_.end(), 0.0);
-  const double reached = sum > 0 ? static_cast<double>(wall_.size()) / sum : 0;
+  const double sum = 1e-9 * static_cast<double>(sum_ns_);
+  const double reached = sum > 0 ? static_cast<double>(wall_.count()) / sum : 0;
   return {{"step_median_s", quantile(wall_, 0.5)},    {"step_p90_s", quantile(wall_, 0.9)},
           {"step_p99_s", quantile(wall_, 0.99)},      {"step_worst_s", quantile(wall_, 1)},
           {"step_cpu_median_s", quantile(cpu_, 0.5)}, {"reached_rate_hz", reached},

@@ -1,12 +1,14 @@
 // The files that palp-run writes beside those of the scene's probes.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "config/csv_file.h"
 #include "config/json_file.h"
+#include "idl/histogram.h"
 #include "sim_server/probes/probes.h"
 
 namespace palp {
@@ -41,7 +43,7 @@ class TotalsFile {
   CsvFile file_;
 };
 
-// Keeps what each step of a run costs, without probes and files.
+// Counts what each step of a run costs, without probes and files, in room that does not grow with the run.
 class StepTimes {
  public:
   // Runs one step. Times its own thread's wall clock, and the processor time of the whole process, threads included.
@@ -50,20 +52,23 @@ class StepTimes {
     const Now begin = now();
     step();
     const Now end = now();
-    wall_.push_back(end.wall - begin.wall);
-    cpu_.push_back(end.cpu - begin.cpu);
+    wall_.add(end.wall - begin.wall);
+    cpu_.add(end.cpu - begin.cpu);
+    sum_ns_ += end.wall - begin.wall;
   }
   // Returns medians, other quantiles, the steps a second that the machine reached and, with the haptic rate of the
-  // scene [Hz], how fast simulated time passed; times in seconds. Null where there was no step.
+  // scene [Hz], how fast simulated time passed; times in seconds, quantiles rounded up by at most 0.4 %. Null where
+  // there was no step.
   Json summary(double rate_hz) const;
 
  private:
   struct Now {
-    double wall, cpu;  // [s]
+    std::int64_t wall, cpu;  // [ns]
   };
   static Now now();
 
-  std::vector<double> wall_, cpu_;
+  FineHistogram wall_, cpu_;
+  std::int64_t sum_ns_ = 0;
 };
 
 }  // namespace palp

@@ -1,10 +1,15 @@
-// Method "paper": Eq. 2 and 3 term by term, with the kernels of Mueller, Charypar & Gross 2003. Density by summation
+// Method "paper": Eq. 2 and 3 term by term, with kernels of Mueller, Charypar & Gross 2003. Density by summation
 // over all media, pressure P = c^2 (rho - rho0), clamped at zero; contact between any two bodies is the same pressure
 // and viscosity. Rigid particles have no internal forces, so a body's own particles count in its density but do not
 // push.
 //
 // Eq. 2   f_i = -V_i sum_j V_j (P_i + P_j)/2 gradW      half the gradient of P: a resting fluid shows twice rho g d
 // Eq. 3   f_i = mu V_i sum_j V_j (v_j - v_i) lapW
+//
+// Density and Eq. 2 have the same kernel, poly6: the force is then nearly the gradient of an energy, half of what the
+// equation of state would store. With the gradient of the spiky kernel beside a density by poly6, as Mueller has it, a
+// fluid of little viscosity heats itself at any sub-step: a block that falls into a tray creates a third of what it
+// turns over, where it now creates less than a hundredth.
 #pragma once
 
 #include "sim_server/physics/equation_of_state.h"
@@ -48,7 +53,7 @@ PALP_HD inline Vec3 paper_pair_force(const Medium& medium, const Mueller& kernel
   const real P = acting_pressure(medium, vp_i.w) + acting_pressure(medium, vp_j.w);
   const real mu =
       real(0.5) * (medium.material[tag_i.material()].viscosity + medium.material[tag_j.material()].viscosity);
-  return VV * (real(0.5) * P * kernel.spiky_F(r) * x_ij - mu * kernel.laplacian(r) * (vp_i.xyz() - vp_j.xyz()));
+  return VV * (real(0.5) * P * kernel.poly6_F(r2) * x_ij - mu * kernel.laplacian(r) * (vp_i.xyz() - vp_j.xyz()));
 }
 
 // Computes the acceleration of fluids, and the force on each particle of the bodies whose wrench is asked for.

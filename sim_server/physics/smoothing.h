@@ -33,12 +33,13 @@ struct WendlandC2Of {
 };
 using WendlandC2 = WendlandC2Of<real>;
 
-// The three kernels of Mueller, Charypar & Gross 2003, which the paper's equations 2 and 3 are used with.
+// Two kernels of Mueller, Charypar & Gross 2003, which the paper's equations are used with. Their third one, "spiky",
+// whose gradient they take for pressure, is left out: density and pressure have one kernel (paper.h says why).
 template <class S>
 struct MuellerOf {
   S support;
-  S poly6_scale;  // 315/(64 pi H^9)
-  S spiky_scale;  // 45/(pi H^6): gradient of 15/(pi H^6) (H-r)^3
+  S poly6_scale;      // 315/(64 pi H^9)
+  S laplacian_scale;  // 45/(pi H^6)
   static MuellerOf with_support(S H) {
     const S H2 = H * H, H6 = H2 * H2 * H2;
     return {H, S(315) / (S(64) * kPiOf<S> * H6 * H2 * H), S(45) / (kPiOf<S> * H6)};
@@ -47,16 +48,15 @@ struct MuellerOf {
     const S u = support * support - r2;
     return u > S(0) ? poly6_scale * u * u * u : S(0);
   }
-  // Returns F of the spiky kernel. Its W' is finite at r = 0, so coincident particles get no direction: zero.
-  PALP_HD S spiky_F(S r) const {
-    const S u = support - r;
-    return u > S(0) && r > S(0) ? spiky_scale * u * u / r : S(0);
+  PALP_HD S poly6_F(S r2) const {
+    const S u = support * support - r2;
+    return u > S(0) ? S(6) * poly6_scale * u * u : S(0);
   }
   // Returns the Laplacian of the viscosity kernel, which is positive everywhere, so that viscosity only ever takes
   // energy.
   PALP_HD S laplacian(S r) const {
     const S u = support - r;
-    return u > S(0) ? spiky_scale * u : S(0);
+    return u > S(0) ? laplacian_scale * u : S(0);
   }
 };
 using Mueller = MuellerOf<real>;

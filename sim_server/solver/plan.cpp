@@ -244,6 +244,7 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan.method = config.method;
   plan_bodies(scene, plan);
   check_weight(scene, plan);
+  check_damping(scene, plan);
   check_densities(scene, plan);
   plan.temperature = !scene.temperature.empty();
   plan.cohesion = has_cohesion(scene);

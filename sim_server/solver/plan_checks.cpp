@@ -26,6 +26,21 @@ double farthest(const Scene& scene) {
   return far;
 }
 
+// Returns how far the weight of a body of particles would compress what it is made of.
+double strain_under_weight(const Scene& scene, const Body& body) {
+  const MaterialConfig& m = scene.config.materials[body.material];
+  const Eigen::Vector3d size = body_bounds(scene, body).sizes().array() + scene.spacing;
+  return m.density * scene.config.gravity.cwiseAbs().dot(size) / *m.young_modulus;
+}
+
+// Says whether particles of a body begin with different velocities: it spins, or is being deformed.
+bool moves_within(const Scene& scene, const Body& body) {
+  const Eigen::Vector3d& first = scene.velocity[body.first];
+  const auto begin = scene.velocity.begin() + body.first;
+  return std::any_of(begin, begin + body.count,
+                     [&](const Eigen::Vector3d& v) { return (v - first).norm() > 1e-6 * (v.norm() + first.norm()); });
+}
+
 }  // namespace
 
 void check_places(const Scene& scene) {
@@ -69,14 +84,36 @@ void check_weight(const Scene& scene, const Plan& plan) {
   if (plan.method != Method::paper) return;
   for (const Body& body : scene.bodies) {
     const MaterialConfig& m = scene.config.materials[body.material];
-    if (body.count == 0 || !plan.changes[static_cast<std::size_t>(&body - scene.bodies.data())]) continue;
-    const Eigen::Vector3d size = body_bounds(scene, body).sizes().array() + scene.spacing;
-    const double strain = m.density * scene.config.gravity.cwiseAbs().dot(size) / *m.young_modulus;
+    const bool changes = plan.changes[static_cast<std::size_t>(&body - scene.bodies.data())];
+    if (body.count == 0 || (!changes && body.bonded_to.empty())) continue;
+    const double strain = strain_under_weight(scene, body);
     if (strain <= kMostStrain) continue;
     throw ConfigError(fmt::format(
         "{}: the solid of material '{}' would be compressed by {:.2g} % under its own weight, expected at most {:g} % "
         "with method \"paper\": raise young_modulus, or use method \"accurate\"",
         scene.config.path, m.name, 100 * strain, 100 * kMostStrain));
+  }
+}
+
+void check_damping(const Scene& scene, const Plan& plan) {
+  constexpr double kLeastPoisson = 0, kMostPoisson = 0.45, kMostStrain = 0.03;
+  constexpr double kShare = 0.03;  // of the damping whose forces are as large as those of stiffness for a sound wave
+  if (plan.method != Method::paper) return;
+  for (const std::uint32_t b : plan.elastic_bodies) {
+    const Body& body = scene.bodies[b];
+    const MaterialConfig& m = scene.config.materials[body.material];
+    const bool uneven =
+        (m.poisson_ratio < kLeastPoisson || m.poisson_ratio > kMostPoisson) && moves_within(scene, body);
+    const bool soft = !body.bonded_to.empty() && strain_under_weight(scene, body) > kMostStrain;
+    const double least = kShare * std::sqrt(*m.young_modulus * m.density) * scene.spacing;
+    if ((!uneven && !soft) || m.damping >= least) continue;
+    throw ConfigError(fmt::format(
+        "{}: elastic material '{}' has a damping of {:.3g} Pa s, expected at least {:.3g} with method \"paper\", by "
+        "whose "
+        "forces {} would swing ever further: raise damping, or use method \"accurate\"",
+        scene.config.path, m.name, m.damping, least,
+        uneven ? fmt::format("what begins to spin or to deform with a poisson_ratio of {:g}", m.poisson_ratio)
+               : "what is bonded and so soft"));
   }
 }
 

@@ -176,7 +176,7 @@ void accurate_forces(Restated& w) {
   }
 }
 
-// Paper Eq. 1 to 3 with Mueller's kernels.
+// Paper Eq. 1 to 3 with Mueller's kernels, of which density and pressure have the same.
 void paper_forces(Restated& w) {
   const double H = w.plan.support, c2 = w.plan.sound_speed * w.plan.sound_speed;
   for (std::size_t i = 0; i < w.x.size(); ++i) {
@@ -191,7 +191,7 @@ void paper_forces(Restated& w) {
       if (!is_fluid(w, i) && w.scene->body[i] == w.scene->body[j]) return;
       const double P = (acting(w, w.p[i]) + acting(w, w.p[j])) / 2;
       const double mu = (material_of(w, i).viscosity + material_of(w, j).viscosity) / 2;
-      w.force[i] -= w.V[i] * w.V[j] * P * spiky_gradient(x_ij, H);
+      w.force[i] -= w.V[i] * w.V[j] * P * poly6_gradient(x_ij, H);
       w.force[i] += mu * w.V[i] * w.V[j] * viscosity_laplacian(x_ij.norm(), H) * (w.v[j] - w.v[i]);
     });
   }
@@ -375,10 +375,10 @@ Vector3d wendland_gradient(const Vector3d& x, double H) {
   return 21 / (2 * M_PI * H * H * H) * (-20 * q * std::pow(1 - q, 3)) / H * x / r;
 }
 double poly6(double r, double H) { return r < H ? 315 / (64 * M_PI * std::pow(H, 9)) * std::pow(H * H - r * r, 3) : 0; }
-Vector3d spiky_gradient(const Vector3d& x, double H) {
+Vector3d poly6_gradient(const Vector3d& x, double H) {
   const double r = x.norm();
-  if (r >= H || r == 0) return Vector3d::Zero();
-  return -45 / (M_PI * std::pow(H, 6)) * (H - r) * (H - r) * x / r;
+  if (r >= H) return Vector3d::Zero();
+  return -945 / (32 * M_PI * std::pow(H, 9)) * std::pow(H * H - r * r, 2) * x;
 }
 double viscosity_laplacian(double r, double H) { return r < H ? 45 / (M_PI * std::pow(H, 6)) * (H - r) : 0; }
 

@@ -45,7 +45,7 @@ RigidState handle_of(const Restated& world, std::size_t proxy);
 double wendland(double r, double H);
 Eigen::Vector3d wendland_gradient(const Eigen::Vector3d& x, double H);
 double poly6(double r, double H);
-Eigen::Vector3d spiky_gradient(const Eigen::Vector3d& x, double H);
+Eigen::Vector3d poly6_gradient(const Eigen::Vector3d& x, double H);
 double viscosity_laplacian(double r, double H);
 
 }  // namespace palp::test

@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <type_traits>
 
 #include "config/error.h"
 #include "tests/support/files.h"
 #include "tests/support/scene_builder.h"
+#include "tools/run_files.h"
 
 namespace palp::test {
 namespace {
@@ -229,6 +231,9 @@ TEST_F(RunTest, TotalsAreThoseOfAllThatMoves) {
   EXPECT_NEAR(value("volume_m3"), 0.125, 1e-6);
   EXPECT_EQ(last.at("mean_temperature_K"), "");
 }
+
+// A StepTimes that owns no memory takes no more of it in a long run.
+static_assert(std::is_trivially_destructible_v<StepTimes>);
 
 TEST_F(RunTest, StepsAreTimedWithoutProbesAndFiles) {
   options_.snapshots_hz = 100;

@@ -48,6 +48,7 @@ class Books {
   Sums sums(const StepOutput& output);
   void add_particles(std::size_t body, Sums& out);
   double compression(std::size_t particle, double density) const;
+  double stored_by_pushing(std::size_t body) const;
   void check_heat();
 
   // Sets the masses of particles, which are those of the start: a fluid that begins under its own weight is denser.
@@ -55,6 +56,7 @@ class Books {
 
   Simulation& simulation_;
   const Scene& scene_;
+  double sound_speed_;  // [m/s]
   Snapshot snapshot_;
   std::vector<bool> tool_;        // by body
   std::vector<double> mass_of_;   // of particles [kg]

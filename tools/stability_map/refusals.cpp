@@ -21,6 +21,7 @@ constexpr Kind kKinds[] = {
     {"too stiff for single precision", "whose rounding would agitate bodies", "lower young_modulus"},
     {"densities too far apart for method paper", "times as dense as", "bring the densities nearer"},
     {"too soft for its weight", "under its own weight", "raise young_modulus"},
+    {"too little damping for method paper", "would swing ever further", "raise damping"},
     {"outside the domain", "outside the domain", "move it"},
     {"period too short", "the domain is periodic", "lengthen the domain"},
     {"surface tension in method paper", "which method \"paper\" does not know", "use method"},

@@ -25,13 +25,13 @@ std::vector<KernelCase> kernels() {
           // the integral of Mueller's Laplacian is 1 as well: 45/(pi H^6) 4 pi int (H - r) r^2 dr = 180 H^4 / (12 H^6)
           {"viscosity Laplacian times H^2 / 15",
            [=](double r) { return mueller.laplacian(real(r)) * kSupport * kSupport / 15; }},
-          {"spiky, from its slope", [=](double r) {
+          {"slope of poly6", [=](double r) {
              double w = 0;  // W(r) = int_r^H F(s) s ds
              constexpr int n = 200;
              const double step = (kSupport - r) / n;
              for (int k = 0; k < n; ++k) {
                const double s = r + (k + 0.5) * step;
-               w += mueller.spiky_F(real(s)) * s * step;
+               w += mueller.poly6_F(real(s * s)) * s * step;
              }
              return w;
            }}};
@@ -83,15 +83,15 @@ TEST(Kernels, AgreeWithTheTextbook) {
     EXPECT_TRUE(within(kernel.W(real(r)) / wendland(0, kSupport) - wendland(r, kSupport) / wendland(0, kSupport),
                        tol::kOneStep));
     EXPECT_TRUE(within((kernel.F(real(r)) * r + wendland_gradient(x, kSupport).x()) / kernel.F(0), tol::kOneStep));
-    EXPECT_TRUE(
-        within((mueller.spiky_F(real(r)) * r + spiky_gradient(x, kSupport).x()) / mueller.spiky_scale, tol::kOneStep));
+    EXPECT_TRUE(within((mueller.poly6_F(real(r * r)) * r + poly6_gradient(x, kSupport).x()) / mueller.poly6_F(0),
+                       tol::kOneStep));
   }
 }
 
-// A kernel that is smooth at the origin needs no unit vector; Mueller's spiky kernel is not and must not divide by 0.
+// A kernel that is smooth at the origin needs no unit vector.
 TEST(Kernels, AreFiniteForCoincidentParticles) {
   EXPECT_GT(WendlandC2::with_support(1).F(0), 0);
-  EXPECT_EQ(Mueller::with_support(1).spiky_F(0), 0);
+  EXPECT_GT(Mueller::with_support(1).poly6_F(0), 0);
 }
 
 struct LatticeSums {
@@ -109,7 +109,7 @@ LatticeSums lattice_sums(double ratio, const Eigen::Vector3d& at, bool mueller) 
         const Eigen::Vector3d x = at - Eigen::Vector3d(i, j, k);
         const double r = x.norm();
         s.value += mueller ? paper.poly6(real(r * r)) : wendland_c2.W(real(r));
-        s.gradient -= (mueller ? paper.spiky_F(real(r)) : wendland_c2.F(real(r))) * x;
+        s.gradient -= (mueller ? paper.poly6_F(real(r * r)) : wendland_c2.F(real(r))) * x;
       }
   return s;
 }

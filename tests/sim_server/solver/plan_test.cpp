@@ -227,6 +227,60 @@ TEST(Plan, LetsNothingSleepThatConductsHeat) {
       << fault_of(scene);
 }
 
+// 0.06 m of it on a floor, on which it holds.
+Scene elastic_block() {
+  Scene scene = empty_scene(0.02, {-0.2, -0.2, -0.2}, {0.2, 0.2, 0.2});
+  scene.config.method = Method::paper;
+  add_material(scene, 1000, 0);
+  scene.config.materials[0].young_modulus = 1e5;
+  scene.config.materials[0].poisson_ratio = 0.3;
+  add_body(scene, "floor", BodyKind::fixed, 0, {0, 0, -0.04}, {0.08, 0.08, 0});
+  const auto block = add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, {0.08, 0.08, 0.06});
+  scene.bodies[block].bonded_to = {0};
+  return scene;
+}
+
+TEST(Plan, RefusesBondedBodiesTooSoftForTheirWeightByMethodPaper) {
+  Scene scene = elastic_block();
+  MaterialConfig& m = scene.config.materials[0];
+  m.damping = 100;
+  EXPECT_EQ(fault_of(scene), "");
+  m.young_modulus = 1000 * 9.81 * 0.06 / 0.31;
+  EXPECT_NE(fault_of(scene).find("by 31 % under its own weight"), std::string::npos) << fault_of(scene);
+  m.young_modulus = 1000 * 9.81 * 0.06 / 0.29;
+  EXPECT_EQ(fault_of(scene), "");
+  m.young_modulus = 1e3;
+  scene.bodies[1].bonded_to.clear();
+  EXPECT_EQ(fault_of(scene), "");
+  scene.bodies[1].bonded_to = {0};
+  scene.config.method = Method::accurate;
+  EXPECT_EQ(fault_of(scene), "");
+}
+
+TEST(Plan, RefusesElasticBodiesWithTooLittleDampingByMethodPaper) {
+  Scene scene = elastic_block();
+  MaterialConfig& m = scene.config.materials[0];
+  EXPECT_EQ(fault_of(scene), "");
+  const double least = 0.03 * std::sqrt(1e5 * 1000) * 0.02;  // [Pa s]
+  m.poisson_ratio = 0.46;
+  EXPECT_EQ(fault_of(scene), "");
+  scene.velocity.back() = {0, 0, 1};
+  for (const double ratio : {-0.1, 0.46}) {
+    m.poisson_ratio = ratio;
+    m.damping = 0.99 * least;
+    EXPECT_NE(fault_of(scene).find("expected at least 6 with method \"paper\""), std::string::npos) << fault_of(scene);
+    m.damping = 1.01 * least;
+    EXPECT_EQ(fault_of(scene), "");
+  }
+  m.damping = 0;
+  m.poisson_ratio = 0.3;
+  EXPECT_EQ(fault_of(scene), "");
+  m.young_modulus = 1000 * 9.81 * 0.06 / 0.031;
+  EXPECT_NE(fault_of(scene).find("what is bonded and so soft"), std::string::npos) << fault_of(scene);
+  scene.bodies[1].bonded_to.clear();
+  EXPECT_EQ(fault_of(scene), "");
+}
+
 TEST(Plan, BoundsTheCellsOfAHugeDomain) {
   Scene scene = pool();
   scene.bounds_min = Eigen::Vector3d::Constant(-500);
