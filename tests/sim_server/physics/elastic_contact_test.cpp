@@ -297,7 +297,7 @@ TEST(ElasticContact, APlateSinksIntoALayerAsDeepByEitherSolver) {
   }
 }
 
-// What the test above finds holds at every accuracy level, which differ in spacing alone where all that moves is
+// The test above holds at every accuracy level, which differ in spacing alone where all that moves is
 // elastic.
 TEST(ElasticContact, LevelsComputeALayerAlike) {
   for (const auto solver : {ElasticSolver::explicit_, ElasticSolver::implicit}) {
