@@ -4,15 +4,21 @@
 //
 // symbol   meaning                                                                                unit
 // d, n     depth of the particle in the body; outward normal there                                m, -
-// v*       velocity against the body at the end of the sub-step, were there no contact            m/s
+// v*       velocity against the body at the end of the sub-step, were there no contact: a tool's
+//          is that of its hand (explicit); a body that falls does so by a m g / N, so that its
+//          weight rests on springs of depth P / k                                                 m/s
 // k, k_t   s (lambda + 2 mu) V / dx^2, s = kContactLayers, or less (contact_stiffness());         N/m
 //          k mu / (lambda + 2 mu)
 // q        dt k / (1 + dt^2 k a): the force that a unit of velocity at the end of the step takes  N s/m
-// a        N / m_b: inverse of the share of the body's effective mass along n that each of its N
-//          contacts has (mass splitting: Tonge, Benevolenski & Voroshilov 2012); 0 for a fixed body  1/kg
+// a        N / m_b: inverse of the share of the body's effective mass along n (explicit elasticity: its
+//          hand's coupling included, proxy.h) that each of its N contacts has (mass splitting: Tonge, Benevolenski
+//          & Voroshilov 2012); 0 for a fixed body                                                1/kg
 // P        k (d - dt v*.n) q / (dt k): the push, were the particle's mass infinite                N
 // push     explicit elasticity: P / (1 + dt q / m). Implicit: P - q n.y with v in place of v*, y being what the solve
-//          adds to v (implicit_elastic.h), in whose matrix dt q n n^T stands
+//          adds to v (implicit_elastic.h), in whose matrix dt q n n^T stands. There a contact with a rigid body that
+//          bears a load lasts until a sub-step has shown that it bears none, for one sub-step too long: P < 0 does not
+//          tell, since y may press, and particles would touch in every other sub-step, their body bouncing on them.
+//          Where P says that they part by more than kLongestGap it ends at once
 //
 // Friction is Coulomb's, of a spring k_t between the particle and the place where it stuck, by the same equations, cut
 // off where it passes the coefficient times the push. In an implicit solve the push of the sub-step before decides
@@ -20,12 +26,16 @@
 #pragma once
 
 #include "sim_server/physics/implicit_elastic.h"
+#include "sim_server/physics/proxy.h"
 #include "sim_server/physics/soft_contact.h"
 
 namespace palp {
 
 // s above, measured: tools/results/trade_remaining.md, the plate on an elastic layer.
 inline constexpr real kContactLayers = real(32);
+
+// The gap, in spacings, across which a contact may last for a sub-step.
+inline constexpr real kLongestGap = real(0.02);
 
 // Returns dt^2 k / m. waves: what the sub-step is of the time in which a pressure wave crosses a spacing. Where that is
 // long, matter is so stiff that less than its own stiffness holds it close enough, p dt^2 / (10 density spacing) under
@@ -44,11 +54,12 @@ struct ElasticPush {
   real resists, resists_slip;  // q along n, and across it [N s/m]
   real k_slip;                 // k_t [N/m]
   bool touched;                // it touched in the last sub-step, too
+  real load;                   // along n in the last sub-step, no less than 0 [N]
   real owed;                   // kinetic friction of the loads so far that has not acted yet [N]
 };
 
 PALP_HD inline ElasticPush no_elastic_push() {
-  return {Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), real(0), real(0), real(0), false, real(0)};
+  return {Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), real(0), real(0), real(0), false, real(0), real(0)};
 }
 
 // Elastic particles, in the order of forces, against the bodies of the pairs that their part has.
@@ -57,6 +68,8 @@ struct ElasticTouching {
   ElasticViews elastic;
   BodyViews bodies;
   Medium medium;
+  const ProxyInput* proxy;
+  real elapsed;  // AdvanceBodies::elapsed
 
   // A particle that may touch.
   struct Candidate {
@@ -90,25 +103,59 @@ struct ElasticTouching {
     return sum;
   }
 
-  // Returns what gravity accelerates the body by; a hand holds its tool [m/s^2].
-  PALP_HD Vec3 fall_of(const BodyState& field) const {
-    if (field.kind != BodyKind::rigid || field.proxy >= 0) return Vec3(0, 0, 0);
-    return surroundings(all.grid, *all.forcing, field.x, all.dt).pull;
+  // How a body would move, and yields, at a touch.
+  struct Give {
+    Vec3 gain;     // what its velocity gains in the sub-step, were there no contact [m/s]
+    real inverse;  // 1 / m_b [1/kg]
+  };
+
+  PALP_HD Give give_of(const BodyState& field, const Mat3& R, const PairPoints::Touch& t) const {
+    if (field.kind != BodyKind::rigid) return {Vec3(0, 0, 0), real(0)};
+    if (field.proxy < 0) {
+      const real inverse = inverse_mass_along(field, R, t);
+      const Vec3 fall = surroundings(all.grid, *all.forcing, field.x, all.dt).pull;
+      return {(all.dt * inverse * field.mass) * fall, inverse};
+    }
+    // beside an implicit solve a tool counts with its mass alone: with its coupling a hand of 100 m/s created energy
+    if (all.contact.elastic_push != nullptr) return {Vec3(0, 0, 0), inverse_mass_along(field, R, t)};
+    const ProxyInput& hand = proxy[field.proxy];
+    if (!hand.engaged) return {Vec3(0, 0, 0), real(0)};  // its tool is held
+    // where the coupling weighs more than the tool, the tool's own mass and velocity say little of where it will be
+    const ProxyStep s = begin_proxy(field, Vec3(0, 0, 0), Vec3(0, 0, 0), device_after(hand, elapsed), hand.gains,
+                                    all.forcing->gravity + all.forcing->body_force, no_resistance(), all.dt);
+    Vec3 v, w;
+    s.mass.solve(t.n, t.other.cross(t.n), v, w);
+    const real inverse = t.n.dot(v + w.cross(t.other));
+    s.mass.solve(s.p, s.l, v, w);
+    return {v - field.v + (w - field.w).cross(t.other), inverse};
   }
 
-  // Returns what the contact of particle i would be with the touch t. gain: what other forces add in the
-  // sub-step to the velocity that t knows [m/s].
-  PALP_HD Candidate candidate(std::uint32_t i, const PairPoints::Touch& t, const Vec3& gain, const BodyState& field,
-                              const Mat3& R, real contacts) const {
+  // Returns true for a contact of an implicit solve that bore a load in the last sub-step, with a body that could
+  // bounce.
+  PALP_HD static bool lasts(const ElasticPush& last, const BodyState& field) {
+    return field.kind == BodyKind::rigid && field.proxy < 0 && last.load > real(0);
+  }
+
+  // Returns v*; an implicit solve adds the particle's own forces as y.
+  PALP_HD Vec3 velocity(std::uint32_t i, const PairPoints::Touch& t, const Give& give) const {
+    if (all.contact.elastic_push != nullptr) return t.v - give.gain;
+    const Vec3 x = elastic.rest[i].xyz() + elastic.u[i].xyz();
+    const Vec3 pull = surroundings(all.grid, *all.forcing, x, all.dt).pull;
+    return t.v + all.dt * (bodies.force[i].xyz() / mass(i) + pull) - give.gain;
+  }
+
+  // Returns what the contact of particle i would be with the touch t.
+  PALP_HD Candidate candidate(std::uint32_t i, const PairPoints::Touch& t, const BodyState& field, const Mat3& R,
+                              real contacts) const {
     const Material& m = medium.material[elastic.tag[i].material()];
-    const real a = contacts * inverse_mass_along(field, R, t);
-    const real dt = all.dt;
+    const Give give = give_of(field, R, t);
+    const real dt = all.dt, a = contacts * give.inverse;
     Candidate c;
     c.mass = mass(i);
     const real wave = Eigen::numext::sqrt((m.lame + real(2) * m.shear) / m.density);
     const real k = contact_stiffness(dt * wave / medium.spacing) * c.mass / (dt * dt);
     c.t = t;
-    c.v = t.v + gain;
+    c.v = velocity(i, t, give);
     c.k_slip = k * m.shear / (m.lame + real(2) * m.shear);
     c.q = dt * k / (real(1) + dt * dt * k * a);
     c.q_slip = dt * c.k_slip / (real(1) + dt * dt * c.k_slip * a);
@@ -138,8 +185,13 @@ struct CountElasticContacts {
       for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) {
         const std::uint32_t place = pair.first + p;
         ContactState state = contact.state[place];  // only the contact itself may go on with its memory
-        const PairPoints::Touch t = touching.find(part.first + p, pair, R, place, state);
-        if (t.near && t.depth > touching.all.dt * t.v.dot(t.n)) count += real(1);
+        const std::uint32_t i = part.first + p;
+        const PairPoints::Touch t = touching.find(i, pair, R, place, state);
+        if (!t.near) continue;
+        const Vec3 v = touching.velocity(i, t, touching.give_of(field, R, t));
+        const bool loaded =
+            contact.elastic_push != nullptr && touching.lasts(contact.elastic_push[place - contact.first_soft], field);
+        if (loaded || t.depth > touching.all.dt * v.dot(t.n)) count += real(1);
       }
       count = team.sum(count);
       if (team.leader()) contact.by.wrench[k].contacts = count;
@@ -159,11 +211,7 @@ struct ElasticContact {
     ContactState& state = all.contact.state[place];
     const PairPoints::Touch t = touching.find(i, pair, R, place, state);
     if (!t.near) return Vec3(0, 0, 0);
-    const Vec3 x = touching.elastic.rest[i].xyz() + touching.elastic.u[i].xyz();
-    const Vec3 pull =
-        touching.bodies.force[i].xyz() / touching.mass(i) + surroundings(all.grid, *all.forcing, x, all.dt).pull;
-    const Vec3 gain = all.dt * (pull - touching.fall_of(field));
-    const ElasticTouching::Candidate c = touching.candidate(i, t, gain, field, R, contacts);
+    const ElasticTouching::Candidate c = touching.candidate(i, t, field, R, contacts);
     if (!(c.push > real(0))) {
       state.anchor = {0, 0, 0, 0};
       return Vec3(0, 0, 0);
@@ -238,9 +286,10 @@ struct BeginElasticContact {
         ElasticPush& out = all.contact.elastic_push[place - all.contact.first_soft];
         const PairPoints::Touch t = touching.find(i, pair, R, place, state);
         ElasticTouching::Candidate c{};
-        const Vec3 gain = -dt * touching.fall_of(field);
-        if (t.near) c = touching.candidate(i, t, gain, field, R, touching.contacts_of(pair.b));
-        if (!(c.push > real(0))) {
+        if (t.near) c = touching.candidate(i, t, field, R, touching.contacts_of(pair.b));
+        const bool stays = c.push * dt > -kLongestGap * touching.medium.spacing * c.q;
+        const bool bears = touching.lasts(out, field) && stays;
+        if (!t.near || !(c.push > real(0) || bears)) {
           const real owed = t.near ? out.owed : real(0);
           out = no_elastic_push();
           out.owed = owed;
@@ -279,10 +328,11 @@ struct EndElasticContact {
     const Vec3 f = push.push - push.resists * along - push.resists_slip * (y - along);
     const real load = f.dot(push.n);
     push.touched = true;
+    push.load = load > real(0) ? load : real(0);
     if (!(pair.law.friction > real(0))) return f;
     const Vec3 across = f - load * push.n;
-    const real size = across.norm(), presses = load > real(0) ? load : real(0), holds = pair.law.kinetic * presses;
-    const bool slid = state.anchor.w > real(0), slips = slid || size > pair.law.friction * presses;
+    const real size = across.norm(), holds = pair.law.kinetic * push.load;
+    const bool slid = state.anchor.w > real(0), slips = slid || size > pair.law.friction * push.load;
     const real owes = slid ? push.owed - size : real(0);
     push.owed = holds + (owes > real(0) ? owes : real(0));
     const real kept = slips && size > holds ? holds / size : real(1);

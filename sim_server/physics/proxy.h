@@ -42,9 +42,11 @@ struct ProxyStep {
   real k, kr;   // coefficients of the handle's velocity in them [N s/m, N m s]
 };
 
-// Returns the sub-step of a proxy. device: the state of the device at the end of this sub-step.
-PALP_HD inline ProxyStep begin_proxy(const BodyState& b, const MotionState<real>& device, const Gains<real>& gains,
-                                     const Vec3& gravity, const Resistance& contact, real dt) {
+// Returns the sub-step of a proxy under a force and a torque about its centre. device: the state of the device at the
+// end of this sub-step.
+PALP_HD inline ProxyStep begin_proxy(const BodyState& b, const Vec3& force, const Vec3& torque,
+                                     const MotionState<real>& device, const Gains<real>& gains, const Vec3& gravity,
+                                     const Resistance& contact, real dt) {
   const Mat3 R = b.q.toRotationMatrix();
   const Mat3 inertia = R * b.inertia * R.transpose();
   const Vec3 r = R * b.handle;
@@ -55,9 +57,9 @@ PALP_HD inline ProxyStep begin_proxy(const BodyState& b, const MotionState<real>
   s.kr = dt * gains.angular_stiffness + gains.angular_damping;
   s.F0 = gains.stiffness * (device.position - (b.x + r)) + gains.damping * device.linear;
   s.T0 = gains.angular_stiffness * rotation_between(b.q, device.orientation) + gains.angular_damping * device.angular;
-  s.p = b.mass * b.v + dt * (b.force + b.mass * gravity + s.F0 + contact.vv * b.v + contact.vw * b.w);
-  s.l = inertia * b.w + dt * (b.torque - b.w.cross(inertia * b.w) + r.cross(s.F0) + s.T0 +
-                              contact.vw.transpose() * b.v + contact.ww * b.w);
+  s.p = b.mass * b.v + dt * (force + b.mass * gravity + s.F0 + contact.vv * b.v + contact.vw * b.w);
+  s.l = inertia * b.w + dt * (torque - b.w.cross(inertia * b.w) + r.cross(s.F0) + s.T0 + contact.vw.transpose() * b.v +
+                              contact.ww * b.w);
   s.mass = coupled_mass(b.mass, inertia, r, dt * s.k, dt * s.kr, contact, dt);
   return s;
 }
@@ -85,7 +87,7 @@ PALP_HD inline void hold_back(const BodyState& b, real fastest, Vec3& v, Vec3& w
 PALP_HD inline void advance_proxy(BodyState& b, const MotionState<real>& device, const ProxyInput& input,
                                   const Vec3& gravity, const Resistance& contact, real dt) {
   const Gains<real>& gains = input.gains;
-  ProxyStep s = begin_proxy(b, device, gains, gravity, contact, dt);
+  ProxyStep s = begin_proxy(b, b.force, b.torque, device, gains, gravity, contact, dt);
   Vec3 v, w;
   s.mass.solve(s.p, s.l, v, w);
   const Vec3 force = contact.vv * (v - b.v) + contact.vw * (w - b.w);
@@ -93,7 +95,7 @@ PALP_HD inline void advance_proxy(BodyState& b, const MotionState<real>& device,
   if ((contact.push - force).dot(contact.push) < real(0)) {
     // contact would pull: the hand takes the tool away
     add_wrench(b, -contact.push, -contact.turn);
-    s = begin_proxy(b, device, gains, gravity, no_resistance(), dt);
+    s = begin_proxy(b, b.force, b.torque, device, gains, gravity, no_resistance(), dt);
     s.mass.solve(s.p, s.l, v, w);
   } else {
     add_wrench(b, -force, -torque);

@@ -74,7 +74,8 @@ struct BeginViscousBodies {
       b.dw = w;
     } else if (proxy[body.proxy].engaged) {
       const ProxyInput& p = proxy[body.proxy];
-      const ProxyStep s = begin_proxy(body, device_after(p, elapsed), p.gains, gravity, no_resistance(), dt);
+      const ProxyStep s =
+          begin_proxy(body, body.force, body.torque, device_after(p, elapsed), p.gains, gravity, no_resistance(), dt);
       b.mass = s.mass;
       s.mass.solve(s.p, s.l, v, w);
       b.dv = v - body.v;

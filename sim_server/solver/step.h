@@ -185,28 +185,34 @@ void elastic_stages(B& back_end, const Plan& plan, const StepViews& v) {
                           sleepers);
 }
 
-inline ElasticTouching elastic_touching(const StepViews& v) {
-  return {{v.contact, v.body.body, v.grid, v.input.forcing, v.medium.dt}, v.elastic, v.body, v.medium};
+inline ElasticTouching elastic_touching(const StepViews& v, real elapsed) {
+  return {{v.contact, v.body.body, v.grid, v.input.forcing, v.medium.dt},
+          v.elastic,
+          v.body,
+          v.medium,
+          v.input.proxy,
+          elapsed};
 }
 
 template <class B>
-void count_elastic_contacts(B& back_end, const StepViews& v) {
+void count_elastic_contacts(B& back_end, const StepViews& v, real elapsed) {
   if (v.contact.elastic_on_rigid)
-    back_end.for_each_block("elastic contacts", v.contact.elastic_parts, CountElasticContacts{elastic_touching(v)});
+    back_end.for_each_block("elastic contacts", v.contact.elastic_parts,
+                            CountElasticContacts{elastic_touching(v, elapsed)});
 }
 
 // Computes contact of explicit elastic bodies with rigid and fixed ones, after all other forces on their particles.
 template <class B>
-void elastic_contact_stages(B& back_end, const StepViews& v) {
+void elastic_contact_stages(B& back_end, const StepViews& v, real elapsed) {
   if (v.contact.elastic_parts == 0) return;
-  count_elastic_contacts(back_end, v);
-  back_end.for_each_block("elastic contact", v.contact.elastic_parts, ElasticContact{elastic_touching(v)});
+  count_elastic_contacts(back_end, v, elapsed);
+  back_end.for_each_block("elastic contact", v.contact.elastic_parts, ElasticContact{elastic_touching(v, elapsed)});
 }
 
 // Solves elasticity and contact of its bodies implicitly after all other forces, in place of elastic_stages and
 // elastic_contact_stages, and sets velocities.
 template <class B>
-void implicit_elastic_stages(B& back_end, const StepViews& v) {
+void implicit_elastic_stages(B& back_end, const StepViews& v, real elapsed) {
   const std::uint32_t n = v.elastic.count, parts = v.implicit.parts, touching = v.contact.elastic_parts;
   const Tag* sleepers = v.elastic_sleepers();
   back_end.for_each("implicit begin", n,
@@ -214,8 +220,8 @@ void implicit_elastic_stages(B& back_end, const StepViews& v) {
   back_end.for_each_group("implicit strain", n, PredictedStrain{v.elastic, v.implicit, v.medium}, sleepers);
   back_end.for_each_group("implicit force", n, PredictedForce{v.elastic, v.implicit, v.medium}, sleepers);
   if (touching > 0) {
-    count_elastic_contacts(back_end, v);
-    back_end.for_each_block("elastic contact", touching, BeginElasticContact{elastic_touching(v), v.implicit});
+    count_elastic_contacts(back_end, v, elapsed);
+    back_end.for_each_block("elastic contact", touching, BeginElasticContact{elastic_touching(v, elapsed), v.implicit});
   }
   if (touching > 0 && v.implicit.free_bodies > 0)
     back_end.for_each_block("implicit rigid", v.implicit.free_bodies, BeginRigid{v.elastic, v.implicit, v.body});
@@ -227,7 +233,7 @@ void implicit_elastic_stages(B& back_end, const StepViews& v) {
     back_end.for_each_block("implicit round", parts, AdvanceRound{v.elastic, v.implicit, round});
   }
   if (touching > 0)
-    back_end.for_each_block("elastic contact", touching, EndElasticContact{elastic_touching(v), v.implicit});
+    back_end.for_each_block("elastic contact", touching, EndElasticContact{elastic_touching(v, elapsed), v.implicit});
   if (v.implicit.free_bodies > 0)
     back_end.for_each_block("implicit momenta", v.implicit.free_bodies, ConserveMomenta{v.elastic, v.implicit, v.body});
   back_end.for_each("implicit end", n, EndImplicit{v.elastic, v.implicit, v.body, v.medium}, sleepers);
@@ -282,8 +288,8 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
     back_end.for_each("implicit clear", v.elastic.count, ClearForce{v.body}, v.elastic_sleepers());
   if (plan.elastic && !implicit) elastic_stages(back_end, plan, v);
   if (plan.fields) contact_stages(back_end, v);
-  if (plan.fields && !implicit) elastic_contact_stages(back_end, v);
-  if (implicit) implicit_elastic_stages(back_end, v);
+  if (plan.fields && !implicit) elastic_contact_stages(back_end, v, elapsed);
+  if (implicit) implicit_elastic_stages(back_end, v, elapsed);
   if (plan.wrench)
     back_end.for_each_block("wrench", v.list.reactive_count, ReduceWrench{v.body, v.contact.by, v.list.reactive});
   if (plan.moving)

@@ -182,12 +182,13 @@ inline constexpr Tolerance kContactSpin{3e-5, 1e-11, "of the sum of |L|: places 
 inline constexpr Tolerance kStackForce{0.01, 0.01, "of the weight, reference D16"};
 inline constexpr Tolerance kStackDrift{0.01, 0.01, "of a spacing in 4 s"};
 inline constexpr Tolerance kFrictionAngle{0.02, 0.02, "of mu, reference D16: it holds so far below and slips above"};
-inline constexpr Tolerance kPlateOnLayer{0.05, 0.05, "of the depth: eight layers, of which the outermost strain less"};
+inline constexpr Tolerance kPlateOnLayer{0.05, 0.05, "of the depth: the outermost of four or eight layers strain less"};
+inline constexpr Tolerance kPlateRests{1e-3, 1e-3, "of the depth, after 1.5 s: it must not bounce on its contacts"};
 inline constexpr Tolerance kSwitchedDrag{0.03, 0.03,
                                          "of the drag, on either side of a choice: half of what a hand tells apart"};
 inline constexpr Tolerance kSwitchedPress{0.03, 0.03, "likewise, of a contact's force"};
 inline constexpr Tolerance kSwitchedSolver{
-    0.01, 0.01, "of the force: the two elastic solvers differ by their sub-steps alone; measured 0.004"};
+    0.02, 0.02, "of the force: the two elastic solvers differ by their sub-steps alone; measured 0.009"};
 inline constexpr Tolerance kSleepStirred{0.005, 0.005, "of the force: what sleeps is out of reach of what is stirred"};
 inline constexpr Tolerance kSleepWoken{
     0.07, 0.07, "of the force in fluid that slept: less than a hand notices; its particles begin from other places"};

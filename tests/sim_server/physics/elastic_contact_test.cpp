@@ -192,43 +192,128 @@ TEST(ElasticContact, AHandPressesAndDrawsATool) {
   EXPECT_LT(std::abs(across), 0.1 * up);
 }
 
-// A heavy plate on a layer that is bonded to a floor and cannot give way sideways sinks by p h / (lambda + 2 mu), its
-// own and half of the layer's weight, whichever solver computes the layer.
-TEST(ElasticContact, APlateSinksIntoALayerAsDeepByEitherSolver) {
-  constexpr double dx = 0.01, width = 0.06, height = 0.08, young = 2.5e5;
-  double sinks[2] = {};
-  for (const auto solver : {ElasticSolver::explicit_, ElasticSolver::implicit}) {
-    SceneConfig config = contact_scene(dx, 0.3, 0.2);
-    config.domain_min = {-width / 2, -width / 2, -0.1};
-    config.domain_max = {width / 2, width / 2, 0.3};
-    config.periodic = {true, true, false};
-    config.numerics.support_over_spacing = 2;
-    config.numerics.elastic_solver = solver;
-    MaterialConfig soft = config.materials[0];
-    soft.name = "soft";
-    soft.young_modulus = young;
-    soft.poisson_ratio = 0.3;
-    soft.damping = 30;
-    config.materials[0].density = 4000;
-    config.materials.push_back(soft);
-    BodyConfig layer = at(body("layer", BodyKind::elastic, box({width, width, height})), {0, 0, height / 2});
-    layer.material = "soft";
-    layer.bonded_to = {"floor"};
-    config.bodies = {at(body("floor", BodyKind::fixed, box({width, width, 0.04})), {0, 0, -0.02}), layer,
-                     at(body("plate", BodyKind::rigid, box({width, width, 0.1})), {0, 0, height + 0.05})};
+// A hand feels the same of a soft block through a tool of 1 g as through one of 100 g, and at rest nothing that moves:
+// a light tool's coupling, not its mass, resists contact.
+TEST(ElasticContact, ToolsOfAnyMassPressAlike) {
+  double forces[2] = {};
+  for (const double mass : {1e-3, 0.1}) {
+    SceneConfig config = soft_scene(0.3, 5e4);
+    config.gravity.setZero();
+    config.materials[0].damping = 100;
+    MaterialConfig of_tool = config.materials[0];
+    of_tool.name = "tool";
+    of_tool.density = mass / std::pow(0.036, 3);
+    config.materials.push_back(of_tool);
+    config.bodies = {plate(), at(body("block", BodyKind::elastic, box({0.06, 0.06, 0.03})), {0, 0, 0.015}),
+                     at(body("tool", BodyKind::rigid, box({0.036, 0.036, 0.036})), {0, 0, 0.05})};
+    config.bodies[1].bonded_to = {"plate"};
+    config.bodies[2].material = "tool";
+    ProxyConfig proxy;
+    proxy.body = "tool";
+    config.proxies.push_back(proxy);
     const auto simulation = simulate(sampled(config));
-    run(*simulation, 2);
-    double mean = 0;
-    for (int k = 0; k < 500; ++k) mean += (height + 0.05 - simulation->step({}).bodies[2].state.position.z()) / 500;
-    const double modulus = young * 0.7 / (1.3 * 0.4), weight = kGravity * (4000 * 0.1 + 0.5 * soft.density * height);
-    const double exact = weight * height / modulus;
-    const char* name = solver == ElasticSolver::implicit ? "implicit" : "explicit";
-    EXPECT_TRUE(within(mean / exact - 1, tol::kPlateOnLayer,
-                       {std::string("plate on an elastic layer, ") + name,
-                        "p h / (lambda + 2 mu) = " + quantity(1e3 * exact, "mm"), quantity(1e3 * mean, "mm")}));
-    sinks[solver == ElasticSolver::implicit ? 1 : 0] = mean;
+    StepInput input;
+    input[0].engaged = true;
+    input[0].gains = {1000, 20, 1, 0.02};
+    double mean = 0, before = 0, jump = 0;
+    for (int k = 0; k < 500; ++k) {
+      input[0].state.position = {0, 0, 0.05 - 0.008 * std::min(1.0, k / 200.0)};
+      const StepOutput& out = simulation->step(input);
+      ASSERT_TRUE(out.health.ok) << out.health.cause;
+      const double force = out.proxies[0].force.z();
+      if (k >= 400) {
+        mean += force / 100;
+        jump = std::max(jump, std::abs(force - before));
+      }
+      before = force;
+    }
+    EXPECT_GT(mean, 1);
+    EXPECT_TRUE(within(jump / mean, tol::kSteadyPull)) << mass;
+    forces[mass > 0.01 ? 1 : 0] = mean;
   }
-  EXPECT_TRUE(within(sinks[1] / sinks[0] - 1, tol::kPlateOnLayer));
+  EXPECT_TRUE(within(forces[0] / forces[1] - 1, tol::kSwitchedPress));
+}
+
+// A heavy plate on a layer that is bonded to a floor and cannot give way sideways.
+constexpr double kLayer = 0.08, kPlateDensity = 4000, kLayerDensity = 1000, kPlateHeight = 0.1;
+
+SceneConfig plate_on_layer(int layers, ElasticSolver solver, double young) {
+  constexpr double width = 0.12;
+  const double dx = kLayer / layers;
+  SceneConfig config = contact_scene(dx, 0.3, 0.2);
+  config.domain_min = {-width / 2, -width / 2, -0.1};
+  config.domain_max = {width / 2, width / 2, 0.3};
+  config.periodic = {true, true, false};
+  config.numerics.elastic_solver = solver;
+  config.numerics.support_over_spacing = 2;
+  MaterialConfig soft = config.materials[0];
+  soft.name = "soft";
+  soft.young_modulus = young;
+  soft.poisson_ratio = 0.3;
+  soft.damping = 30;
+  soft.density = kLayerDensity;
+  config.materials[0].density = kPlateDensity;
+  config.materials.push_back(soft);
+  BodyConfig layer = at(body("layer", BodyKind::elastic, box({width, width, kLayer})), {0, 0, kLayer / 2});
+  layer.material = "soft";
+  layer.bonded_to = {"floor"};
+  config.bodies = {
+      at(body("floor", BodyKind::fixed, box({width, width, 2 * dx})), {0, 0, -dx}), layer,
+      at(body("plate", BodyKind::rigid, box({width, width, kPlateHeight})), {0, 0, kLayer + kPlateHeight / 2})};
+  return config;
+}
+
+// It sinks by p h / (lambda + 2 mu), its own and half of the layer's weight, whichever solver computes the layer, with
+// four layers and with eight.
+TEST(ElasticContact, APlateSinksIntoALayerAsDeepByEitherSolver) {
+  constexpr double young = 2.5e5;
+  for (const int layers : {4, 8}) {
+    double sinks[2] = {};
+    for (const auto solver : {ElasticSolver::explicit_, ElasticSolver::implicit}) {
+      const auto simulation = simulate(sampled(plate_on_layer(layers, solver, young)));
+      run(*simulation, 1.5);
+      double mean = 0, lowest = 1, highest = 0;
+      for (int k = 0; k < 200; ++k) {
+        const double sink = kLayer + kPlateHeight / 2 - simulation->step({}).bodies[2].state.position.z();
+        mean += sink / 200;
+        lowest = std::min(lowest, sink);
+        highest = std::max(highest, sink);
+      }
+      const double modulus = young * 0.7 / (1.3 * 0.4);
+      const double weight = kGravity * (kPlateDensity * kPlateHeight + 0.5 * kLayerDensity * kLayer);
+      const double exact = weight * kLayer / modulus;
+      const bool implicit = solver == ElasticSolver::implicit;
+      EXPECT_TRUE(within(mean / exact - 1, tol::kPlateOnLayer,
+                         {"plate on an elastic layer of " + std::to_string(layers) + " spacings, " +
+                              (implicit ? "implicit" : "explicit"),
+                          "p h / (lambda + 2 mu) = " + quantity(1e3 * exact, "mm"), quantity(1e3 * mean, "mm")}));
+      // the explicit solver damps its swings by the material's damping alone
+      if (implicit) {
+        EXPECT_TRUE(within((highest - lowest) / exact, tol::kPlateRests)) << layers;
+      }
+      sinks[implicit ? 1 : 0] = mean;
+    }
+    EXPECT_TRUE(within(sinks[1] / sinks[0] - 1, tol::kSwitchedSolver)) << layers;
+  }
+}
+
+// The test above holds at every accuracy level, which differ in spacing alone where all that moves is
+// elastic.
+TEST(ElasticContact, LevelsComputeALayerAlike) {
+  for (const auto solver : {ElasticSolver::explicit_, ElasticSolver::implicit}) {
+    SceneConfig config = plate_on_layer(4, solver, 2.5e5);
+    config.periodic = {false, false, false};  // three support radii of a fluid do not fit
+    config.numerics.support_over_spacing.reset();
+    Scene scene = sampled(config);
+    const Plan balanced = make_plan(scene);
+    for (const Accuracy level : {Accuracy::fast, Accuracy::accurate}) {
+      scene.config.accuracy = level;
+      const Plan plan = make_plan(scene);
+      EXPECT_EQ(plan.sub_steps, balanced.sub_steps);
+      EXPECT_EQ(plan.elastic_rounds, balanced.elastic_rounds);
+      EXPECT_EQ(plan.elastic_support, 2 * scene.spacing);
+    }
+  }
 }
 
 TEST(ElasticContact, NeedsNoNeighboursOfOtherBodies) {
