@@ -25,12 +25,27 @@ inline bool stop_asked() { return stop_signal().load(std::memory_order_relaxed) 
 
 enum class SecondSignal { is_ignored, ends_at_once };
 
-// Before this call a signal simply ends the process. second: what the same signal does when it comes again.
+// The time within which signals count as one [ns]: timeout(1) sends its own to the process and to its group.
+inline constexpr std::int64_t kOneSignal = 300'000'000;
+
+// Before this call a signal simply ends the process. second: what a signal does that comes after kOneSignal.
 inline void catch_stop_signals(SecondSignal second = SecondSignal::is_ignored) {
+  static std::atomic<std::int64_t> first{0};
+  static_assert(std::atomic<std::int64_t>::is_always_lock_free);
   stop_signal();
+  first = 0;
   struct sigaction action {};
-  action.sa_handler = [](int number) { stop_signal().store(number, std::memory_order_relaxed); };
-  if (second == SecondSignal::ends_at_once) action.sa_flags = static_cast<int>(SA_RESETHAND);
+  if (second == SecondSignal::ends_at_once)
+    action.sa_handler = [](int number) {
+      const std::int64_t now = now_ns();
+      if (!stop_asked()) first = now;
+      stop_signal().store(number, std::memory_order_relaxed);
+      if (now - first <= kOneSignal) return;
+      std::signal(number, SIG_DFL);
+      std::raise(number);
+    };
+  else
+    action.sa_handler = [](int number) { stop_signal().store(number, std::memory_order_relaxed); };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }

@@ -1,7 +1,10 @@
 // The palp-run binary: exit status, messages and files.
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <csignal>
 #include <filesystem>
+#include <thread>
 
 #include "tests/support/files.h"
 #include "tests/support/process.h"
@@ -28,6 +31,23 @@ TEST_F(PalpRun, RunsASceneByItsName) {
     EXPECT_TRUE(std::filesystem::exists(out_ + "/" + file)) << file;
   }
   EXPECT_EQ(outcome.output.find('\r'), std::string::npos) << "a progress line although there is no terminal";
+}
+
+// timeout(1) sends its signal twice, to the process and to its group; that is no impatience. A later one is.
+TEST_F(PalpRun, LosesNothingThatASignalStops) {
+  ChildProcess program({PALP_BIN_DIR "/palp-run", "tray_fluid", "--accuracy", "fast", "--backend", "cpu", "--duration",
+                        "1000", "--out", out_},
+                       folder_ / "log");
+  const auto runs = [&] {
+    const std::string probe = out_ + "/energy.csv";
+    return std::filesystem::exists(probe) && std::filesystem::file_size(probe) > 0;
+  };
+  for (int k = 0; k < 3000 && !runs(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  ASSERT_TRUE(runs()) << program.output();
+  program.send_signal(SIGINT);
+  program.send_signal(SIGINT);
+  EXPECT_EQ(program.wait(), 128 + SIGINT) << program.output();
+  EXPECT_NE(text_of(out_ + "/summary.json").find("\"stopped_by_signal\": 2"), std::string::npos);
 }
 
 TEST_F(PalpRun, RefusesBadInputWithOneMessage) {
