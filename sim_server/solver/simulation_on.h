@@ -61,7 +61,7 @@ class SimulationOn final : public Simulation {
     if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.fluid.viscosity);
     if (plan_.heat) views_.heat.medium = make_heat_medium(scene_, plan_);
     if (plan_.change) views_.change.medium = make_change_medium(scene_, plan_);
-    if (plan_.sleeps) reset_sleep(back_end_, scene_, plan_, views_);
+    results_.disturb();
     back_end_.forget();
   }
 

@@ -15,6 +15,11 @@ void plan_sleep(const Scene& scene, Plan& plan) {
   plan.sleeps = (plan.fluid || plan.elastic) && (n.sleep_speed || n.region_of_interest);
   if (!plan.sleeps) return;
   plan.sleep_interval = std::max(1, static_cast<int>(kSleepInterval * scene.config.rate_hz));
+  if (n.region_of_interest && !n.sleep_speed && scene.proxies.empty())
+    throw ConfigError(fmt::format(
+        "{}: numerics.region_of_interest is set in a scene without tools, where everything would stand still, expected "
+        "a [[proxy]]: leave that key out, or set sleep_speed, too",
+        scene.config.path));
   if (!plan.heat && !plan.change) return;
   throw ConfigError(fmt::format(
       "{}: numerics.{} is set in a scene with heat, which fluid that sleeps would not conduct, expected a scene "

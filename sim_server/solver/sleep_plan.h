@@ -10,7 +10,7 @@
 namespace palp {
 
 // Plans sleep where the scene asks for it. Throws a ConfigError in a scene with heat, which what sleeps would not
-// conduct.
+// conduct, and for a region of interest around no tool.
 void plan_sleep(const Scene& scene, Plan& plan);
 
 // Returns ", what is slower than 10 mm/s sleeps"; empty without sleep.

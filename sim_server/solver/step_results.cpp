@@ -92,7 +92,7 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
   Eigen::Vector3d level = gravity;
   for (int a = 0; a < 3; ++a)
     if (config.periodic[a]) level[a] = 0;
-  if (gravity_ != gravity + config.body_force) changed_for_ = plan_.sleep_interval;
+  if (gravity_ != gravity + config.body_force) disturb();
   const bool changed = changed_for_ > 0;
   changed_for_ -= changed ? 1 : 0;
   gravity_ = gravity + config.body_force;

@@ -24,6 +24,8 @@ class StepResults {
  public:
   StepResults(const Scene& scene, const Plan& plan);
   void reset(const std::vector<BodyState>& bodies, StepOutput& out);
+  // Makes all that sleeps wake within Plan::sleep_interval steps, because something about the scene has changed.
+  void disturb() { changed_for_ = plan_.sleep_interval; }
   // Writes the input block. A device whose input is not finite, or no rotation, counts as not engaged for this step.
   void fill(const StepInput& input, double time, StepBlock& block);
   // Reads the results of the step whose block was filled last. bodies: null when the plan asks for no wrench. The

@@ -299,6 +299,28 @@ TEST_P(SleepOfBlocks, IsNotFelt) {
   EXPECT_TRUE(within(most / scale, tol::kSleepFoot));
 }
 
+// Whatever is changed wakes all, and nothing is thrown about by that.
+TEST_P(SleepOfBlocks, EndsGentlyWithAChange) {
+  SceneConfig config = two_blocks(GetParam().solver);
+  if (GetParam().alone) config.bodies.erase(config.bodies.begin() + 2);
+  config.numerics.sleep_speed = kSleepSpeed;
+  const auto simulation = simulate(sampled(config));
+  EXPECT_GT(asleep_after(*simulation, 800), 0u);
+  const double weight = simulation->output().bodies[1].force.z();
+  // a block that lies on the floor touches it in every other step of an implicit solve, too fast to sleep
+  double usual = kSleepSpeed;
+  for (int k = 0; k < 20; ++k) usual = std::max(usual, simulation->step({}).health.max_speed);
+  simulation->set_parameter("gravity", "0 0 -9.81");
+  bool woken = false;
+  for (int k = 0; k < 100; ++k) {
+    ASSERT_TRUE(simulation->step({}).health.ok);
+    woken = woken || simulation->output().health.asleep == 0;
+    ASSERT_LT(simulation->output().health.max_speed, 1.05 * usual) << k;
+    ASSERT_NEAR(simulation->output().bodies[1].force.z(), weight, 0.01 * std::abs(weight)) << k;
+  }
+  EXPECT_TRUE(woken);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, SleepOfBlocks,
                          testing::Values(Blocks{"explicit", ElasticSolver::explicit_, false},
                                          Blocks{"implicit", ElasticSolver::implicit, false},

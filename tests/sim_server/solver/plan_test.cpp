@@ -220,6 +220,12 @@ TEST(Plan, LetsNothingSleepThatConductsHeat) {
   scene.config.numerics.sleep_speed = 0.01;
   EXPECT_TRUE(make_plan(scene).sleeps);
   EXPECT_GT(make_plan(scene).sleep_interval, 1);
+  scene.config.numerics.region_of_interest = 0.1;
+  EXPECT_EQ(fault_of(scene), "");
+  scene.config.numerics.sleep_speed.reset();
+  EXPECT_NE(fault_of(scene).find("in a scene without tools"), std::string::npos) << fault_of(scene);
+  scene.config.numerics.region_of_interest.reset();
+  scene.config.numerics.sleep_speed = 0.01;
   scene.temperature.assign(scene.position.size(), 300);
   scene.config.materials[0].conductivity = 1;
   scene.config.materials[0].heat_capacity = 1000;
