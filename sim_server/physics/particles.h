@@ -100,11 +100,11 @@ PALP_HD inline real acting_pressure(const Medium& medium, real p) {
 
 // The forcing of one haptic step. Kernels read it through a pointer, so that a captured graph sees new values.
 struct Forcing {
-  Vec3 gravity;        // [m/s^2], balanced by pressure
-  Vec3 level_gravity;  // gravity without its components along periodic axes, which no pressure can balance
-  Vec3 body_force;     // [m/s^2]
-  bool settling;       // the scene has just begun: what was placed on something has not come to rest on it yet
-  bool changed;        // gravity has changed since what sleeps was last judged
+  Vec3 gravity;          // [m/s^2], balanced by pressure
+  Vec3 level_gravity;    // gravity without its components along periodic axes, which no pressure can balance
+  Vec3 body_force;       // [m/s^2]
+  bool settling;         // the scene has just begun: what was placed on something has not come to rest on it yet
+  bool changed = false;  // gravity has changed since what sleeps was last judged
 };
 
 }  // namespace palp
