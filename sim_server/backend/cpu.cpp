@@ -239,10 +239,7 @@ class Cpu {
 
   template <class F>
   void move(const char* name, std::uint32_t n, const F& f) {
-    note(name);
-    team_.for_each(n, kCheapChunk, [this, &f](std::size_t i) {
-      if (!asleep(i)) f(static_cast<std::uint32_t>(i));
-    });
+    for_each(name, n, f, tag_);
   }
 
  private:

@@ -221,12 +221,7 @@ TEST(SleepOfAVessel, IsTheSameAgain) {
 // Two soft blocks on a floor, apart from each other, the second one bonded to it, and a ball in a hand above the first.
 SceneConfig two_blocks(ElasticSolver solver) {
   SceneConfig config = contact_scene(0.02, 0.3, 0.2);
-  MaterialConfig soft = config.materials[0];
-  soft.name = "soft";
-  soft.young_modulus = 1e5;
-  soft.poisson_ratio = 0.3;
-  soft.damping = 100;
-  config.materials.push_back(soft);
+  add_soft(config, 100);
   BodyConfig block = at(body("block", BodyKind::elastic, box({0.1, 0.1, 0.1})), {-0.3, 0, 0.05});
   block.material = "soft";
   BodyConfig bonded = at(block, {0.3, 0, 0.05});

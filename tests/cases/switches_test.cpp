@@ -73,12 +73,7 @@ TEST(Switches, StagesOfViscosityDoNotChangeTheDrag) {
 // A ball that a hand presses 8 mm into a layer that is bonded to a plate.
 double pressed(const Choose& choose) {
   SceneConfig config = contact_scene(0.02, 0.3, 0.2);
-  MaterialConfig soft = config.materials[0];
-  soft.name = "soft";
-  soft.young_modulus = 1e5;
-  soft.poisson_ratio = 0.3;
-  soft.damping = 30;
-  config.materials.push_back(soft);
+  add_soft(config, 30);
   BodyConfig layer = at(body("layer", BodyKind::elastic, box({0.24, 0.24, 0.1})), {0, 0, 0.05});
   layer.material = "soft";
   layer.bonded_to = {"plate"};

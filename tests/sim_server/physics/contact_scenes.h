@@ -194,4 +194,14 @@ inline double energy(const Scene& scene, const StepOutput& out) {
   return sum;
 }
 
+// Adds the material "soft", 1e5 Pa, otherwise as the first one; damping [Pa s].
+inline void add_soft(SceneConfig& config, double damping) {
+  MaterialConfig soft = config.materials[0];
+  soft.name = "soft";
+  soft.young_modulus = 1e5;
+  soft.poisson_ratio = 0.3;
+  soft.damping = damping;
+  config.materials.push_back(soft);
+}
+
 }  // namespace palp::test
