@@ -16,7 +16,7 @@ struct ProxyInput {
   MotionState<real> device;  // at the start of the step; it moves on with its twist
   Gains<real> gains;
   bool engaged;
-  real fastest;  // the largest speed of any of its points that the fluid around it can take [m/s]
+  real fastest;  // the largest speed of any of its points that what is around it can take [m/s]
 };
 
 // Returns the state of a proxy's handle.
@@ -72,8 +72,9 @@ PALP_HD inline void add_wrench(BodyState& b, const Vec3& force, const Vec3& torq
   b.torque_sum += torque;
 }
 
-// Slows a body down that would move past what fluid can take, which a hand that jumps would else break: nothing in a
-// weakly compressible fluid may move at its speed of sound. What this takes is lost, as by a wave drag.
+// Slows a body down that would move past what is around it can take, which a hand that jumps would else break: nothing
+// in a weakly compressible fluid may move at its speed of sound, nor past the particles of a body without touching
+// them. What this takes is lost, as by a wave drag.
 PALP_HD inline void hold_back(const BodyState& b, real fastest, Vec3& v, Vec3& w) {
   // the radius of a ball with the body's mean moment of inertia
   const real radius = Eigen::numext::sqrt(b.inertia.trace() / (real(1.2) * b.mass));

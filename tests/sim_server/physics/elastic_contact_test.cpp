@@ -234,6 +234,38 @@ TEST(ElasticContact, ToolsOfAnyMassPressAlike) {
   EXPECT_TRUE(within(forces[0] / forces[1] - 1, tol::kSwitchedPress));
 }
 
+// A hand that jumps drags its tool into a block no faster than a spacing a sub-step, so that it meets each particle and
+// the block takes up no more energy than the tool could bring.
+TEST(ElasticContact, AToolLeapsOverNoParticles) {
+  for (const ElasticSolver solver : {ElasticSolver::explicit_, ElasticSolver::implicit}) {
+    SceneConfig config = soft_scene(0.3, 1e5);
+    config.gravity.setZero();
+    config.numerics.elastic_solver = solver;
+    config.bodies = {plate(), at(body("block", BodyKind::elastic, box({0.06, 0.06, 0.03})), {0, 0, 0.015}),
+                     at(body("tool", BodyKind::rigid, box({0.036, 0.036, 0.036})), {0, 0, 0.06})};
+    config.bodies[1].bonded_to = {"plate"};
+    ProxyConfig proxy;
+    proxy.body = "tool";
+    config.proxies.push_back(proxy);
+    const auto simulation = simulate(sampled(config));
+    const double fastest = kSpacing * config.rate_hz * simulation->sub_steps();
+    double most = 0;
+    StepInput input;
+    input[0].engaged = true;
+    input[0].gains = {1000, 20, 1, 0.02};
+    for (int k = 0; k < 200; ++k) {
+      input[0].state.position = {0, 0, k % 20 < 10 ? -0.02 : 0.06};
+      input[0].state.linear = {0, 0, k % 20 < 10 ? -100.0 : 100.0};
+      const StepOutput& out = simulation->step(input);
+      ASSERT_TRUE(out.health.ok) << out.health.cause;
+      most = std::max(most, out.proxies[0].state.linear.norm());
+      EXPECT_LT(out.health.max_speed, 2 * fastest);  // an elastic bounce from the tool
+    }
+    EXPECT_GT(most, 0.5 * fastest);  // the hand would have it faster
+    EXPECT_LT(most, 1.0001 * fastest);
+  }
+}
+
 // A heavy plate on a layer that is bonded to a floor and cannot give way sideways.
 constexpr double kLayer = 0.08, kPlateDensity = 4000, kLayerDensity = 1000, kPlateHeight = 0.1;
 
