@@ -90,7 +90,12 @@ double Books::compression(std::size_t i, double density) const {
   const double ratio = snapshot_.density[i] / density;
   if (!(ratio > 1 + 1e-6) || !(snapshot_.pressure[i] > 0)) return 0;
   const double c2 = snapshot_.pressure[i] / (snapshot_.density[i] - density);
-  const double share = scene_.config.method == Method::paper ? 0.5 : 1;  // as Eq. 2 has half of the pressure's gradient
+  double share = 1;
+  if (scene_.config.method == Method::paper) {
+    // as Eq. 2 has half of the pressure's gradient, and bonds leave this much of it (physics/bonded.h)
+    const double liquid = snapshot_.solid.empty() ? 1 : 1 - snapshot_.solid[i];
+    share = 0.5 * liquid * liquid;
+  }
   return share * c2 * (std::log(ratio) + 1 / ratio - 1);
 }
 
