@@ -73,6 +73,7 @@ void Books::weigh(double sound_speed) {
                      : body.type == BodyKind::elastic ? kSolidNoise * std::sqrt(*m.young_modulus / m.density)
                                                       : 0;
     noise_ += mass / 2 * c * c;
+    agitation_ += mass * c;
     // snapshots have places in single precision
     const double far = scene_.bounds_min.cwiseAbs().cwiseMax(scene_.bounds_max.cwiseAbs()).maxCoeff();
     if (is_soft(body)) noise_ += mass * scene_.config.gravity.norm() * 1.2e-7 * far;
@@ -196,8 +197,8 @@ void Books::check(const StepOutput& output) {
   balance_.energy = std::max(balance_.energy, created / (share * scale + noise_ + 1e-30));
   if (closed_) {
     const double missing = (now.momentum - start_.momentum - impulse_).norm();
-    balance_.momentum =
-        std::max(balance_.momentum, missing / (kLost * (impulses_ + start_.momenta + now.momenta) + 1e-30));
+    balance_.momentum = std::max(balance_.momentum,
+                                 missing / (kLost * (impulses_ + start_.momenta + now.momenta + agitation_) + 1e-30));
   }
   check_heat();
 }

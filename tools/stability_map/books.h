@@ -24,9 +24,9 @@ struct Balance {
 // kCreated of all energy that was turned over, and the agitation that books.cpp names.
 //
 // Momentum, of all that moves but tools: it changes by weight and by the opposite of what tools and fixed bodies report
-// to feel. Allowed is kLost of all impulses. Where a tool can meet a fixed body momentum is not looked at: the tool's
-// step is implicit in that contact, and the fixed body reports only the explicit part. Once something has left the
-// domain, where solids are stopped, it is not looked at any more.
+// to feel. Allowed is kLost of all impulses and of the momenta that the agitation may have. Where a tool can meet a
+// fixed body momentum is not looked at: the tool's step is implicit in that contact, and the fixed body reports only
+// the explicit part. Once something has left the domain, where solids are stopped, it is not looked at any more.
 //
 // Temperatures stay between the lowest and the highest of the start: nothing in the map heats but by conduction.
 class Books {
@@ -65,6 +65,7 @@ class Books {
   double sub_step_ = 0;           // [s]
   double fastest_ = 0;            // speed so far [m/s]
   double noise_ = 0;              // energy of the agitation that is allowed [J]
+  double agitation_ = 0;          // its momenta [N s]
   double released_ = 0;           // by surfaces, at most [J]
   Sums start_, last_;
   double turned_over_ = 0;               // potential energy that came and went [J]
