@@ -86,7 +86,8 @@ ParticleStore::ParticleStore(const Scene& scene, const Plan& plan) {
     for (std::size_t i = 0; i < n; ++i) enthalpy[i] = enthalpy_of(medium.material[tag[i].material()], temperature[i]);
   }
   local.resize(plan.force_count);
-  for (std::uint32_t b : plan.reactive) {
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+    if (plan.force_first[b] == kNone) continue;
     const Body& body = scene.bodies[b];
     const Eigen::Vector3d center = body.position + body.orientation * body.center;
     for (std::uint32_t k = 0; k < body.count; ++k)

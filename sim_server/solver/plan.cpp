@@ -143,10 +143,10 @@ void plan_bodies(const Scene& scene, Plan& plan) {
     }
     solids = true;
     if (body.type == BodyKind::rigid) plan.rigid.push_back(b);
-    const bool held = plan.force_first[b] != kNone;
-    if (body.type != BodyKind::rigid && !probed[b] && !held) continue;
+    // nobody reads the wrench of another fixed body, though its particles may bear what is bonded to them
+    if (body.type == BodyKind::fixed && !probed[b]) continue;
     plan.reactive.push_back(b);
-    if (held) continue;
+    if (plan.force_first[b] != kNone) continue;
     plan.force_first[b] = plan.force_count;
     plan.force_count += body.count;
   }

@@ -85,7 +85,7 @@ struct Plan {
   std::vector<bool> probed;                // per body: a probe asks for its wrench
   std::vector<std::uint32_t> group;        // per body: those bonded to one another share a number
   std::uint32_t elastic_count = 0;         // particles of elastic bodies and those bonded to them: first in force order
-  std::uint32_t force_count = 0;           // particles of the reactive bodies
+  std::uint32_t force_count = 0;           // particles of those and of the reactive bodies
   std::vector<std::uint32_t> force_first;  // per body, kNone
 };
 
