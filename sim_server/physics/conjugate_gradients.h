@@ -21,11 +21,12 @@ PALP_HD inline std::uint32_t first_of_part(const ElasticViews& elastic, const Im
   return static_cast<std::uint32_t>(std::uint64_t(elastic.count) * part / solve.parts);
 }
 
-// Sums gamma and delta of each part; one team a part.
+// Sums gamma and delta of each part; one team a part. What sleeps (elastic_sleep.h) has r = z = 0 and adds nothing.
 struct SumRound {
   ElasticViews elastic;
   ImplicitViews solve;
   std::uint32_t round;
+  const Tag* sleepers;  // null: all are awake
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t part, Team team) const {
@@ -33,6 +34,7 @@ struct SumRound {
     const std::uint32_t end = first_of_part(elastic, solve, part + 1);
     real gamma = 0, delta = 0;
     for (std::uint32_t i = first_of_part(elastic, solve, part) + team.lane(); i < end; i += team.size()) {
+      if (sleepers != nullptr && sleepers[i].asleep()) continue;
       const Vec3 z = solve.scaled[i].xyz();
       gamma += solve.residual[i].xyz().dot(z);
       delta += solve.image[i].xyz().dot(z);
@@ -48,6 +50,7 @@ struct AdvanceRound {
   ElasticViews elastic;
   ImplicitViews solve;
   std::uint32_t round;
+  const Tag* sleepers;  // null: all are awake
 
   // Returns the scalars of this round, and beta.
   PALP_HD SolveRound next(real gamma, real delta, real& beta) const {
@@ -88,6 +91,7 @@ struct AdvanceRound {
     if (!(now.alpha > real(0))) return;
     const std::uint32_t end = first_of_part(elastic, solve, part + 1);
     for (std::uint32_t i = first_of_part(elastic, solve, part) + team.lane(); i < end; i += team.size()) {
+      if (sleepers != nullptr && sleepers[i].asleep()) continue;
       const Packed r = solve.residual[i];
       const Vec3 p = solve.scaled[i].xyz() + beta * solve.direction[i].xyz();
       const Vec3 s = solve.image[i].xyz() + beta * solve.advance[i].xyz();

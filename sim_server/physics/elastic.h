@@ -55,6 +55,9 @@ struct ElasticViews {
   real* integrity = nullptr;     // share of the stress that a torn neighbourhood still bears
 
   PALP_HD bool bonded(std::uint32_t k) const { return torn == nullptr || torn[k] == 0; }
+
+  // Returns true for a particle of a fixed body too deep in it for the bonds: it bears nothing and never moves.
+  PALP_HD bool inert(std::uint32_t i) const { return tag[i].kind() == BodyKind::fixed && first[i] == first[i + 1]; }
 };
 
 // beta of the force against hourglass modes.
@@ -271,6 +274,10 @@ struct MeasureElastic {
   template <class Team>
   PALP_HD void operator()(std::uint32_t k, Team team) const {
     BodyState& b = bodies.body[body[k]];
+    if (elastic.tag[b.force_first].asleep()) {  // it stays where it was
+      if (team.leader()) b.v = b.L = b.w = Vec3(0, 0, 0);
+      return;
+    }
     Vec3 u(0, 0, 0), v(0, 0, 0), center(0, 0, 0);
     real volume = 0;
     for (std::uint32_t i = b.force_first + team.lane(); i < b.force_first + b.count; i += team.size()) {

@@ -3,7 +3,8 @@
 // neighbours are listed it is stirred with a block that it lies in or near, else by its own motion and by tools and
 // rigid bodies within reach. Back ends pass over the particles of units that sleep; what stages keep by particle stays
 // as it was, the forces that hold the unit among it, so that what it rests on and what it is bonded to go on feeling
-// its weight.
+// its weight. Particles of fixed bodies that are too deep for bonds (ElasticViews::inert) sleep for good in the order
+// of forces; in that of cells they sleep as walls do.
 #pragma once
 
 #include "sim_server/physics/implicit_elastic.h"

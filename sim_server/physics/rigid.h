@@ -129,15 +129,23 @@ struct SolidForce {
 };
 
 // Adds up a body's forces and torques, of its particles and of contact, in a fixed order; one team a body of the list.
+// An elastic body that sleeps (elastic_sleep.h) keeps its wrench, as its particles keep their forces.
 struct ReduceWrench {
   BodyViews bodies;
   PairWrenches contact;
   const std::uint32_t* reactive;  // bodies whose wrench is asked for
+  const Tag* sleepers;            // of elastic particles, in the order of forces; null: all are awake
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t k, Team team) const {
     const std::uint32_t index = reactive[k];
     BodyState& body = bodies.body[index];
+    if (sleepers != nullptr && body.kind == BodyKind::elastic && sleepers[body.force_first].asleep()) {
+      if (!team.leader()) return;
+      body.force_sum += body.force;
+      body.torque_sum += body.torque;
+      return;
+    }
     const Mat3 R = body.q.toRotationMatrix();
     Vec3 force(0, 0, 0), torque(0, 0, 0);
     const std::uint32_t particles = bodies.force != nullptr ? body.count : 0;

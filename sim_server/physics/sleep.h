@@ -12,7 +12,7 @@
 // sleep_speed, whatever it does.
 #pragma once
 
-#include "sim_server/physics/rigid.h"
+#include "sim_server/physics/elastic.h"
 
 namespace palp {
 
@@ -158,17 +158,18 @@ struct Settle {
   CellGrid grid;
   SleepViews sleep;
   const BodyState* body;  // null without solids
-  const Tag* elastic_tag;
-  std::uint32_t elastic_count;  // 0 where no elastic body may sleep
+  ElasticViews elastic;   // count 0 where no elastic body may sleep
 
   // Says whether a particle sleeps. Those that have a force of their own, added up anew from all stages, sleep with the
-  // unit that they are of (elastic_sleep.h), or not at all.
+  // unit that they are of (elastic_sleep.h), or not at all; those that no bond pulls at, whose force is that of what is
+  // around them, as walls do.
   PALP_HD bool sleeps(Tag tag, std::uint32_t id, bool fluid_sleeps, bool walls_sleep) const {
     if (tag.is_fluid()) return fluid_sleeps;
     const BodyState& b = body[tag.body()];
     if (b.force_first == kNone) return tag.kind() == BodyKind::fixed && walls_sleep;
     const std::uint32_t k = b.force_first + id - b.first;
-    return k < elastic_count && elastic_tag[k].asleep();
+    if (k >= elastic.count) return false;
+    return elastic.inert(k) ? walls_sleep : elastic.tag[k].asleep();
   }
 
   // Returns true when a block at most `ring` blocks away has been stirred of late. The lanes share its rows.

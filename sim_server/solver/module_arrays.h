@@ -113,13 +113,18 @@ void allocate_sleep(B& back_end, const Scene& scene, const Plan& plan, StepViews
   v.elastic_sleep.member = allocate_copy(back_end, "sleep members", units.member);
 }
 
-// Lets nothing be thought at rest; what sleeps wakes when it is judged next.
+// Lets nothing be thought at rest, so that what sleeps wakes when it is judged next; what is inert sleeps for good.
 template <class B>
 void reset_sleep(B& back_end, const Scene& scene, const Plan& plan, const StepViews& v) {
   if (plan.neighbors) back_end.upload(v.sleep.quiet, std::vector<std::uint32_t>(v.sleep.blocks(), 0));
   if (v.elastic_sleep.units == 0) return;
-  const ElasticStore store(scene, plan);
+  ElasticStore store(scene, plan);
   back_end.upload(v.elastic_sleep.unit, sleep_units(scene, store).unit);
+  ElasticViews rest;
+  rest.tag = store.tag.data();
+  rest.first = store.first.data();
+  for (std::uint32_t i = 0; i < plan.elastic_count; ++i)
+    if (rest.inert(i)) store.tag[i] = store.tag[i].as_asleep(true);
   back_end.upload(v.elastic.tag, store.tag);
 }
 

@@ -229,8 +229,8 @@ void implicit_elastic_stages(B& back_end, const StepViews& v, real elapsed) {
   for (std::uint32_t round = 0; round < v.implicit.rounds; ++round) {
     back_end.for_each_group("implicit strain", n, StrainChange{v.elastic, v.implicit, v.medium, round}, sleepers);
     back_end.for_each_group("implicit force", n, ForceChange{v.elastic, v.implicit, v.medium, round}, sleepers);
-    back_end.for_each_block("implicit sums", parts, SumRound{v.elastic, v.implicit, round});
-    back_end.for_each_block("implicit round", parts, AdvanceRound{v.elastic, v.implicit, round});
+    back_end.for_each_block("implicit sums", parts, SumRound{v.elastic, v.implicit, round, sleepers});
+    back_end.for_each_block("implicit round", parts, AdvanceRound{v.elastic, v.implicit, round, sleepers});
   }
   if (touching > 0)
     back_end.for_each_block("elastic contact", touching, EndElasticContact{elastic_touching(v, elapsed), v.implicit});
@@ -291,7 +291,8 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
   if (plan.fields && !implicit) elastic_contact_stages(back_end, v, elapsed);
   if (implicit) implicit_elastic_stages(back_end, v, elapsed);
   if (plan.wrench)
-    back_end.for_each_block("wrench", v.list.reactive_count, ReduceWrench{v.body, v.contact.by, v.list.reactive});
+    back_end.for_each_block("wrench", v.list.reactive_count,
+                            ReduceWrench{v.body, v.contact.by, v.list.reactive, v.elastic_sleepers()});
   if (plan.moving)
     back_end.for_each("bodies", v.list.rigid_count,
                       AdvanceBodies{v.body.body, v.contact.by, v.list.rigid, v.input.proxy, v.input.forcing, v.grid,
@@ -328,9 +329,9 @@ void sleep_stages(B& back_end, const Plan& plan, const StepViews& v) {
   back_end.for_each_block("sleep of bodies", v.elastic_sleep.units,
                           JudgeElastic{v.state, v.elastic, v.implicit, v.elastic_sleep, v.sleep, v.grid, v.medium,
                                        v.body.body, v.list.rigid, v.list.rigid_count, v.input.forcing, ring});
-  back_end.for_each_group("sleep", blocks,
-                          Settle{v.state, v.sorted, v.grid, v.sleep, v.body.body, v.elastic.tag,
-                                 v.elastic_sleep.units > 0 ? v.elastic.count : 0});
+  back_end.for_each_group(
+      "sleep", blocks,
+      Settle{v.state, v.sorted, v.grid, v.sleep, v.body.body, v.elastic_sleep.units > 0 ? v.elastic : ElasticViews{}});
 }
 
 // Runs a haptic step. seldom: it is the one in heat_interval that conducts, or in sleep_interval that judges what
