@@ -87,6 +87,7 @@ struct Medium {
   real spacing;      // dx [m]
   real sound_speed;  // c of the scene [m/s]
   real diffusion;    // delta of the density diffusion [-]
+  real cover;        // C0, sum V W of a lattice [-]
   real artificial;   // alpha of the artificial viscosity [-]
   bool uniform;      // one fluid and nothing else: every particle has the same tag but for its body
   bool tension;      // true: fluid pressure may be negative

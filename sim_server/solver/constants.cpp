@@ -133,6 +133,7 @@ Medium make_medium(const Scene& scene, const Plan& plan) {
   m.sound_speed = static_cast<real>(plan.sound_speed);
   m.diffusion = static_cast<real>(plan.diffusion);
   m.artificial = static_cast<real>(plan.artificial);
+  m.cover = static_cast<real>(lattice_sums(plan.support / scene.spacing).W);
   m.tension = plan.tension;
   m.uniform = plan.one_fluid && !plan.solids && !plan.change;
   m.dt = static_cast<real>(plan.dt);

@@ -64,17 +64,30 @@ Eigen::Quaterniond turned(const Eigen::Quaterniond& q, const Vector3d& rotation)
   return (Eigen::Quaterniond(Eigen::AngleAxisd(rotation.norm(), rotation.normalized())) * q).normalized();
 }
 
-// d rho/dt = - rho div v + delta h c sum_j V_j psi_ij . gradW, psi_ij = 2 (rho_j - rho_i - hydrostatic) x_ji / r^2
+// Returns the sum of the kernel over a cubic lattice, times the volume of a cell; H: in spacings, at most 5.
+double lattice_cover(double H) {
+  double sum = 0;
+  for (int k = 0; k < 1331; ++k) sum += wendland(Vector3d(k % 11 - 5, k / 11 % 11 - 5, k / 121 - 5).norm(), H);
+  return sum;
+}
+
+// d rho/dt = - rho div v + delta h c sum_j V_j psi_ij . gradW + rho k e (C/C0 - 1) (1 - (2 H |grad C|)^2)+,
+// psi_ij = 2 (rho_j - rho_i - hydrostatic) x_ji / r^2, C = sum_j V_j W_ij with j = i, k = 0.1,
+// e = sum_j V_j |v_ij.gradW|, no last term where C is 20 % from C0
 void continuity(Restated& w) {
-  const double h = 0.5 * w.plan.support;
+  const double h = 0.5 * w.plan.support, lattice = lattice_cover(w.plan.support / w.scene->spacing);
   const Vector3d g = level_gravity(w);
   std::vector<double> rho_new(w.x.size());
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     if (!is_fluid(w, i)) continue;
     const double c = sound(w, i), c2 = c * c, rho0 = density0(w, i), rho_i = rho0 + w.p[i] / c2;
-    double divergence = 0, diffusion = 0;
+    double divergence = 0, diffusion = 0, cover = w.V[i] * wendland(0, w.plan.support), strain = 0;
+    Vector3d slope = Vector3d::Zero();
     for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
       const Vector3d gradient = wendland_gradient(x_ij, w.plan.support);
+      cover += w.V[j] * wendland(x_ij.norm(), w.plan.support);
+      slope += w.V[j] * gradient;
+      strain += std::abs(w.V[j] * (w.v[i] - (is_fixed(w, j) ? Vector3d(0, 0, 0) : w.v[j])).dot(gradient));
       const Vector3d v_j = is_fixed(w, j) ? Vector3d::Zero() : w.v[j];
       // towards the velocity that an interface would have, twice: it is half way
       const Vector3d v_meet = (impedance(w, i) * w.v[i] + impedance(w, j) * v_j) / (impedance(w, i) + impedance(w, j));
@@ -87,7 +100,9 @@ void continuity(Restated& w) {
       diffusion += std::min(1.0, moves * moves) * w.V[j] * 2 * (rho_j - rho_i - resting) * (-x_ij).dot(gradient) /
                    x_ij.squaredNorm();
     });
-    rho_new[i] = rho_i + w.plan.dt * (-rho_i * divergence + w.plan.diffusion * h * c * diffusion);
+    const double drift = cover / lattice - 1, edge = 2 * w.plan.support * slope.norm();
+    const double tie = std::abs(drift) > 0.2 ? 0 : 0.1 * strain * drift * std::max(0.0, 1 - edge * edge);
+    rho_new[i] = rho_i + w.plan.dt * (rho_i * (tie - divergence) + w.plan.diffusion * h * c * diffusion);
   }
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     if (!is_fluid(w, i)) continue;

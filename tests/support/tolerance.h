@@ -57,6 +57,8 @@ inline constexpr Tolerance kClosedEnergy{1e-3, 1e-3, "of the kinetic energy at t
 inline constexpr Tolerance kHydrostaticProfile{0.02, 0.02, "of the pressure at the bottom (Adami et al. 2012)"};
 inline constexpr Tolerance kWallForce{0.01, 0.01, "of the weight, mean over an acoustic period"};
 inline constexpr Tolerance kRestDrift{0.1, 0.1, "of a spacing, over a minute"};
+inline constexpr Tolerance kStirredVolume{
+    0.03, 0.03, "of the height: particles in disorder fill space as well as a lattice to about 2 %"};
 inline constexpr Tolerance kRestingSpeed{0.01, 0.01, "of sqrt(g H)"};
 inline constexpr Tolerance kCompression{0.012, 0.012, "g H / c^2 = 1 % at c = 10 sqrt(g H), and sound"};
 inline constexpr Tolerance kDamBreakFront{0.10, 0.10, "of the distance, Martin & Moyce 1952"};
