@@ -87,8 +87,8 @@ void continuity(Restated& w) {
       const Vector3d gradient = wendland_gradient(x_ij, w.plan.support);
       cover += w.V[j] * wendland(x_ij.norm(), w.plan.support);
       slope += w.V[j] * gradient;
-      strain += std::abs(w.V[j] * (w.v[i] - (is_fixed(w, j) ? Vector3d(0, 0, 0) : w.v[j])).dot(gradient));
       const Vector3d v_j = is_fixed(w, j) ? Vector3d::Zero() : w.v[j];
+      strain += std::abs(w.V[j] * (w.v[i] - v_j).dot(gradient));
       // towards the velocity that an interface would have, twice: it is half way
       const Vector3d v_meet = (impedance(w, i) * w.v[i] + impedance(w, j) * v_j) / (impedance(w, i) + impedance(w, j));
       divergence += w.V[j] * (is_fluid(w, j) ? Vector3d(2 * (v_meet - w.v[i])) : Vector3d(v_j - w.v[i])).dot(gradient);
