@@ -19,10 +19,13 @@ QUIET_CORES = 0.3  # processors that others may use beside a run whose times cou
 
 
 def busy_cores(seconds=0.3):
-    """How many processors are at work now, on the mean of a moment."""
+    """How many of the processors that runs may use are at work now, on the mean of a moment."""
+    mine = {f"cpu{k}" for k in os.sched_getaffinity(0)}
+
     def ticks():
-        values = [int(v) for v in pathlib.Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:9]]
-        return sum(values) - values[3] - values[4]
+        rows = [line.split() for line in pathlib.Path("/proc/stat").read_text().splitlines()]
+        counts = [[int(v) for v in row[1:9]] for row in rows if row and row[0] in mine]
+        return sum(sum(values) - values[3] - values[4] for values in counts)
     begin = ticks()
     time.sleep(seconds)
     return (ticks() - begin) / os.sysconf("SC_CLK_TCK") / seconds
