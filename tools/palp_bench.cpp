@@ -10,13 +10,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
-#include <thread>
 
 #include "config/command_line.h"
 #include "config/json_file.h"
 #include "config/number_between.h"
 #include "sim_server/scene_options.h"
 #include "sim_server/solver/plan.h"
+#include "sim_server/threads/thread_team.h"
 #include "sim_server/trade/calibration.h"
 
 namespace {
@@ -140,7 +140,7 @@ palp::Json json_of(const std::vector<Sample>& samples, const std::string& backen
   return {{"benchmark", scenes ? "sub-step of scenes" : "fluid sub-step, periodic cube, accurate"},
           {"backend", backend},
           {"processor", processor_name()},
-          {"cores", std::thread::hardware_concurrency()},
+          {"cores", palp::usable_processors()},
           {"results", results}};
 }
 

@@ -9,7 +9,6 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <thread>
 
 #include "config/command_line.h"
 #include "config/data_dir.h"
@@ -17,6 +16,7 @@
 #include "config/number_between.h"
 #include "idl/bus.h"
 #include "sim_server/scene_options.h"
+#include "sim_server/threads/thread_team.h"
 #include "tools/haptic_bench/bench_scenes.h"
 #include "tools/haptic_bench/bus_time.h"
 #include "tools/haptic_bench/jobs.h"
@@ -33,7 +33,7 @@ struct Arguments {
   std::vector<double> rates{1000, 500, 300}, dampings{0, 5, 20};
   std::uint64_t seed = 1;
   int seeds = 3;
-  unsigned jobs = std::max(1u, std::thread::hardware_concurrency());
+  unsigned jobs = static_cast<unsigned>(usable_processors());
   std::string out, json, trace, series, command;
   std::string profile = "simulated";
   std::optional<Accuracy> accuracy;  // of figure 4's trays

@@ -16,6 +16,7 @@
 #include "config/json_file.h"
 #include "config/number_between.h"
 #include "sim_server/scene_options.h"
+#include "sim_server/threads/thread_team.h"
 #include "tools/stability_map/cells.h"
 #include "tools/stability_map/run_cell.h"
 #include "tools/stability_map/setup.h"
@@ -33,7 +34,7 @@ struct Arguments {
   std::vector<std::string> cells;
   std::uint64_t random = 0, seed = 1, skip = 0;
   double hours = 0;
-  unsigned threads = std::max(1u, std::thread::hardware_concurrency());
+  unsigned threads = static_cast<unsigned>(palp::usable_processors());
   palp::Backend backend = palp::Backend::automatic;
   palp::stability::RunLimits limits;
 };

@@ -1,5 +1,7 @@
 #include "sim_server/threads/thread_team.h"
 
+#include <sched.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -29,10 +31,16 @@ double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock:
 
 }  // namespace
 
+int usable_processors() {
+  cpu_set_t set;
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return CPU_COUNT(&set);
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));  // of more than a set has room for
+}
+
 int available_threads() {
   const char* asked = std::getenv("OMP_NUM_THREADS");
   const int threads = asked != nullptr ? std::atoi(asked) : 0;
-  return std::clamp(threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency()), 1, 1024);
+  return std::clamp(threads > 0 ? threads : usable_processors(), 1, 1024);
 }
 
 ThreadTeam::ThreadTeam(int threads) : invited_(threads - 1), next_pause_(kFirstPause) {

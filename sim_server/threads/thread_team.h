@@ -13,8 +13,11 @@
 
 namespace palp {
 
-// Returns the number of threads to use: OMP_NUM_THREADS where that is set, else the processors that this process may
-// use.
+// Returns how many processors this thread may run on, 1 or more: on a machine whose processors are shared out, by
+// taskset or a container's set of them, fewer than it has.
+int usable_processors();
+
+// Returns the number of threads to use: OMP_NUM_THREADS where that is set, else usable_processors().
 int available_threads();
 
 // Particles that a thread takes at once, where the work on each is small and much the same.

@@ -1,7 +1,5 @@
 #include "sim_server/trade/machine_class.h"
 
-#include <sched.h>
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,23 +10,17 @@
 #include <map>
 #include <optional>
 #include <sstream>
-#include <thread>
 
 #include "config/data_dir.h"
 #include "config/error.h"
 #include "sim_server/solver/make_simulation.h"
+#include "sim_server/threads/thread_team.h"
 
 namespace palp {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-int usable_processors() {
-  cpu_set_t set;
-  if (sched_getaffinity(0, sizeof set, &set) == 0) return CPU_COUNT(&set);
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
 
 // Returns the number of processors of a class "cpu-N"; nothing of a GPU's.
 std::optional<int> processors_of(const std::string& machine) {

@@ -1,5 +1,6 @@
 // Threads that share out loops.
 #include <gtest/gtest.h>
+#include <sched.h>
 
 #include <filesystem>
 #include <fstream>
@@ -120,6 +121,20 @@ TEST(AvailableThreads, AreThoseThatTheUserAsksFor) {
     setenv("OMP_NUM_THREADS", kept.c_str(), 1);
   else
     unsetenv("OMP_NUM_THREADS");
+}
+
+// taskset and containers leave a process some of a machine's processors; more threads than those get in each other's
+// way.
+TEST(AvailableThreads, AreNoMoreThanTheProcessorsThatMayBeUsed) {
+  cpu_set_t before, one;
+  ASSERT_EQ(sched_getaffinity(0, sizeof before, &before), 0);
+  CPU_ZERO(&one);
+  CPU_SET(sched_getcpu(), &one);
+  ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+  const int usable = usable_processors();
+  ASSERT_EQ(sched_setaffinity(0, sizeof before, &before), 0);
+  EXPECT_EQ(usable, 1);
+  EXPECT_EQ(usable_processors(), CPU_COUNT(&before));
 }
 
 }  // namespace
