@@ -185,7 +185,7 @@ std::vector<BillModule> bill_modules(const Scene& scene, const Plan& plan) {
   add(plan.plastic, "plastic flow",
       bodies([&](std::size_t b) { return lasting(b) && material(b).yield_stress.has_value(); }));
   add(plan.tears, "tearing", bodies([&](std::size_t b) { return lasting(b) && material(b).tear_strain.has_value(); }));
-  add(plan.temperature && !plan.heat, "temperatures", "carried along, nothing conducts");
+  add(plan.temperature && !plan.heat, "temperatures", "carried along, no heat flows");
   add(plan.heat, "heat", fmt::format("{} steps every {} haptic steps", plan.heat_steps, plan.heat_interval));
   add(plan.sleeps, "sleep", fmt::format("what rests, judged every {} haptic steps", plan.sleep_interval));
   add(plan.change, "changes of state", bodies([&](std::size_t b) { return bool(plan.changes[b]); }));

@@ -63,19 +63,6 @@ void hint_of_bodies(const Plan& plan, const Bill& bill, std::vector<std::string>
   }
 }
 
-// Says when heat is computed though nothing can make a difference between temperatures.
-std::string hint_of_heat(const Scene& scene, const Plan& plan) {
-  if (!plan.heat || scene.temperature.empty()) return "";
-  const auto [low, high] = std::minmax_element(scene.temperature.begin(), scene.temperature.end());
-  const HeatConfig& heat = scene.config.heat;
-  const bool cooled = heat.loss_to_air > 0 && heat.air_temperature != *low;
-  if (*low != *high || cooled || !scene.config.heat_zones.empty()) return "";
-  return fmt::format(
-      "heat is computed, and makes solids list their neighbours, though all is at {:g} K and nothing heats or cools "
-      "it: leave out conductivity and loss_to_air",
-      *low);
-}
-
 std::string hint_of_sleep(const Plan& plan) {
   if (!(plan.fluid || plan.elastic) || plan.sleeps || plan.heat || plan.change) return "";
   return "what rests is computed like what moves: with numerics.sleep_speed = 0.01 it sleeps";
@@ -97,7 +84,7 @@ std::string hint_of_spacing(const Plan& plan, const Bill& bill) {
 std::vector<std::string> bill_hints(const Scene& scene, const Plan& plan, const Bill& bill) {
   std::vector<std::string> hints;
   hint_of_bodies(plan, bill, hints);
-  for (const std::string& hint : {hint_of_sub_steps(scene, plan, bill), hint_of_heat(scene, plan), hint_of_sleep(plan)})
+  for (const std::string& hint : {hint_of_sub_steps(scene, plan, bill), hint_of_sleep(plan)})
     if (!hint.empty()) hints.push_back(hint);
   const auto most = std::max_element(bill.stages.begin(), bill.stages.end(),
                                      [](const BillStage& a, const BillStage& b) { return a.share < b.share; });

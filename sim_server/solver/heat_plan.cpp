@@ -68,6 +68,15 @@ double relaxation_rate(const Scene& scene, const Plan& plan) {
   return contrast * conduction / (dx * dx) / (viscous_limit(H) * lattice_sums(H).moment) + loss;
 }
 
+// Returns false where all is as warm as all else, the air included, and nothing heats or cools it: then nothing ever
+// flows.
+bool temperatures_differ(const Scene& scene) {
+  const auto [low, high] = std::minmax_element(scene.temperature.begin(), scene.temperature.end());
+  const HeatConfig& heat = scene.config.heat;
+  const bool cooled = heat.loss_to_air > 0 && heat.air_temperature != *low;
+  return *low != *high || cooled || !scene.config.heat_zones.empty();
+}
+
 }  // namespace
 
 bool has_heat(const Scene& scene) {
@@ -78,7 +87,8 @@ bool has_heat(const Scene& scene) {
 }
 
 void plan_heat(const Scene& scene, Plan& plan) {
-  plan.heat = has_heat(scene);
+  // what changes state forms and ends its bonds when heat has been computed
+  plan.heat = has_heat(scene) && (plan.change || temperatures_differ(scene));
   if (!plan.heat) return;
   plan.neighbors = true;  // conduction is between neighbours
   check(scene);

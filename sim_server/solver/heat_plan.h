@@ -13,8 +13,9 @@ namespace palp {
 // Returns true when particles have temperatures and something conducts, heats or cools them.
 bool has_heat(const Scene& scene);
 
-// Fills in the plan's heat part; the rest of the plan is ready. Throws ConfigError: a material without heat capacity,
-// too many zones, a zone that follows no solid, a step that would need too many parts.
+// Fills in the plan's heat part: it runs where temperatures can differ, or something changes state; the rest of the
+// plan is ready. Throws ConfigError: a material without heat capacity, too many zones, a zone that follows no solid, a
+// step that would need too many parts.
 void plan_heat(const Scene& scene, Plan& plan);
 // Returns ", heat every 50 haptic steps (20 Hz)", or nothing without heat.
 std::string describe_heat(const Plan& plan, const Scene& scene);

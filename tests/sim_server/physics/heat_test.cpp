@@ -147,6 +147,12 @@ Scene cold_block(BodyKind type = BodyKind::fixed) {
   return scene;
 }
 
+// Heat is computed only where temperatures differ.
+Scene with_a_warm_particle(Scene scene) {
+  scene.temperature[0] += 1;
+  return scene;
+}
+
 HeatZoneConfig add_zone(Scene& scene, const Eigen::Vector3d& position, const Eigen::Vector3d& size) {
   HeatZoneConfig zone;
   zone.name = std::to_string(scene.config.heat_zones.size());
@@ -219,10 +225,10 @@ TEST(HeatZones, MoveWithTheirBody) {
 }
 
 TEST(Heat, RunsNoOftenerThanItNeeds) {
-  const Plan slow = make_plan(cold_block());
+  const Plan slow = make_plan(with_a_warm_particle(cold_block()));
   EXPECT_EQ(slow.heat_interval, 50);
   EXPECT_EQ(slow.heat_steps, 1);
-  Scene scene = cold_block();
+  Scene scene = with_a_warm_particle(cold_block());
   scene.config.materials[0].conductivity = 5e3;
   const Plan middle = make_plan(scene);
   EXPECT_GT(middle.heat_interval, 1);
@@ -267,7 +273,7 @@ TEST(Heat, TheLimitIsReal) {
 }
 
 TEST(Heat, AMaterialWithoutHeatCapacityIsRefused) {
-  Scene scene = cold_block();
+  Scene scene = with_a_warm_particle(cold_block());
   scene.config.materials[0].heat_capacity = 0;
   EXPECT_THROW(make_plan(scene), ConfigError);
 }
@@ -305,11 +311,11 @@ Names added(const Names& base, const Names& more) {
 }
 
 TEST(Lightness, HeatIsPaidForWhereItFlows) {
-  Scene still = cold_block(BodyKind::fluid);
+  Scene still = with_a_warm_particle(cold_block(BodyKind::fluid));
   still.config.materials[0].conductivity = 0;
-  Scene zoned = cold_block(BodyKind::fluid);
+  Scene zoned = with_a_warm_particle(cold_block(BodyKind::fluid));
   add_zone(zoned, {0, 0, 0}, {1, 1, 1});
-  const Contents without = contents_of(still), with = contents_of(cold_block(BodyKind::fluid)),
+  const Contents without = contents_of(still), with = contents_of(with_a_warm_particle(cold_block(BodyKind::fluid))),
                  more = contents_of(zoned);
   for (const std::string& name : without.arrays) {
     EXPECT_EQ(name.find("heat"), std::string::npos) << name;

@@ -229,8 +229,36 @@ TEST(Plan, LetsNothingSleepThatConductsHeat) {
   scene.temperature.assign(scene.position.size(), 300);
   scene.config.materials[0].conductivity = 1;
   scene.config.materials[0].heat_capacity = 1000;
+  EXPECT_EQ(fault_of(scene), "");  // no heat flows
+  scene.temperature[0] = 310;
   EXPECT_NE(fault_of(scene).find("numerics.sleep_speed is set in a scene with heat"), std::string::npos)
       << fault_of(scene);
+}
+
+// Heat is computed only where it can flow.
+TEST(Plan, LeavesHeatOutWhereAllIsAsWarm) {
+  Scene scene = pool();
+  scene.config.materials[0].conductivity = 1;
+  scene.config.materials[0].heat_capacity = 1000;
+  scene.temperature.assign(scene.position.size(), 300);
+  EXPECT_FALSE(make_plan(scene).heat);
+  EXPECT_TRUE(make_plan(scene).temperature);
+  scene.config.heat.air_temperature = 300;
+  scene.config.heat.loss_to_air = 10;
+  EXPECT_FALSE(make_plan(scene).heat);
+  scene.config.heat.air_temperature = 290;
+  EXPECT_TRUE(make_plan(scene).heat);
+  scene.config.heat.loss_to_air = 0;
+  EXPECT_FALSE(make_plan(scene).heat);
+  scene.temperature.back() = 301;
+  EXPECT_TRUE(make_plan(scene).heat);
+  scene.temperature.back() = 300;
+  HeatZoneConfig zone;
+  zone.name = "hob";
+  zone.size = {0.1, 0.1, 0.1};
+  zone.power = 100;
+  scene.config.heat_zones.push_back(zone);
+  EXPECT_TRUE(make_plan(scene).heat);
 }
 
 // 0.06 m of it on a floor, on which it holds.
