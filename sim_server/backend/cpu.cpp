@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstring>
 #include <memory>
 #include <new>
 
@@ -128,7 +129,8 @@ class Cpu {
     arrays_.emplace_back(name, bytes);
     blocks_.emplace_back(static_cast<std::byte*>(::operator new(bytes, kAlign)));
     T* p = reinterpret_cast<T*>(blocks_.back().get());
-    std::uninitialized_value_construct_n(p, std::max<std::size_t>(1, count));
+    std::uninitialized_default_construct_n(p, std::max<std::size_t>(1, count));
+    std::memset(static_cast<void*>(p), 0, bytes);  // Eigen's types construct themselves without a value
     return p;
   }
   template <class T>
