@@ -9,6 +9,7 @@
 #include "tests/sim_server/physics/contact_scenes.h"
 #include "tests/support/backend.h"
 #include "tests/support/random_scene.h"
+#include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 #include "tests/support/towed_tool.h"
 
@@ -115,6 +116,70 @@ TEST(Switches, TheElasticSolverAndItsSubStepsDoNotChangeThePress) {
   EXPECT_TRUE(within(fine / chosen - 1, tol::kSwitchedPress));
   EXPECT_TRUE(within(implicit_fine / implicit - 1, tol::kSwitchedPress));
   EXPECT_TRUE(within(implicit / chosen - 1, tol::kSwitchedSolver));
+}
+
+// A bar that swings from a clamp: in each step the clamp bears what the bar's momentum and angular momentum lose beside
+// gravity, by either solver, damped or not.
+struct Momenta {
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero(), weighs = Eigen::Vector3d::Zero();
+};
+
+Momenta momenta_of(const Scene& scene, std::uint32_t body, const Eigen::Vector3d& about, Simulation& simulation) {
+  Snapshot s;
+  simulation.snapshot(s);
+  Momenta out;
+  const Body& b = scene.bodies[body];
+  for (std::uint32_t i = b.first; i < b.first + b.count; ++i) {
+    const double m = scene.volume[i] * scene.config.materials[b.material].density;
+    const Eigen::Vector3d v(s.velocity[3 * i], s.velocity[3 * i + 1], s.velocity[3 * i + 2]);
+    const Eigen::Vector3d r = Eigen::Vector3d(s.position[3 * i], s.position[3 * i + 1], s.position[3 * i + 2]) - about;
+    out.linear += m * v;
+    out.angular += r.cross(m * v);
+    out.weighs += m * r;
+  }
+  return out;
+}
+
+TEST(Switches, TheElasticSolverAndDampingDoNotChangeTheReactionOnAClamp) {
+  for (const ElasticSolver solver : {ElasticSolver::explicit_, ElasticSolver::implicit})
+    for (const double damping : {0.0, 5.0, 50.0}) {
+      SCOPED_TRACE(::testing::Message() << (solver == ElasticSolver::implicit ? "implicit" : "explicit") << ", damping "
+                                        << damping << " Pa s");
+      Scene scene = empty_scene(0.01, {-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5});
+      add_material(scene, 1000, 0);
+      scene.config.materials[0].young_modulus = 2e5;
+      scene.config.materials[0].poisson_ratio = 0.3;
+      scene.config.materials[0].damping = damping;
+      scene.config.numerics.elastic_solver = solver;
+      scene.config.gravity = {0, 0, -9.81};
+      const auto clamp = add_body(scene, "clamp", BodyKind::fixed, 0, {-0.03, 0, 0}, {0, 0.05, 0.05});
+      const auto bar = add_body(scene, "bar", BodyKind::elastic, 0, {0, 0, 0}, {0.16, 0.05, 0.05});
+      scene.bodies[bar].bonded_to = {clamp};
+      scene.config.probes.push_back(probe_of("clamp"));
+      for (std::size_t i = 0; i < scene.position.size(); ++i)
+        if (scene.body[i] == bar) scene.velocity[i] = scene.position[i].x() * Eigen::Vector3d(1, 4, 6);
+      const Eigen::Vector3d about = scene.bodies[clamp].position, gravity = scene.config.gravity;
+      const double mass = scene.bodies[bar].mass, dt = 1 / scene.config.rate_hz;
+      const auto simulation = simulate(scene);
+      Momenta before = momenta_of(scene, bar, about, *simulation);
+      double off = 0, force = 0, off_torque = 0, torque = 0;
+      for (int k = 0; k < 300; ++k) {
+        const StepOutput& out = simulation->step({});
+        ASSERT_TRUE(out.health.ok) << out.health.cause;
+        const Momenta now = momenta_of(scene, bar, about, *simulation);
+        const Eigen::Vector3d lost = mass * gravity - (now.linear - before.linear) / dt;
+        const Eigen::Vector3d turned =
+            (0.5 * (now.weighs + before.weighs)).cross(gravity) - (now.angular - before.angular) / dt;
+        off += (out.bodies[clamp].force - lost).squaredNorm();
+        off_torque += (out.bodies[clamp].torque - turned).squaredNorm();
+        force += lost.squaredNorm();
+        torque += turned.squaredNorm();
+        before = now;
+      }
+      const bool solved = solver == ElasticSolver::implicit;
+      EXPECT_TRUE(within(std::sqrt(off / force), solved ? tol::kSwitchedSolver : tol::kReaction));
+      EXPECT_TRUE(within(std::sqrt(off_torque / torque), solved ? tol::kSwitchedSolver : tol::kReaction));
+    }
 }
 
 // A block pressed on a plate by a hand, and drawn across it: what it feels is the press and the friction, whatever the

@@ -191,6 +191,8 @@ inline constexpr Tolerance kSwitchedDrag{0.03, 0.03,
 inline constexpr Tolerance kSwitchedPress{0.03, 0.03, "likewise, of a contact's force"};
 inline constexpr Tolerance kSwitchedSolver{
     0.02, 0.02, "of the force: the two elastic solvers differ by their sub-steps alone; measured 0.009"};
+inline constexpr Tolerance kReaction{
+    1e-3, 1e-3, "of its rms: what a clamp bears is what the body loses, but that levers change within a step"};
 inline constexpr Tolerance kSleepStirred{0.005, 0.005, "of the force: what sleeps is out of reach of what is stirred"};
 inline constexpr Tolerance kSleepWoken{
     0.07, 0.07, "of the force in fluid that slept: less than a hand notices; its particles begin from other places"};
