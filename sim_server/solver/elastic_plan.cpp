@@ -110,10 +110,11 @@ double root_condition(const Scene& scene, const Plan& plan, double dt) {
   return worst;
 }
 
-// Returns the largest sub-step of an implicit solve [s]. Rounding of a strain, times the square of the time that waves
-// take to cross a spacing, is what velocities are off by: where that came near a spacing a sub-step, blocks at rest
-// burst (at 1e12 Pa and 0.9 of this limit after 50 steps, at 0.45 never). What touches a fixed body is thrown off it at
-// kThrown of that speed (blocks of 1e10 to 5e12 Pa, 1 to 29 sub-steps: 0.2 to 0.45), and leapt by 16 mm.
+// Returns the largest sub-step of an implicit solve [s]. Velocities are off by the rounding of a strain, times the
+// square of the time that waves take to cross a spacing: by eps c^2 dt / dx. Where that came near a spacing a sub-step,
+// blocks at rest burst (at 1e12 Pa and 0.9 of this limit after 50 steps, at 0.45 never). Contact takes only what
+// pushes, so what lies on a fixed body is thrown off it at about kThrown of that speed (0.2 to 0.45 of it, blocks of
+// 1e10 to 5e12 Pa in 1 to 29 sub-steps); at 0.57 m/s one leapt by 16 mm.
 StepLimit limit_by_rounding(const Scene& scene, const Plan& plan) {
   constexpr double kMostRounding = 0.1, kMostThrown = 0.5 /* m/s */, kThrown = 0.4;
   constexpr double epsilon = std::numeric_limits<real>::epsilon();
