@@ -29,7 +29,7 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--snapshots-hz", a.run.snapshots_hz, "particle files per simulated second; 0: none")
       ->check(palp::number_between(0.0, 1e6));
   app.add_option("--totals-hz", a.run.totals_hz,
-                 "rows of totals.csv per simulated second: energy, momentum, volume, heat; 0: none")
+                 "rows of totals.csv per simulated second: energy, momentum, volume, heat, penetration; 0: none")
       ->check(palp::number_between(0.0, 1e6));
   app.add_option("--path", a.paths,
                  "CSV time,x,y,z,qx,qy,qz,qw that drives the handle of a device, 0 without a number; may be repeated")

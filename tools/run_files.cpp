@@ -15,7 +15,8 @@ void add(ProbeRow& row, const Eigen::Vector3d& v) { row.insert(row.end(), {v.x()
 std::vector<std::string> total_columns(const ProbeConfig& energy, const ProbeConfig& heat) {
   std::vector<std::string> columns = probe_columns(energy), warm = probe_columns(heat);
   columns.insert(columns.end(), warm.begin() + 1, warm.end());
-  columns.insert(columns.end(), {"px_N_s", "py_N_s", "pz_N_s", "Lx_N_m_s", "Ly_N_m_s", "Lz_N_m_s", "volume_m3"});
+  columns.insert(columns.end(),
+                 {"px_N_s", "py_N_s", "pz_N_s", "Lx_N_m_s", "Ly_N_m_s", "Lz_N_m_s", "volume_m3", "penetration_m"});
   return columns;
 }
 
@@ -74,6 +75,7 @@ void ProxyFile::write(double time, const ProxyOutput& proxy) {
 TotalsFile::TotalsFile(const Scene& scene, const std::string& path)
     : scene_(scene),
       sampler_(scene),
+      penetration_(scene),
       energy_(probe_of(Quantity::energy)),
       heat_(probe_of(Quantity::heat)),
       file_(path, total_columns(energy_, heat_)) {}
@@ -84,6 +86,7 @@ void TotalsFile::write(const Snapshot& snapshot, const StepOutput& output) {
   const ProbeRow warm = sampler_.evaluate(heat_).front();
   row.insert(row.end(), warm.begin() + 1, warm.end());
   add_motion(snapshot, output, row);
+  row.push_back(penetration_.deepest(snapshot, output));
   file_.row(row);
 }
 

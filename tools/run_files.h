@@ -9,6 +9,7 @@
 #include "config/csv_file.h"
 #include "config/json_file.h"
 #include "idl/histogram.h"
+#include "sim_server/probes/penetration.h"
 #include "sim_server/probes/probes.h"
 
 namespace palp {
@@ -26,7 +27,7 @@ class ProxyFile {
 
 // Writes sums over the scene, by which runs are compared: energy, heat and temperatures as the probes of these names
 // give them, momentum [N s] and angular momentum about the origin [N m s] of all that moves, the volume of its fluids
-// [m^3].
+// [m^3], and how deep particles lie in solids (penetration.h) [m].
 class TotalsFile {
  public:
   TotalsFile(const Scene& scene, const std::string& path);  // keeps a reference to the scene
@@ -39,6 +40,7 @@ class TotalsFile {
 
   const Scene& scene_;
   ProbeSampler sampler_;
+  PenetrationMeter penetration_;
   ProbeConfig energy_, heat_;
   CsvFile file_;
 };

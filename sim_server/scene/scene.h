@@ -38,8 +38,8 @@ struct Body {
   std::vector<std::uint32_t> bonded_to;                        // of an elastic body: bodies it holds on to
   std::array<float, 3> color{};
   SurfaceMesh surface;  // for the viewer; empty for fluids
-  // The shape that rigid_contact.h needs (contact_shape.h); none for fluids, elastic bodies, loose particles and method
-  // "paper".
+  // The shape that rigid_contact.h needs (contact_shape.h); none for fluids, elastic bodies, loose particles, method
+  // "paper", and where no solid moves that could meet another.
   std::shared_ptr<const ContactShape> contact;
   // The box around the centres of the particles that fill it, along the body's axes [m]; empty where none is left out.
   Eigen::AlignedBox3d extent;

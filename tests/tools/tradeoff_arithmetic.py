@@ -114,7 +114,8 @@ class Errors(unittest.TestCase):
     def run_of(self, force, noise=0.0, at_start=5.0):
         totals = np.linspace(0, 2, 200)[:, None]
         return {"force": (RATE, TIME, force + tone(200, noise)), "torque": (RATE, TIME, force), "place": (RATE, TIME, 0 * force),
-                "energy": (50.0, None, at_start + totals), "momentum": (50.0, None, totals), "volume": (50.0, None, 2 - 0.1 * totals)}
+                "energy": (50.0, None, at_start + totals), "momentum": (50.0, None, totals), "volume": (50.0, None, 2 - 0.1 * totals),
+                "penetration": (50.0, None, 1e-3 * totals)}
 
     def test_are_those_that_were_put_in(self):
         reference = judge.on_grid(self.run_of(tone(2)), TIME)
@@ -122,6 +123,7 @@ class Errors(unittest.TestCase):
         self.assertAlmostEqual(found["force"]["rms"], 0.2, 2)
         self.assertAlmostEqual(found["noise_N"], 0.5 / np.sqrt(2), 2)
         self.assertAlmostEqual(found["volume"], 0.1, 6)
+        self.assertAlmostEqual(found["penetration_mm"], 2, 6)
         self.assertAlmostEqual(found["energy"], 0, 9)
         self.assertAlmostEqual(found["momentum"], 0, 9)
         self.assertIsNone(found["temperature_K"])

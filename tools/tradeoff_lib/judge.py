@@ -41,6 +41,8 @@ def errors(series, reference, grid):
             found[name] = measures.difference(mine, theirs)["rms"]
     volume = smooth.get("volume")
     found["volume"] = float(np.abs(volume / volume[0] - 1).max()) if volume is not None and volume[0] > 0 else None
+    depth = smooth.get("penetration")
+    found["penetration_mm"] = 1e3 * float(depth.max()) if depth is not None else None
     for name, result in (("temperature", "temperature_K"), ("liquid", "liquid")):
         mine, theirs = smooth.get(name), reference.get(name)
         known = mine is not None and theirs is not None and len(mine) == len(theirs)

@@ -14,12 +14,16 @@ LABEL_AT = {"fast": (7, 4), "balanced": (-12, 9), "accurate": (7, -12)}  # apart
 TIMING_NOISE = 0.1
 BLUE, ORANGE, GREY, INK = "#0072B2", "#D55E00", "#9AA0A6", "#222222"
 COLUMNS = ("point", "particles", "sub-steps", "step: median", "99 %", "rate", "real-time factor", "memory", "force error",
-           "in JND", "peak", "torque error", "noise", "place", "volume", "energy", "momentum", "angular", "temperature",
+           "in JND", "peak", "torque error", "noise", "place", "penetration", "volume", "energy", "momentum", "angular", "temperature",
            "dominated by")
 
 
 def number_of(value, factor=1.0, digits=3):
     return "" if value is None else f"{factor * value:.{digits}g}"
+
+
+def millimetres(value):
+    return "" if value is None else f"{number_of(value, 1, 2)} mm"
 
 
 def percent(value):
@@ -48,7 +52,7 @@ def row_of(p):
             f"{number_of(s['step_p99_s'], 1e3)} ms", f"{number_of(s['reached_rate_hz'])} Hz",
             number_of(s["real_time_factor"]), f"{number_of(s['memory_bytes'], 1e-6)} MB", percent(e["force"]["rms"]),
             number_of(e["force"]["rms_jnd"], 1, 2), percent(e["force"]["peak"]), percent(e["torque"]["rms"]),
-            f"{number_of(e['noise_N'], 1, 2)} N", f"{number_of(e['place_mm'], 1, 2)} mm", percent(e["volume"]),
+            f"{number_of(e['noise_N'], 1, 2)} N", f"{number_of(e['place_mm'], 1, 2)} mm", millimetres(e.get("penetration_mm")), percent(e["volume"]),
             percent(e["energy"]), percent(e["momentum"]), percent(e["angular momentum"]),
             "" if e["temperature_K"] is None else f"{number_of(e['temperature_K'], 1, 2)} K",
             p["dominated_by"] or "**front**"]
@@ -82,6 +86,7 @@ def page_of(one):
     return "\n".join([f"# {heading(one)}", "", reference_line(one), "",
                       "Force and torque: rms over rms of what is slower than 30 Hz; noise: what is faster. JND: 7 % of the force.",
                       "Place: of the tool, largest distance from where the reference has it (it enters a solid so much deeper).",
+                      "Penetration: how deep the centre of a particle lay in a solid, at most; empty where it was not measured.",
                       "Volume: largest change since the start. Momentum, energy: against the finest run.", "", *table(one)]) + "\n"
 
 

@@ -198,7 +198,8 @@ class Runner:
 
 TOTALS = {"energy": ["total_J"], "momentum": ["px_N_s", "py_N_s", "pz_N_s"],
           "angular momentum": ["Lx_N_m_s", "Ly_N_m_s", "Lz_N_m_s"], "volume": ["volume_m3"],
-          "temperature": ["mean_temperature_K"], "liquid": ["liquid_fraction"]}
+          "temperature": ["mean_temperature_K"], "liquid": ["liquid_fraction"],
+          "penetration": ["penetration_m"]}
 
 
 def read_csv(path):

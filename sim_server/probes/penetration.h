@@ -1,0 +1,31 @@
+// How deep matter lies in solids that should keep it out: what leaks into walls, and what tools press into or pass
+// over.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "sim_server/physics/distance.h"
+#include "sim_server/solver/contact_store.h"
+#include "sim_server/solver/simulation.h"
+
+namespace palp {
+
+class PenetrationMeter {
+ public:
+  explicit PenetrationMeter(const Scene& scene);  // keeps a reference to the scene
+  // Returns how deep the centre of a particle of a fluid or an elastic body lies in a rigid or fixed one, at most [m];
+  // 0 where none does, nothing where no body has a distance field (Body::contact). Copies of bodies across a periodic
+  // bound are not looked at. output: of the same step as the snapshot.
+  std::optional<double> deepest(const Snapshot& snapshot, const StepOutput& output) const;
+
+ private:
+  double depth_in(std::uint32_t body, const ContactBody& shape, const Snapshot& snapshot,
+                  const StepOutput& output) const;
+
+  const Scene& scene_;
+  ContactStore store_;
+  std::vector<NodeGrid> grids_;
+};
+
+}  // namespace palp
