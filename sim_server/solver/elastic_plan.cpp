@@ -122,8 +122,9 @@ StepLimit limit_by_rounding(const Scene& scene, const Plan& plan) {
   for (const std::uint32_t b : plan.elastic_bodies) {
     const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
     const double c = pressure_wave_speed(m);
-    const double dt =
-        scene.spacing / c * std::min(std::sqrt(kMostRounding / epsilon), kMostThrown / (kThrown * epsilon * c));
+    double waves = std::sqrt(kMostRounding / epsilon);
+    if (plan.fields) waves = std::min(waves, kMostThrown / (kThrown * epsilon * c));
+    const double dt = waves * scene.spacing / c;
     if (dt < least.dt) least = {dt, "rounding", fmt::format("material '{}'", m.name), ""};
   }
   return least;
