@@ -118,8 +118,7 @@ TEST(Switches, TheElasticSolverAndItsSubStepsDoNotChangeThePress) {
   EXPECT_TRUE(within(implicit / chosen - 1, tol::kSwitchedSolver));
 }
 
-// A bar that swings from a clamp: in each step the clamp bears what the bar's momentum and angular momentum lose beside
-// gravity, by either solver, damped or not.
+// The momentum of a body [N s], its angular momentum about a place [N m s], and its mass times its centre from there.
 struct Momenta {
   Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero(), weighs = Eigen::Vector3d::Zero();
 };
@@ -140,6 +139,8 @@ Momenta momenta_of(const Scene& scene, std::uint32_t body, const Eigen::Vector3d
   return out;
 }
 
+// A bar that swings from a clamp: in each step the clamp bears what the bar's momentum and angular momentum lose beside
+// gravity, by either solver, damped or not.
 TEST(Switches, TheElasticSolverAndDampingDoNotChangeTheReactionOnAClamp) {
   for (const ElasticSolver solver : {ElasticSolver::explicit_, ElasticSolver::implicit})
     for (const double damping : {0.0, 5.0, 50.0}) {
