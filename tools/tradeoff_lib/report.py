@@ -14,8 +14,8 @@ LABEL_AT = {"fast": (7, 4), "balanced": (-12, 9), "accurate": (7, -12)}  # apart
 TIMING_NOISE = 0.1
 BLUE, ORANGE, GREY, INK = "#0072B2", "#D55E00", "#9AA0A6", "#222222"
 COLUMNS = ("point", "particles", "sub-steps", "step: median", "99 %", "rate", "real-time factor", "memory", "force error",
-           "in JND", "peak", "torque error", "noise", "place", "penetration", "volume", "energy", "momentum", "angular", "temperature",
-           "dominated by")
+           "in JND", "peak", "torque error", "noise", "place", "penetration", "volume", "energy", "momentum", "angular",
+           "temperature", "dominated by")
 
 
 def number_of(value, factor=1.0, digits=3):
@@ -52,8 +52,8 @@ def row_of(p):
             f"{number_of(s['step_p99_s'], 1e3)} ms", f"{number_of(s['reached_rate_hz'])} Hz",
             number_of(s["real_time_factor"]), f"{number_of(s['memory_bytes'], 1e-6)} MB", percent(e["force"]["rms"]),
             number_of(e["force"]["rms_jnd"], 1, 2), percent(e["force"]["peak"]), percent(e["torque"]["rms"]),
-            f"{number_of(e['noise_N'], 1, 2)} N", f"{number_of(e['place_mm'], 1, 2)} mm", millimetres(e.get("penetration_mm")), percent(e["volume"]),
-            percent(e["energy"]), percent(e["momentum"]), percent(e["angular momentum"]),
+            f"{number_of(e['noise_N'], 1, 2)} N", millimetres(e["place_mm"]), millimetres(e.get("penetration_mm")),
+            percent(e["volume"]), percent(e["energy"]), percent(e["momentum"]), percent(e["angular momentum"]),
             "" if e["temperature_K"] is None else f"{number_of(e['temperature_K'], 1, 2)} K",
             p["dominated_by"] or "**front**"]
 

@@ -180,6 +180,21 @@ inline Momenta momenta(const Scene& scene, const StepOutput& out) {
   return m;
 }
 
+// Returns the momenta of the particles of elastic bodies, which are of the first material; angular_size is not set.
+inline Momenta elastic_momenta(const Scene& scene, const Snapshot& s) {
+  Momenta m;
+  for (std::size_t i = 0; i < scene.position.size(); ++i) {
+    if (scene.bodies[scene.body[i]].type != BodyKind::elastic) continue;
+    const Eigen::Vector3d x(s.position[3 * i], s.position[3 * i + 1], s.position[3 * i + 2]);
+    const Eigen::Vector3d p = scene.volume[i] * scene.config.materials[0].density *
+                              Eigen::Vector3d(s.velocity[3 * i], s.velocity[3 * i + 1], s.velocity[3 * i + 2]);
+    m.linear += p;
+    m.angular += x.cross(p);
+    m.linear_size += p.norm();
+  }
+  return m;
+}
+
 // Returns the energy of the rigid bodies, that of their places in gravity included [J].
 inline double energy(const Scene& scene, const StepOutput& out) {
   double sum = 0;
