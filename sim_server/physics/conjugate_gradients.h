@@ -64,8 +64,9 @@ struct AdvanceRound {
       beta = gamma / before.gamma;
       slope -= beta * gamma / before.alpha;
     }
-    // the comparison is false where a value is not a number, too
-    if (!(gamma > real(0) && slope > real(0))) return out;
+    // what is not finite must show in the particles, where health finds it (health.h)
+    if (!Eigen::numext::isfinite(gamma + slope)) out.alpha = gamma + slope;
+    if (!(gamma > real(0) && slope > real(0) && out.alpha == real(0))) return out;
     out.alpha = gamma / slope;
     const real work = out.alpha * gamma;
     out.work += work;
@@ -88,7 +89,7 @@ struct AdvanceRound {
       const real left = now.ended ? real(0) : now.alpha * gamma / (now.work + real(1e4) * solve.min_work);
       if (round + 1 == solve.rounds && !(left <= *solve.unsolved)) *solve.unsolved = left;
     }
-    if (!(now.alpha > real(0))) return;
+    if (now.alpha == real(0)) return;
     const std::uint32_t end = first_of_part(elastic, solve, part + 1);
     for (std::uint32_t i = first_of_part(elastic, solve, part) + team.lane(); i < end; i += team.size()) {
       if (sleepers != nullptr && sleepers[i].asleep()) continue;

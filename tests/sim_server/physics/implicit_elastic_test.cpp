@@ -1,8 +1,10 @@
 // The implicit solve's linear problem, stage by stage on the host.
-#include "sim_server/physics/implicit_elastic.h"
+#include "sim_server/physics/conjugate_gradients.h"
 
 #include <array>
+#include <cmath>
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -85,6 +87,25 @@ class Solve {
     return out;
   }
 
+  // What a particle's velocity gains in one round, and whether the solve ended, where r = z of the first particle is r_0
+  // and of all others 1, with A = I.
+  std::pair<double, bool> first_round(real r_0) {
+    const Packed one{1, 1, 1, 1};
+    for (auto* field : {&residual_, &scaled_, &image_}) field->assign(count(), one);
+    for (auto* field : {&direction_, &advance_, &change_}) field->assign(count(), Packed{0, 0, 0, 0});
+    residual_[0] = scaled_[0] = image_[0] = Packed{r_0, r_0, r_0, 1};
+    std::vector<Packed> sums(1);
+    SolveRound round{};
+    real unsolved = 0;
+    solve_.rounds = solve_.parts = 1;
+    solve_.sums = sums.data();
+    solve_.round = &round;
+    solve_.unsolved = &unsolved;
+    SumRound{elastic.views(), solve_, 0, nullptr}(0, SerialTeam{});
+    AdvanceRound{elastic.views(), solve_, 0, nullptr}(0, SerialTeam{});
+    return {change_.back().x, round.ended};
+  }
+
   void place(const std::function<Vector3d(const Vector3d&)>& x) { places_ = x; }
   std::size_t count() const { return predicted_.size(); }
 
@@ -159,6 +180,18 @@ TEST_P(ImplicitElasticTest, ProductsAreSymmetricNeverNegativeAndPushNobody) {
       sizes += p.norm();
     }
     EXPECT_TRUE(within(sum.norm() / sizes, tol::kElasticMomentum));
+  }
+}
+
+TEST(ConjugateGradients, WhatIsNotFiniteReachesTheParticles) {
+  Solve solve({3, 2, 1});
+  EXPECT_EQ(solve.first_round(1), std::pair(1.0, false));
+  EXPECT_EQ(solve.first_round(0).first, 1);
+  const real huge = std::numeric_limits<real>::max();
+  for (const real bad : {std::numeric_limits<real>::quiet_NaN(), std::numeric_limits<real>::infinity(), huge}) {
+    const auto [gained, ended] = solve.first_round(bad);
+    EXPECT_FALSE(std::isfinite(gained)) << bad;
+    EXPECT_TRUE(ended);
   }
 }
 
