@@ -10,7 +10,7 @@ import numpy as np
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / "tools"))
 
-from tradeoff_lib import hand, judge, levels, measures, scenes  # noqa: E402
+from tradeoff_lib import hand, judge, levels, measures, scenes, waves  # noqa: E402
 
 RATE = 1000.0
 TIME = np.arange(4000) / RATE
@@ -127,6 +127,12 @@ class Errors(unittest.TestCase):
         self.assertAlmostEqual(found["energy"], 0, 9)
         self.assertAlmostEqual(found["momentum"], 0, 9)
         self.assertIsNone(found["temperature_K"])
+        self.assertIsNone(found["wave_speed"])
+
+    def test_of_two_waves_the_worse_counts(self):
+        reference = judge.on_grid(self.run_of(tone(2)), TIME)
+        for speeds, worst in (({"trough": -0.03, "bar": 0.01}, 0.03), ({"trough": None, "bar": 0.02}, 0.02), ({"bar": None}, None)):
+            self.assertEqual(judge.errors(self.run_of(tone(2)), reference, TIME, speeds)["wave_speed"], worst)
 
     def test_another_rate_is_the_same_motion(self):
         reference = judge.on_grid(self.run_of(tone(2)), TIME[:3900])
@@ -135,6 +141,30 @@ class Errors(unittest.TestCase):
         found = judge.errors(half, reference, TIME[:3900])
         self.assertLess(found["force"]["rms"], 1e-3)
         self.assertLess(found["place_mm"], 0.1)
+
+
+class Waves(unittest.TestCase):
+    scene = {"body": [{"type": "fluid", "material": "oil"}, {"type": "elastic", "material": "jelly"}],
+             "material": [{"name": "oil", "density": 1000, "viscosity": 0.05},
+                          {"name": "jelly", "density": 1000, "young_modulus": 2e4, "poisson_ratio": 0.4}]}
+
+    def test_periods(self):
+        for hertz in (0.8, 2.3):
+            found = waves.period_of(TIME, np.exp(-0.2 * TIME) * tone(hertz)[:, 0])
+            self.assertAlmostEqual(found, 1 / hertz, 5)
+        self.assertIsNone(waves.period_of(TIME[:100], tone(1)[:100, 0]))
+
+    def test_by_theory(self):
+        found = waves.waves_of(self.scene, 0.02, 0.02)
+        self.assertAlmostEqual(found["trough"][1], 0.8875, 4)  # a trough of 0.48 m, 0.16 m deep
+        self.assertAlmostEqual(found["bar"][1], 4 * 0.64 / np.sqrt(20), 2)
+        thick = {"body": self.scene["body"], "material": [m | {"viscosity": 50, "damping": 1e4} for m in self.scene["material"]]}
+        self.assertEqual(waves.waves_of(thick, 0.02, 0.02), {})
+        self.assertEqual(waves.waves_of({"body": [{"type": "rigid", "material": "oil"}]}, 0.02, 0.02), {})
+
+    def test_lengths_are_whole_multiples(self):
+        self.assertAlmostEqual(waves.whole(0.48, 0.035), 0.49)
+        self.assertAlmostEqual(waves.whole(0.01, 0.035), 0.07)
 
 
 class Homes(unittest.TestCase):

@@ -91,6 +91,7 @@ TEST_F(TradeoffRun, MeasuresStoresAndGoesOnWhereItWas) {
     EXPECT_EQ(point["status"], "done") << point["said"];
     EXPECT_GT(point["summary"]["step_median_s"], 0);
     EXPECT_GE(point["errors"]["force"]["rms"], 0);
+    EXPECT_TRUE(point["errors"]["wave_speed"].is_null());
     front += point["dominated_by"].is_null();
   }
   EXPECT_GE(front, 1u);
@@ -116,12 +117,15 @@ TEST_F(TradeoffRun, MeasuresStoresAndGoesOnWhereItWas) {
   EXPECT_EQ(runs().size(), before.size() + 1);
 
   std::vector<std::string> elsewhere = measured("level fast");
-  elsewhere.insert(elsewhere.end(), {"--reference", at + "reference.npz", "--out", folder_ / "other"});
+  elsewhere.insert(elsewhere.end(), {"--reference", at + "reference.npz", "--out", folder_ / "other", "--grid", "full"});
   const Outcome by_another = run(elsewhere);
   ASSERT_EQ(by_another.status, 0) << by_another.output;
   const Json judged = Json::parse(text_of(folder_ / "other/small_tray/cpu/results.json"));
   EXPECT_EQ(judged["points"][0]["errors"]["force"], result["points"][0]["errors"]["force"]);
   EXPECT_EQ(judged["reference"], result["reference"]);
+  const double wave_speed = judged["points"][0]["errors"]["wave_speed"];
+  EXPECT_GT(wave_speed, 0);
+  EXPECT_LT(wave_speed, 0.3);  // a lattice with H = 2 dx is that stiff
   elsewhere.insert(elsewhere.end(), {"--duration", "0.05"});
   EXPECT_NE(run(elsewhere).output.find("another scene, path or duration"), std::string::npos);
 }

@@ -22,8 +22,9 @@ def on_grid(series, grid):
     return found
 
 
-def errors(series, reference, grid):
-    """All errors of a run by name; None where there is nothing to measure against."""
+def errors(series, reference, grid, waves=None):
+    """All errors of a run by name; None where there is nothing to measure against. waves: by name, how far their speeds
+    are from theory, as shares."""
     smooth = on_grid(series, grid)
     _, _, force = series["force"]
     found = {"force": measures.difference(smooth["force"], reference["force"]),
@@ -43,6 +44,8 @@ def errors(series, reference, grid):
     found["volume"] = float(np.abs(volume / volume[0] - 1).max()) if volume is not None and volume[0] > 0 else None
     depth = smooth.get("penetration")
     found["penetration_mm"] = 1e3 * float(depth.max()) if depth is not None else None
+    speeds = [abs(error) for error in (waves or {}).values() if error is not None]
+    found["wave_speed"] = max(speeds, default=None)
     for name, result in (("temperature", "temperature_K"), ("liquid", "liquid")):
         mine, theirs = smooth.get(name), reference.get(name)
         known = mine is not None and theirs is not None and len(mine) == len(theirs)

@@ -14,8 +14,8 @@ LABEL_AT = {"fast": (7, 4), "balanced": (-12, 9), "accurate": (7, -12)}  # apart
 TIMING_NOISE = 0.1
 BLUE, ORANGE, GREY, INK = "#0072B2", "#D55E00", "#9AA0A6", "#222222"
 COLUMNS = ("point", "particles", "sub-steps", "step: median", "99 %", "rate", "real-time factor", "memory", "force error",
-           "in JND", "peak", "torque error", "noise", "place", "penetration", "volume", "energy", "momentum", "angular",
-           "temperature", "dominated by")
+           "in JND", "peak", "torque error", "noise", "place", "penetration", "wave speed", "volume", "energy",
+           "momentum", "angular", "temperature", "dominated by")
 
 
 def number_of(value, factor=1.0, digits=3):
@@ -53,7 +53,7 @@ def row_of(p):
             number_of(s["real_time_factor"]), f"{number_of(s['memory_bytes'], 1e-6)} MB", percent(e["force"]["rms"]),
             number_of(e["force"]["rms_jnd"], 1, 2), percent(e["force"]["peak"]), percent(e["torque"]["rms"]),
             f"{number_of(e['noise_N'], 1, 2)} N", millimetres(e["place_mm"]), millimetres(e.get("penetration_mm")),
-            percent(e["volume"]), percent(e["energy"]), percent(e["momentum"]), percent(e["angular momentum"]),
+            percent(e.get("wave_speed")), percent(e["volume"]), percent(e["energy"]), percent(e["momentum"]), percent(e["angular momentum"]),
             "" if e["temperature_K"] is None else f"{number_of(e['temperature_K'], 1, 2)} K",
             p["dominated_by"] or "**front**"]
 
@@ -87,6 +87,8 @@ def page_of(one):
                       "Force and torque: rms over rms of what is slower than 30 Hz; noise: what is faster. JND: 7 % of the force.",
                       "Place: of the tool, largest distance from where the reference has it (it enters a solid so much deeper).",
                       "Penetration: how deep the centre of a particle lay in a solid, at most; empty where it was not measured.",
+                      "Wave speed: of a sloshing trough or a swinging bar of the scene's matter (tools/tradeoff_lib/waves.py), "
+                      "against theory.",
                       "Volume: largest change since the start. Momentum, energy: against the finest run.", "", *table(one)]) + "\n"
 
 
@@ -142,7 +144,8 @@ def all_page(results, folder):
     lines = ["# Speed against accuracy", "",
              "How far the force on the hand is from that of a reference which was refined until it no longer moves, and what a",
              "haptic step costs, for many choices of numerics. `tools/tradeoff --all` writes this page. A point is on the front",
-             "if no other costs less for the same simulated time and errs less. JND: just-noticeable differences, 7 % of the force.", ""]
+             "if no other costs less for the same simulated time and errs less. JND: just-noticeable differences, 7 % of the force.",
+             "Wave speed: against theory, of a sloshing trough or a swinging bar of the scene's matter; empty where not measured.", ""]
     for one in chosen:
         name = f"trade_{one['scene']}_{one['class']}.png"
         plot(one, folder / name)

@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 
-from tradeoff_lib import hand
+from tradeoff_lib import hand, waves
 from tradeoff_lib.scenes import ROOT, SUPPORT, Unknown
 
 QUIET_CORES = 0.3  # processors that others may use beside a run whose times count
@@ -105,12 +105,14 @@ class Runner:
         return found
 
     def run(self, point, limit_s=None, timed=True):
-        """Runs a point, or finds its run. {status: done, refused, unhealthy or late; said; quiet; summary; wall_s}."""
+        """Runs a point, or finds its run. {status: done, refused, unhealthy or late; said; quiet; summary; wall_s; waves}."""
         out = self.folder / "runs" / self.key(point)
         result = self.kept(point, timed) or self._run_anew(point, out, limit_s)
         wanted = timed and result["status"] == "done" and point["precision"] == "float" and "asked" not in point
         if wanted and "calm_step_s" not in result["summary"]:  # a run of the reference has none
             result["summary"]["calm_step_s"] = self._calm_step(point, out / "calm.json")
+            if self.options.grid == "full":
+                result["waves"] = self._wave_speeds(point, out)
             (out / "result.json").write_text(json.dumps(result))
         return result
 
@@ -149,6 +151,24 @@ class Runner:
         if self._call(command, self.options.limit)[0] != 0:
             return None
         return json.loads(file.read_text())["results"][0]["calm_step_s"]
+
+    def _wave_speeds(self, point, folder):
+        """By wave, how far the speed of one in the scene's matter is from theory, as a share; None where it has none."""
+        found = {}
+        choices = waves.waves_of(self.definition.toml, self.definition.middle(), point["spacing_m"])
+        for name, (scene, period) in choices.items():
+            file, out = folder / f"{name}.toml", folder / name
+            file.write_text(scene)
+            rows_hz = min(waves.ROWS / period, float(point["set"].get("scene.rate_hz", 1000)))
+            command = [str(self.programs[point["precision"]]), str(file), *self._numerics(point), "--duration",
+                       repr(waves.PERIODS * period), "--totals-hz", repr(rows_hz), "--out", str(out)]
+            measured = None
+            if self._call(command, self.options.limit)[0] == 0:
+                totals = read_csv(out / "totals.csv")
+                measured = waves.period_of(totals["time_s"], totals["px_N_s"])
+            found[name] = period / measured - 1 if measured else None
+            shutil.rmtree(out, ignore_errors=True)
+        return found
 
     def _call(self, command, limit_s):
         """The exit status (None: it took too long) and the last words of a program."""
