@@ -121,6 +121,13 @@ PALP_HD inline void for_each_run(const CellGrid& g, const Vec3& x_i, real reach,
 }
 
 // Returns x_i - x_j, by the shortest way along periodic axes.
+// Returns d between nearest images.
+PALP_HD inline Vec3 nearest_image(const CellGrid& g, Vec3 d) {
+  for (int a = 0; a < 3; ++a)
+    if (g.periodic(a)) d[a] -= g.period[a] * Eigen::numext::floor(d[a] / g.period[a] + real(0.5));
+  return d;
+}
+
 PALP_HD inline Vec3 separation(const CellGrid& g, const Vec3& x_i, const Packed& x_j) {
   Vec3 d(x_i.x() - x_j.x, x_i.y() - x_j.y, x_i.z() - x_j.z);
   for (int a = 0; a < 3; ++a) {

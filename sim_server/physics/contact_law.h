@@ -142,18 +142,12 @@ struct PairPoints {
     return b.kind == BodyKind::rigid ? real(1) / b.mass : real(0);
   }
 
-  PALP_HD Vec3 nearest_image(Vec3 d) const {
-    for (int a = 0; a < 3; ++a)
-      if (grid.periodic(a)) d[a] -= grid.period[a] * Eigen::numext::floor(d[a] / grid.period[a] + real(0.5));
-    return d;
-  }
-
   // Returns the touch of a point, which is a ball around owner.x + arm; forces act at its surface, or (solid = false)
   // in its middle.
   PALP_HD Touch touch(const Motion& owner, const Motion& field, const Vec3& arm, real radius, bool solid,
                       const Mat3& R_field, const ContactBody& shape, const Packed& side) const {
     Touch t;
-    const Vec3 x = nearest_image(owner.x - field.x + arm);
+    const Vec3 x = nearest_image(grid, owner.x - field.x + arm);
     const Vec3 v_field = field.fixed ? Vec3(0, 0, 0) : Vec3(field.v + field.w.cross(x));
     t.v = owner.fixed ? Vec3(-v_field) : Vec3(owner.v + owner.w.cross(arm) - v_field);
     const real moved = dt * t.v.norm();
@@ -265,7 +259,7 @@ struct PairPoints {
     const BodyState &a = body[pair.a], &b = body[pair.b];
     const real reach_a = contact.shape[pair.shape_a].reach, reach_b = contact.shape[pair.shape_b].reach;
     const real speed = (a.v - b.v).norm() + a.w.norm() * reach_a + b.w.norm() * reach_b;
-    return nearest_image(a.x - b.x).norm() > reach_a + reach_b + real(3) * dt * speed;
+    return nearest_image(grid, a.x - b.x).norm() > reach_a + reach_b + real(3) * dt * speed;
   }
 
   PALP_HD Touch touch(const ContactPair& pair, const Mat3& R_a, const Mat3& R_b, std::uint32_t p) const {

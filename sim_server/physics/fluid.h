@@ -160,10 +160,12 @@ PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& ker
   return VVF * (along * x_ij - real(2) * mu * v_ij);
 }
 
-// Returns a pressure that keeps a fluid particle out of the gaps between a solid's particles, whatever its own pressure
-// [Pa]. A film or a drop that has spread has lost the density of those around it, so that it has no pressure before it
-// is within the solid, and once it is, the solid pushes from all sides: it went through tables of two layers. A fluid
-// that fills its space keeps a larger distance.
+// How near a fluid particle is to a solid's particles, in spacings, that may be near enough to its surface to be kept
+// out by its distance field (fluid_guard.h). In a ball of 1.25 spacings some lie a spacing beneath the surface.
+inline constexpr real kNearSolid = real(2);
+
+// Returns a pressure that keeps a fluid particle out of the gaps between the particles of a solid that has no distance
+// field, whatever its own pressure [Pa]. A fluid that fills its space keeps a larger distance.
 PALP_HD inline real guarding_pressure(const Medium& medium, const Material& fluid, real r) {
   const real inside = real(1) - r / (real(0.8) * medium.spacing);
   return inside > real(0) ? bulk_modulus(fluid.density, fluid.sound_speed) * inside : real(0);
@@ -173,16 +175,18 @@ PALP_HD inline real guarding_pressure(const Medium& medium, const Material& flui
 // shows to the fluid (w) and the velocity that makes the mean of fluid and wall the wall's own at its surface
 // (boundary.h). The artificial viscosity acts here too: without it the extrapolated wall pressure can feed sound waves.
 PALP_HD inline Vec3 wall_pair_force(const Medium& medium, const WendlandC2& kernel, Tag tag_i, const Packed& xV_i,
-                                    const Packed& vp_i, real V_j, const Vec3& v_j, const Packed& wall_j,
+                                    const Packed& vp_i, Tag tag_j, real V_j, const Vec3& v_j, const Packed& wall_j,
                                     const Vec3& x_ij, real r2) {
   const real r = Eigen::numext::sqrt(r2), VVF = xV_i.w * V_j * kernel.F(r);
   const Material& fluid = medium.material[tag_i.material()];
-  const real along = acting_pressure(medium, vp_i.w) + wall_j.w + guarding_pressure(medium, fluid, r) -
+  const real guard = tag_j.guarded() ? real(0) : guarding_pressure(medium, fluid, r);
+  const real along = acting_pressure(medium, vp_i.w) + wall_j.w + guard -
                      artificial_pressure(medium, kernel, fluid.sound_speed, fluid.density, vp_i.xyz() - v_j, x_ij, r2);
   return VVF * (along * x_ij - real(2) * fluid.viscosity * (vp_i.xyz() - wall_j.xyz()));
 }
 
-// Writes the acceleration of each fluid particle [m/s^2] into acceleration[i].
+// Writes the acceleration of each fluid particle [m/s^2] into acceleration[i], and which share of the forces of solids
+// that guard themselves acts on it, if it is near one, for GuardFluid.
 template <class Fluids, class Bonds>
 struct FluidForce {
   ParticleView state;
@@ -201,7 +205,9 @@ struct FluidForce {
     const Packed xV_i = state.xV[i], vp_i = state.vp[i];
     const Material& material_i = medium.material[tag_i.material()];
     const auto solid_i = bonds.solid(state, i);
+    const real near = kNearSolid * medium.spacing, near2 = near * near;
     Vec3 force(0, 0, 0);
+    real guarded = 0;
     for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
                   [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
                     const Packed vp_j = fetch(state.vp + j);
@@ -211,11 +217,13 @@ struct FluidForce {
                       force += share * fluid_pair_force<Fluids>(medium, kernel, material_i, tag_i, xV_i, vp_i, tag_j,
                                                                 xV_j.w, vp_j, x_ij, r2);
                     else
-                      force += share * wall_pair_force(medium, kernel, tag_i, xV_i, vp_i, xV_j.w, vp_j.xyz(),
+                      force += share * wall_pair_force(medium, kernel, tag_i, xV_i, vp_i, tag_j, xV_j.w, vp_j.xyz(),
                                                        fetch(wall + j), x_ij, r2);
+                    if (r2 < near2 && tag_j.guarded() && share > guarded) guarded = share;
                   });
     force = team.sum(force);
-    if (team.leader()) acceleration[i] = pack(force / state.mass[i] + forcing->gravity + forcing->body_force, 0);
+    guarded = team.max(guarded);
+    if (team.leader()) acceleration[i] = pack(force / state.mass[i] + forcing->gravity + forcing->body_force, guarded);
   }
 };
 

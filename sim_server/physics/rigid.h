@@ -68,6 +68,18 @@ struct PairWrenches {
   const std::uint32_t* part = nullptr;     // pair * 2, and 1 more where the body is b
 };
 
+// The push of some fluid particles on a body that keeps them out, and its torque about the body's centre.
+struct GuardWrench {
+  Vec3 force, torque;
+};
+
+// The pushes on all bodies that keep fluids out (fluid_guard.h); null without any.
+struct GuardWrenches {
+  std::uint32_t parts = 0, bodies = 0;   // of the fluid; that keep it out
+  const std::uint32_t* place = nullptr;  // by body of the scene: its place among those, kNone
+  GuardWrench* wrench = nullptr;         // by part, and in it by place
+};
+
 // Returns true when contact of two bodies is by the distance field of one of them: then no springs act between their
 // particles.
 PALP_HD inline bool meet_by_field(const BodyState& a, const BodyState& b) {
@@ -119,7 +131,7 @@ struct SolidForce {
                     const Packed vp_j = fetch(state.vp + j);
                     if (tag_j.is_fluid())
                       force -= bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j)) *
-                               wall_pair_force(medium, kernel, tag_j, xV_j, vp_j, xV_i.w, v_i, wall[i], -x_ij, r2);
+                               wall_pair_force(medium, kernel, tag_j, xV_j, vp_j, tag_i, xV_i.w, v_i, wall[i], -x_ij, r2);
                     else if (contact && tag_j.body() != tag_i.body())
                       force += contact_pair_force(medium, body, bodies.body[tag_j.body()], v_i - vp_j.xyz(), x_ij, r2);
                   });
@@ -128,12 +140,13 @@ struct SolidForce {
   }
 };
 
-// Adds up a body's forces and torques, of its particles and of contact, in a fixed order; one team a body of the list.
+// Adds up a body's forces and torques, of its particles, of contact and of fluids that it keeps out, in a fixed order; one team a body of the list.
 // An elastic body that sleeps (elastic_sleep.h) keeps its wrench, as its particles keep their forces.
 struct ReduceWrench {
   BodyViews bodies;
   PairWrenches contact;
   const std::uint32_t* reactive;  // bodies whose wrench is asked for
+  GuardWrenches guard;
   const Tag* sleepers;            // of elastic particles, in the order of forces; null: all are awake
 
   template <class Team>
@@ -160,6 +173,12 @@ struct ReduceWrench {
         const bool second = (contact.part[p] & 1u) != 0;
         force += second ? Vec3(-w.force) : w.force;
         torque += second ? w.torque_b : w.torque_a;
+      }
+    if (guard.place != nullptr && guard.place[index] != kNone)
+      for (std::uint32_t p = team.lane(); p < guard.parts; p += team.size()) {
+        const GuardWrench& w = guard.wrench[p * guard.bodies + guard.place[index]];
+        force += w.force;
+        torque += w.torque;
       }
     force = team.sum(force);
     torque = team.sum(torque);

@@ -81,8 +81,8 @@ void move(Particles& particles, const Eigen::Isometry3d& pose) {
   for (Eigen::Vector3d& v : particles.velocity) v = pose.linear() * v;
 }
 
-// Returns whether any solid, or what can become one, can run into another.
-bool something_moves(const SceneConfig& config) {
+// Returns whether any solid, or what can become one, can run into another, or keeps a fluid out.
+bool needs_distances(const SceneConfig& config) {
   std::size_t moving = 0, solids = 0;
   for (const BodyConfig& body : config.bodies) {
     const MaterialConfig* m = material_of(config, body);
@@ -90,6 +90,7 @@ bool something_moves(const SceneConfig& config) {
     const bool solid = body.type != BodyKind::fluid || sets;
     moving += solid && body.type != BodyKind::fixed ? 1 : 0;
     solids += solid ? 1 : 0;
+    if (body.type == BodyKind::fluid) return true;
   }
   return moving > 0 && solids > 1;
 }
@@ -127,7 +128,7 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     move(particles, solid->frame);
     moments = moments.moved(solid->frame);
     if (body.type == BodyKind::rigid || body.type == BodyKind::fixed) body.surface = solid_surface(*solid, spacing / 2);
-    if (!body.surface.triangles.empty() && config.method == Method::accurate && something_moves(config))
+    if (!body.surface.triangles.empty() && config.method == Method::accurate && needs_distances(config))
       body.contact = make_contact_shape(*solid, body.surface, spacing);
     // the particles of a solid that is not filled exactly share its exact volume
     if (body.type != BodyKind::fluid && !particles.exact) {

@@ -162,6 +162,8 @@ std::vector<BillModule> bill_modules(const Scene& scene, const Plan& plan) {
                      : "heat flows between neighbours");
   add(plan.fluid, plan.method == Method::paper ? "fluid by method \"paper\"" : "fluid", fluids);
   add(plan.fluid && plan.solids && plan.method == Method::accurate, "walls", solids);
+  add(plan.guards, "walls by distance fields",
+      bodies([&](std::size_t b) { return scene.bodies[b].contact != nullptr; }));
   add(plan.cohesion, "surface tension", bodies([&](std::size_t b) {
         return scene.bodies[b].type == BodyKind::fluid && (material(b).surface_tension > 0 || material(b).adhesion > 0);
       }));

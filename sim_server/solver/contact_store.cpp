@@ -78,6 +78,7 @@ ContactStore::ContactStore(const Scene& scene, const Plan& plan) : shape_of_(sce
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     if (scene.bodies[b].contact == nullptr) continue;
     shape_of_[b] = static_cast<std::uint32_t>(shape.size());
+    shaped.push_back(b);
     shape.push_back(add_shape(scene.bodies[b], *this));
   }
   add_rigid_pairs(scene, plan, parts);

@@ -16,6 +16,7 @@ struct ContactStore {
   bool elastic_on_rigid = false;  // ContactViews::elastic_on_rigid
   std::vector<SoftPart> elastic_part, frozen_part;
   std::vector<ContactBody> shape;
+  std::vector<std::uint32_t> shaped;  // the bodies that these are of
   std::vector<Piece> piece;
   std::vector<NodeGrid> grid;  // without their nodes
   std::vector<Packed> node;    // of all grids, one after another

@@ -168,23 +168,54 @@ void snapshot_elastic(B& back_end, const Scene& scene, const Plan& plan, const S
   scatter_stored(scene, plan, v.medium, {gradient, rotation, plastic, integrity}, out.stored);
 }
 
+// The distance fields of bodies in the back end's memory.
+struct ContactFields {
+  const ContactBody* shape = nullptr;
+  const Piece* piece = nullptr;
+  const NodeGrid* grid = nullptr;
+};
+
+template <class B>
+ContactFields allocate_fields(B& back_end, const ContactStore& store) {
+  ContactFields f;
+  f.shape = allocate_copy(back_end, "solid shapes", store.shape);
+  f.piece = allocate_copy(back_end, "solid pieces", store.piece);
+  const Packed* node = allocate_copy(back_end, "solid distances", store.node);
+  f.grid = allocate_copy(back_end, "solid grids", store.grids_at(node));
+  return f;
+}
+
+template <class B>
+void allocate_guard(B& back_end, const Scene& scene, const ContactStore& store, const ContactFields& fields,
+                    FluidGuardViews& g) {
+  std::vector<std::uint32_t> place(scene.bodies.size(), kNone);
+  for (std::uint32_t k = 0; k < store.shaped.size(); ++k) place[store.shaped[k]] = k;
+  g.by.bodies = static_cast<std::uint32_t>(store.shaped.size());
+  g.by.parts = static_cast<std::uint32_t>((scene.position.size() + kGuardPart - 1) / kGuardPart);
+  g.by.place = allocate_copy(back_end, "guard places", place);
+  g.by.wrench = back_end.template allocate<GuardWrench>("guard wrenches", std::size_t(g.by.parts) * g.by.bodies);
+  g.body = allocate_copy(back_end, "guarded bodies", store.shaped);
+  g.shape = fields.shape;
+  g.piece = fields.piece;
+  g.grid = fields.grid;
+}
+
 // The sizes of the arrays in which contacts keep their memory from step to step.
 struct ContactCounts {
   std::size_t states = 0, elastic_states = 0, soft_states = 0, pairs = 0;
 };
 
 template <class B>
-ContactCounts allocate_contact(B& back_end, const Scene& scene, const Plan& plan, ContactViews& c) {
-  const ContactStore store(scene, plan);
+ContactCounts allocate_contact(B& back_end, const ContactStore& store, const ContactFields& fields, const Plan& plan,
+                               ContactViews& c) {
   c.pairs = store.rigid_pairs;
   c.elastic_parts = static_cast<std::uint32_t>(store.elastic_part.size());
   c.single_pass = store.single_pass;
   c.elastic_on_rigid = store.elastic_on_rigid;
   c.pair = allocate_copy(back_end, "contact pairs", store.pair);
-  c.shape = allocate_copy(back_end, "contact shapes", store.shape);
-  c.piece = allocate_copy(back_end, "contact pieces", store.piece);
-  const Packed* node = allocate_copy(back_end, "contact distances", store.node);
-  c.grid = allocate_copy(back_end, "contact grids", store.grids_at(node));
+  c.shape = fields.shape;
+  c.piece = fields.piece;
+  c.grid = fields.grid;
   c.point = allocate_copy(back_end, "contact points", store.point);
   c.elastic_part = allocate_copy(back_end, "contact elastic parts", store.elastic_part);
   c.frozen_parts = static_cast<std::uint32_t>(store.frozen_part.size());

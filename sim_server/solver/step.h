@@ -80,6 +80,9 @@ void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapse
     back_end.for_each_team("fluid force", n,
                            FluidForce<Fluids, Bonds>{v.state, v.fluid.wall, v.grid, kernel, medium, v.input.forcing,
                                                      v.fluid.acceleration, bonds});
+  if (plan.guards)
+    back_end.for_each_block("fluid guard", v.fluid.guard.by.parts,
+                            GuardFluid{v.state, v.body, v.fluid.guard, v.grid, v.medium, n, v.fluid.acceleration});
   if (plan.wrench)
     back_end.for_each_team(
         "solid force", n,
@@ -292,7 +295,7 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
   if (implicit) implicit_elastic_stages(back_end, v, elapsed);
   if (plan.wrench)
     back_end.for_each_block("wrench", v.list.reactive_count,
-                            ReduceWrench{v.body, v.contact.by, v.list.reactive, v.elastic_sleepers()});
+                            ReduceWrench{v.body, v.contact.by, v.list.reactive, v.fluid.guard.by, v.elastic_sleepers()});
   if (plan.moving)
     back_end.for_each("bodies", v.list.rigid_count,
                       AdvanceBodies{v.body.body, v.contact.by, v.list.rigid, v.input.proxy, v.input.forcing, v.grid,

@@ -4,6 +4,7 @@
 
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/elastic_sleep.h"
+#include "sim_server/physics/fluid_guard.h"
 #include "sim_server/physics/health.h"
 #include "sim_server/physics/heat.h"
 #include "sim_server/physics/implicit_elastic.h"
@@ -25,6 +26,7 @@ struct InputViews {
 struct FluidViews {
   Packed* wall = nullptr;          // ExtrapolateToWalls::wall
   Packed* acceleration = nullptr;  // by particle [m/s^2]
+  FluidGuardViews guard;
   ViscosityViews viscosity;
   CohesionMedium cohesion;
 };

@@ -59,6 +59,8 @@ inline constexpr Tolerance kWallForce{0.01, 0.01, "of the weight, mean over an a
 inline constexpr Tolerance kRestDrift{0.1, 0.1, "of a spacing, over a minute"};
 inline constexpr Tolerance kStirredVolume{
     0.03, 0.03, "of the height: particles in disorder fill space as well as a lattice to about 2 %"};
+inline constexpr Tolerance kGuard{1e-5, 1e-11, "of the largest push, force, and force times radius: rounding"};
+inline constexpr Tolerance kPenetration{0.05, 0.05, "of a spacing: fluid that is stirred was within the ladle by 0.4"};
 inline constexpr Tolerance kRestingSpeed{0.01, 0.01, "of sqrt(g H)"};
 inline constexpr Tolerance kCompression{0.012, 0.012, "g H / c^2 = 1 % at c = 10 sqrt(g H), and sound"};
 inline constexpr Tolerance kDamBreakFront{0.10, 0.10, "of the distance, Martin & Moyce 1952"};
