@@ -47,14 +47,21 @@ struct LaneTeam {
 #endif
   }
   PALP_HD bool leader() const { return member() == 0; }
-  PALP_HD real sum(real value) const {
+  template <class Op>
+  PALP_HD real reduce(real value, Op op) const {
 #ifdef __CUDA_ARCH__
     const unsigned mask = L == 32 ? 0xffffffffu : ((1u << L) - 1u) << (threadIdx.x % 32 / L * L);
-    for (int step = L / 2; step > 0; step /= 2) value += __shfl_xor_sync(mask, value, step, L);
+    for (int step = L / 2; step > 0; step /= 2) value = op(value, __shfl_xor_sync(mask, value, step, L));
 #endif
     return value;
   }
+  PALP_HD real sum(real value) const {
+    return reduce(value, [](real a, real b) { return a + b; });
+  }
   PALP_HD Vec3 sum(const Vec3& v) const { return {sum(v.x()), sum(v.y()), sum(v.z())}; }
+  PALP_HD real max(real value) const {
+    return reduce(value, [](real a, real b) { return a < b ? b : a; });
+  }
 };
 
 template <int L, class F>
