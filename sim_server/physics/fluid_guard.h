@@ -7,8 +7,8 @@
 // v_n      its velocity against the solid along n                                                 m/s
 // r0       kGuardReach dx; fluids that fill their space keep a larger distance                    m
 // k        kGuardStiffness c^2 / (r0 dx): what comes with 0.12 c stops at the surface             1/s^2
-// b        4 sqrt(k) (1 - d / r0): at the surface twice what lets nothing bounce, none at r0,     1/s
-//          where a jump would make each touch a click
+// b        8 sqrt(k) (1 - d / r0): at the surface so much that what begins within a solid leaves  1/s
+//          it slowly (4 sqrt(k) created energy there); none at r0, where a jump would make each touch a click
 // a        (k (r0 - d) - (b + k dt) v_n) / (1 + b dt + k dt^2), no less than 0, where d < r0:     m/s^2
 //          a spring and a damper by backward Euler
 //
@@ -60,7 +60,7 @@ struct GuardFluid {
     const Vec3 v_body = body.kind == BodyKind::fixed ? Vec3(0, 0, 0) : Vec3(body.v + body.w.cross(r));
     const real c = medium.material[state.tag[i].material()].sound_speed, dt = medium.dt;
     const real deep = reach - at.d, k = kGuardStiffness * c * c / (reach * medium.spacing);
-    const real b = real(4) * Eigen::numext::sqrt(k) * deep / reach;
+    const real b = real(8) * Eigen::numext::sqrt(k) * deep / reach;
     const real a = k * deep - (b + k * dt) * (state.vp[i].xyz() - v_body).dot(n);
     return a > real(0) ? Vec3((a / (real(1) + b * dt + k * dt * dt)) * n) : Vec3(0, 0, 0);
   }

@@ -178,10 +178,10 @@ struct ContactFields {
 template <class B>
 ContactFields allocate_fields(B& back_end, const ContactStore& store) {
   ContactFields f;
-  f.shape = allocate_copy(back_end, "solid shapes", store.shape);
-  f.piece = allocate_copy(back_end, "solid pieces", store.piece);
-  const Packed* node = allocate_copy(back_end, "solid distances", store.node);
-  f.grid = allocate_copy(back_end, "solid grids", store.grids_at(node));
+  f.shape = allocate_copy(back_end, "distance shapes", store.shape);
+  f.piece = allocate_copy(back_end, "distance pieces", store.piece);
+  const Packed* node = allocate_copy(back_end, "distance nodes", store.node);
+  f.grid = allocate_copy(back_end, "distance grids", store.grids_at(node));
   return f;
 }
 
