@@ -70,11 +70,12 @@ struct GuardFluid {
     const std::uint32_t begin = part * kGuardPart, end = begin + kGuardPart < count ? begin + kGuardPart : count;
     for (std::uint32_t k = 0; k < guard.by.bodies; ++k) {
       const BodyState& body = bodies.body[guard.body[k]];
+      const bool asked = body.force_first != kNone;  // for its wrench
       const Mat3 R = body.q.toRotationMatrix();
       Vec3 force(0, 0, 0), torque(0, 0, 0);
       for (std::uint32_t i = begin + team.lane(); i < end; i += team.size()) {
         const Tag tag = state.tag[i];
-        if (!tag.is_fluid() || tag.inactive()) continue;
+        if (!tag.is_fluid() || tag.inactive() || (tag.asleep() && !asked)) continue;
         const real share = tag.asleep() ? real(1) : acceleration[i].w;  // what sleeps keeps no acceleration
         if (!(share > real(0))) continue;
         const Vec3 r = nearest_image(grid, state.xV[i].xyz() - body.x);
@@ -84,6 +85,7 @@ struct GuardFluid {
         torque -= state.mass[i] * r.cross(push);
         if (!tag.asleep()) acceleration[i] = pack(acceleration[i].xyz() + push, share);
       }
+      if (!asked) continue;
       force = team.sum(force);
       torque = team.sum(torque);
       if (team.leader()) guard.by.wrench[part * guard.by.bodies + k] = {force, torque};
