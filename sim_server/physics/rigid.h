@@ -130,8 +130,9 @@ struct SolidForce {
                     const Tag tag_j = state.tag[j];
                     const Packed vp_j = fetch(state.vp + j);
                     if (tag_j.is_fluid())
-                      force -= bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j)) *
-                               wall_pair_force(medium, kernel, tag_j, xV_j, vp_j, tag_i, xV_i.w, v_i, wall[i], -x_ij, r2);
+                      force -=
+                          bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j)) *
+                          wall_pair_force(medium, kernel, tag_j, xV_j, vp_j, tag_i, xV_i.w, v_i, wall[i], -x_ij, r2);
                     else if (contact && tag_j.body() != tag_i.body())
                       force += contact_pair_force(medium, body, bodies.body[tag_j.body()], v_i - vp_j.xyz(), x_ij, r2);
                   });
@@ -140,14 +141,15 @@ struct SolidForce {
   }
 };
 
-// Adds up a body's forces and torques, of its particles, of contact and of fluids that it keeps out, in a fixed order; one team a body of the list.
-// An elastic body that sleeps (elastic_sleep.h) keeps its wrench, as its particles keep their forces.
+// Adds up a body's forces and torques, of its particles, of contact and of fluids that it keeps out, in a fixed order;
+// one team a body of the list. An elastic body that sleeps (elastic_sleep.h) keeps its wrench, as its particles keep
+// their forces.
 struct ReduceWrench {
   BodyViews bodies;
   PairWrenches contact;
   const std::uint32_t* reactive;  // bodies whose wrench is asked for
   GuardWrenches guard;
-  const Tag* sleepers;            // of elastic particles, in the order of forces; null: all are awake
+  const Tag* sleepers;  // of elastic particles, in the order of forces; null: all are awake
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t k, Team team) const {

@@ -157,8 +157,9 @@ void plan_bodies(const Scene& scene, Plan& plan) {
   plan.moving = !plan.rigid.empty();
   plan_contact(scene, plan);
   plan.neighbors = plan.fluid || plan.contact;
-  plan.guards = plan.fluid && plan.method == Method::accurate &&
-                std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const Body& b) { return b.contact != nullptr; });
+  plan.guards =
+      plan.fluid && plan.method == Method::accurate &&
+      std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const Body& b) { return b.contact != nullptr; });
 }
 
 void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {

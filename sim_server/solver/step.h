@@ -294,8 +294,9 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
   if (plan.fields && !implicit) elastic_contact_stages(back_end, v, elapsed);
   if (implicit) implicit_elastic_stages(back_end, v, elapsed);
   if (plan.wrench)
-    back_end.for_each_block("wrench", v.list.reactive_count,
-                            ReduceWrench{v.body, v.contact.by, v.list.reactive, v.fluid.guard.by, v.elastic_sleepers()});
+    back_end.for_each_block(
+        "wrench", v.list.reactive_count,
+        ReduceWrench{v.body, v.contact.by, v.list.reactive, v.fluid.guard.by, v.elastic_sleepers()});
   if (plan.moving)
     back_end.for_each("bodies", v.list.rigid_count,
                       AdvanceBodies{v.body.body, v.contact.by, v.list.rigid, v.input.proxy, v.input.forcing, v.grid,

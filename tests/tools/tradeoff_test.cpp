@@ -117,7 +117,8 @@ TEST_F(TradeoffRun, MeasuresStoresAndGoesOnWhereItWas) {
   EXPECT_EQ(runs().size(), before.size() + 1);
 
   std::vector<std::string> elsewhere = measured("level fast");
-  elsewhere.insert(elsewhere.end(), {"--reference", at + "reference.npz", "--out", folder_ / "other", "--grid", "full"});
+  elsewhere.insert(elsewhere.end(),
+                   {"--reference", at + "reference.npz", "--out", folder_ / "other", "--grid", "full"});
   const Outcome by_another = run(elsewhere);
   ASSERT_EQ(by_another.status, 0) << by_another.output;
   const Json judged = Json::parse(text_of(folder_ / "other/small_tray/cpu/results.json"));

@@ -1,4 +1,4 @@
-// What keeps fluids out of solids: against its equation in double precision, and what it makes of a stirred tray.
+// The guard that keeps fluids out of solids: against its equation in double precision, and in a stirred tray.
 #include "sim_server/physics/fluid_guard.h"
 
 #include <vector>

@@ -87,8 +87,8 @@ class Solve {
     return out;
   }
 
-  // What a particle's velocity gains in one round, and whether the solve ended, where r = z of the first particle is r_0
-  // and of all others 1, with A = I.
+  // Returns what a particle's velocity gains in one round, and whether the solve ended, where r = z of the first
+  // particle is r_0 and of all others 1, with A = I.
   std::pair<double, bool> first_round(real r_0) {
     const Packed one{1, 1, 1, 1};
     for (auto* field : {&residual_, &scaled_, &image_}) field->assign(count(), one);
