@@ -229,7 +229,7 @@ TEST_F(RunTest, TotalsAreThoseOfAllThatMoves) {
   EXPECT_NEAR(value("Lx_N_m_s"), 0, 1e-3);
   EXPECT_NEAR(value("Ly_N_m_s"), 0.9 * 8, 1e-3);
   EXPECT_NEAR(value("volume_m3"), 0.125, 1e-6);
-  EXPECT_TRUE(rows[0].ends_with(",penetration_m") && rows[5].ends_with(",")) << "one solid has no distance field";
+  EXPECT_TRUE(rows[0].ends_with(",penetration_m") && rows[5].ends_with(",0")) << rows[5];
   EXPECT_EQ(last.at("mean_temperature_K"), "");
 }
 
