@@ -59,7 +59,7 @@ class TradeoffRun : public testing::Test {
     return run_program(options, 300s);
   }
   std::vector<std::string> measured(const std::string& only) const {
-    return {PALP_SOURCE_DIR "/tests/process/small_tray.toml",
+    return {std::string(PALP_SOURCE_DIR) + "/tests/process/small_tray.toml",
             "--path",
             folder_ / "path.csv",
             "--duration",
