@@ -94,9 +94,15 @@ void read_numerics(TomlTable& root, SceneConfig& scene, const SceneOverrides& ov
   if (const auto scheme = table.choice("viscosity", kViscosity)) n.viscosity = static_cast<ViscosityScheme>(*scheme);
   if (const auto solver = table.choice("elastic_solver", kElasticSolvers); solver && *solver < 2)
     n.elastic_solver = static_cast<ElasticSolver>(*solver);
+  if (const auto rounds = table.integer("elastic_rounds", 1, 1000)) n.elastic_rounds = static_cast<int>(*rounds);
+  if (n.elastic_rounds && n.elastic_solver == ElasticSolver::explicit_)
+    table.fault("elastic_rounds",
+                "elastic_rounds is of an implicit solve, but elastic_solver is \"explicit\"; "
+                "leave one of them out");
   n.tension = table.boolean("tension");
   n.solid_particles = table.boolean("solid_particles").value_or(false) || overrides.solid_particles;
   if (const auto steps = table.integer("sub_steps", 1, 100000)) n.sub_steps = static_cast<int>(*steps);
+  n.skin_over_spacing = table.number("skin_over_spacing", range_of("numerics.skin_over_spacing"));
   n.sleep_speed = table.number("sleep_speed", range_of("numerics.sleep_speed"));
   n.region_of_interest = table.number("region_of_interest", range_of("numerics.region_of_interest"));
   n.safety = table.number("safety", range_of("numerics.safety")).value_or(n.safety);

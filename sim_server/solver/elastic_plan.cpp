@@ -181,7 +181,8 @@ void plan_elastic_solver(const Scene& scene, double explicit_limit, Plan& plan) 
   const StepLimit rounding = limit_by_rounding(scene, plan);
   const double limit = std::min({plan.dt_limit, scene.spacing / plan.max_speed, rounding.dt});
   const double sub_steps = n.sub_steps ? double(*n.sub_steps) : needed(limit);
-  const double rounds = std::ceil(0.5 * std::log(2 / kLeft) * root_condition(scene, plan, step / sub_steps));
+  const double needed_rounds = std::ceil(0.5 * std::log(2 / kLeft) * root_condition(scene, plan, step / sub_steps));
+  const double rounds = n.elastic_rounds ? double(*n.elastic_rounds) : needed_rounds;
   const double others = static_cast<double>(scene.position.size()) / plan.elastic_count;
   const double rest = plan.neighbors ? 4 * others : 0.0;  // of a sub-step, the same for both
   plan.elastic_sub_steps = needed(std::min(explicit_limit, plan.dt_limit));

@@ -268,7 +268,7 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   }
   // past two spacings a particle would have more partners than it has room for (state_change.h)
   plan.change_support = std::min(plan.elastic_support, 2 * scene.spacing);
-  plan.skin = skin_over_spacing * scene.spacing;
+  plan.skin = n.skin_over_spacing.value_or(skin_over_spacing) * scene.spacing;
   plan_cells(scene, cells_per_reach, plan);
   plan_sub_steps(scene, plan);
   check_motion(scene, plan);

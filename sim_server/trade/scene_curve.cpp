@@ -28,6 +28,8 @@ const char* const kOfEveryScene[] = {"scene.accuracy",
                                      "numerics.safety",
                                      "numerics.viscosity",
                                      "numerics.elastic_solver",
+                                     "numerics.elastic_rounds",
+                                     "numerics.skin_over_spacing",
                                      "numerics.tension"};
 // How far a curve is continued past its coarsest point: to this many times its spacing.
 constexpr double kContinued = 2;

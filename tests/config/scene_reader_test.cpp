@@ -156,6 +156,7 @@ TEST(SceneReader, SettingsWinOverTheFileAndChangeTheHash) {
                         "numerics.safety=0.3",
                         "numerics.elastic_solver=explicit",
                         "numerics.tension=true",
+                        "numerics.skin_over_spacing=0.3",
                         "scene.rate_hz=500",
                         "scene.gravity=[0, 0, -1]",
                         "scene.name=\"by hand\"",
@@ -167,6 +168,7 @@ TEST(SceneReader, SettingsWinOverTheFileAndChangeTheHash) {
   EXPECT_EQ(set.numerics.safety, 0.3);
   EXPECT_EQ(set.numerics.elastic_solver, ElasticSolver::explicit_);
   EXPECT_EQ(set.numerics.tension, true);
+  EXPECT_EQ(set.numerics.skin_over_spacing, 0.3);
   EXPECT_EQ(set.rate_hz, 500);
   EXPECT_EQ(set.gravity, Eigen::Vector3d(0, 0, -1));
   EXPECT_EQ(set.name, "by hand");
@@ -178,6 +180,8 @@ TEST(SceneReader, SettingsWinOverTheFileAndChangeTheHash) {
   SceneOverrides other = overrides;
   other.settings[1] = "numerics.safety=0.31";
   EXPECT_NE(read(kScene, other).hash, set.hash);
+  other.settings = {"numerics.elastic_rounds=20"};
+  EXPECT_EQ(read(kScene, other).numerics.elastic_rounds, 20);
   other.settings = {"numerics.spacing=0.15"};
   EXPECT_EQ(read(kScene, other).numerics.spacing, 0.15);
   other.spacing = 0.25;

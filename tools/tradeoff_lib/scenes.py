@@ -11,6 +11,7 @@ DURATIONS = {"tray_fluid": 3.5, "tray_elastic": 2.6, "tray_rigid": 2.1, "butter"
 HANDS = pathlib.Path(__file__).resolve().parent / "hands"
 
 SUPPORT, ALPHA = "numerics.support_over_spacing", "numerics.artificial_viscosity"
+SKIN, ROUNDS = "numerics.skin_over_spacing", "numerics.elastic_rounds"
 BASE = {"scene.accuracy": "accurate"}  # what a point does not set is as at this level
 
 
@@ -27,14 +28,16 @@ GRIDS = {
         "singles": ({SUPPORT: "4"}, {"numerics.density_diffusion": "0"}, {"numerics.density_diffusion": "0.3"},
                     {"numerics.safety": "0.25"}, {"numerics.safety": "0.9"}, {"scene.rate_hz": "500"},
                     {"scene.rate_hz": "2000"}, {"scene.accuracy": "fast"}, {"numerics.viscosity": "explicit"},
-                    {"scene.method": "paper"}),
+                    {SKIN: "0.05"}, {SKIN: "0.5"}, {"scene.method": "paper"}),
         "single_at": 1.25},
     "elastic": {
         "spacings": (2, 1.75, 1.5, 1.25, 1, 0.8),
         "rows": ({"numerics.elastic_solver": "auto"}, {"numerics.elastic_solver": "explicit"},
                  {"numerics.elastic_solver": "explicit", SUPPORT: "3"}),
         "singles": ({"numerics.safety": "0.25"}, {"numerics.safety": "0.9"}, {"numerics.elastic_solver": "implicit"},
-                    {"numerics.elastic_solver": "implicit", "numerics.safety": "0.25"}, {"scene.rate_hz": "500"},
+                    {"numerics.elastic_solver": "implicit", "numerics.safety": "0.25"},
+                    {"numerics.elastic_solver": "implicit", ROUNDS: "5"}, {"numerics.elastic_solver": "implicit", ROUNDS: "40"},
+                    {"scene.rate_hz": "500"},
                     {"scene.rate_hz": "2000"}, {"scene.method": "paper"}),
         "single_at": 1.25},
     "rigid": {
@@ -148,7 +151,7 @@ def label(p):
     if p["level"]:
         return f"level {p['level']}"
     short = {SUPPORT: "H {} dx", ALPHA: "alpha {}", "numerics.density_diffusion": "delta {}", "numerics.safety": "safety {}",
-             "scene.rate_hz": "{} Hz", "numerics.elastic_solver": "{}", "heat.rate_hz": "heat at {} Hz",
+             SKIN: "skin {} dx", ROUNDS: "{} rounds", "scene.rate_hz": "{} Hz", "numerics.elastic_solver": "{}", "heat.rate_hz": "heat at {} Hz",
              "scene.method": "method {}", "numerics.viscosity": "viscosity {}", "scene.accuracy": "otherwise as {}"}
     words = [short.get(key, key + " {}").format(value) for key, value in p["set"].items()
              if (key, value) != ("scene.accuracy", "accurate")]

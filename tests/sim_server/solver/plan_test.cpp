@@ -134,6 +134,20 @@ TEST(Plan, RefusesUnstableSubSteps) {
   EXPECT_NE(fault_of(scene).find("at least " + std::to_string(least)), std::string::npos) << fault_of(scene);
 }
 
+TEST(Plan, TakesRoundsAndSkinAsAsked) {
+  Scene scene = pool();
+  scene.config.numerics.skin_over_spacing = 0.4;
+  EXPECT_DOUBLE_EQ(make_plan(scene, 0.2).skin, 0.4 * 0.05);
+  Scene block = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
+  const auto rubber = add_material(block, 1000, 0);
+  block.config.materials[rubber].young_modulus = 1e8;
+  add_body(block, "block", BodyKind::elastic, rubber, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
+  block.config.numerics.elastic_solver = ElasticSolver::implicit;
+  EXPECT_GT(make_plan(block).elastic_rounds, 7);
+  block.config.numerics.elastic_rounds = 7;
+  EXPECT_EQ(make_plan(block).elastic_rounds, 7);
+}
+
 TEST(Plan, KnowsWhetherFluidsOfSeveralMaterialsMeet) {
   Scene scene = pool();
   EXPECT_TRUE(make_plan(scene).one_fluid);
