@@ -119,6 +119,26 @@ TEST_F(FluidGuard, LeavesAloneWhatOtherForcesHold) {
 }
 
 // At the spacing of level fast, where the ladle is two and a half spacings wide.
+// Pressure and viscosity are all that a particle of a guarded solid adds: neither springs nor artificial viscosity,
+// which would be a drag along the surface.
+TEST_F(FluidGuard, TakesThePlaceOfSpringsAndArtificialViscosity) {
+  Medium medium = make_medium(scene_, plan_);
+  medium.artificial = real(0.1);
+  const double H = plan_.support, mu = medium.material[store_->tag[first()].material()].viscosity;
+  const WendlandC2 kernel = WendlandC2::with_support(medium.support);
+  for (int k = 0; k < 20; ++k) {
+    const Vector3d x_ij = between(0.3, 0.9) * kSpacing * vector(1).normalized(), v_i = vector(1), v_w = vector(1);
+    const double p_i = between(0, 100), p_w = between(0, 100), V = std::pow(kSpacing, 3), r = x_ij.norm();
+    const Vec3 found =
+        wall_pair_force(medium, kernel, store_->tag[first()], pack(Vec3(0, 0, 0), real(V)),
+                        pack(v_i.cast<real>(), real(p_i)), store_->tag[0], real(V), vector(1).cast<real>(),
+                        pack(v_w.cast<real>(), real(p_w)), x_ij.cast<real>(), real(r * r));
+    const double F = 20 * 21 / (2 * EIGEN_PI * std::pow(H, 5)) * std::pow(1 - r / H, 3);
+    const Vector3d expected = V * V * F * ((p_i + p_w) * x_ij - 2 * mu * (v_i - v_w));
+    EXPECT_TRUE(within((found.cast<double>() - expected).norm() / expected.norm(), tol::kGuard)) << k;
+  }
+}
+
 TEST(FluidGuardOfATray, NoFluidEntersTheLadle) {
   PlayedScene played("tray_fluid", {"stir"});
   const PenetrationMeter meter(played.scene);
