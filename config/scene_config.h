@@ -135,15 +135,15 @@ struct NumericsConfig {
   std::optional<double> density_diffusion;      // delta, 0..0.5
   std::optional<ViscosityScheme> viscosity;     // unset: what costs less
   std::optional<ElasticSolver> elastic_solver;  // unset: what costs less
-  std::optional<int> elastic_rounds;            // of an implicit solve, at most; unset: what leaves a hundredth to solve
-  std::optional<bool> tension;                  // let fluid pressure be negative
-  std::optional<int> sub_steps;                 // per haptic step; refused when unstable
-  std::optional<double> skin_over_spacing;      // by which neighbour lists reach past H, over dx, 0.02..1
-  std::optional<double> sleep_speed;            // what is slower rests and is not computed (physics/sleep.h) [m/s]
-  std::optional<double> region_of_interest;     // distance from tools within which nothing sleeps [m]
-  bool solid_particles = false;                 // all rigid and fixed bodies have particles, needed or not
-  std::string where;                            // file:line of sound_speed or max_speed, for messages
-  double safety = 0.5;                          // fraction of the linear stability limit that a sub-step uses, 0.05..1
+  std::optional<int> elastic_rounds;         // of an implicit solve, at most; unset: what leaves a hundredth to solve
+  std::optional<bool> tension;               // let fluid pressure be negative
+  std::optional<int> sub_steps;              // per haptic step; refused when unstable
+  std::optional<double> skin_over_spacing;   // by which neighbour lists reach past H, over dx, 0.02..1
+  std::optional<double> sleep_speed;         // what is slower rests and is not computed (physics/sleep.h) [m/s]
+  std::optional<double> region_of_interest;  // distance from tools within which nothing sleeps [m]
+  bool solid_particles = false;              // all rigid and fixed bodies have particles, needed or not
+  std::string where;                         // file:line of sound_speed or max_speed, for messages
+  double safety = 0.5;                       // fraction of the linear stability limit that a sub-step uses, 0.05..1
 };
 
 struct StreamConfig {

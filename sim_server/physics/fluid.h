@@ -173,10 +173,10 @@ PALP_HD inline real guarding_pressure(const Medium& medium, const Material& flui
 
 // Returns the force of solid particle j, moving with v_j, on fluid particle i [N]. wall_j: the pressure that the solid
 // shows to the fluid (w) and the velocity that makes the mean of fluid and wall the wall's own at its surface
-// (boundary.h). Artificial viscosity acts between the particles of fluids alone: at a solid's it made a drag of its own,
-// an eighth of what a ladle felt that was stirred at a spacing of 20 mm. The guard (fluid_guard.h) has a damper along
-// the surface's normal. Solids without a guard keep artificial viscosity beside their springs: without either, the
-// wall's extrapolated pressure can feed sound waves.
+// (boundary.h). Artificial viscosity acts between the particles of fluids alone: at a solid's it made a drag of its
+// own, an eighth of what a ladle felt that was stirred at a spacing of 20 mm. The guard (fluid_guard.h) has a damper
+// along the surface's normal. Solids without a guard keep artificial viscosity beside their springs: without either,
+// the wall's extrapolated pressure can feed sound waves.
 PALP_HD inline Vec3 wall_pair_force(const Medium& medium, const WendlandC2& kernel, Tag tag_i, const Packed& xV_i,
                                     const Packed& vp_i, Tag tag_j, real V_j, const Vec3& v_j, const Packed& wall_j,
                                     const Vec3& x_ij, real r2) {

@@ -103,7 +103,8 @@ inline constexpr Tolerance kLayerPressure{0.025, 0.025, "of the pressure at the 
 inline constexpr Tolerance kLayerSpeed{0.03, 0.03, "of sqrt(g H); measured 0.019 at 1:100"};
 inline constexpr Tolerance kDropFall{
     0.1, 0.1, "of the way in 0.1 s; the fluid below has a thousandth of its weight, and nowhere to go"};
-inline constexpr Tolerance kRestingNoise{0.002, 0.002, "N, rms: 0.05 % of the lift of 3.8 N, half of it the waves of the start"};
+inline constexpr Tolerance kRestingNoise{0.002, 0.002,
+                                         "N, rms: 0.05 % of the lift of 3.8 N, half of it the waves of the start"};
 // heat, reference C and D17
 inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature difference that drives it"};
 inline constexpr Tolerance kRoundHeat{0.04, 0.04, "as above, over a curved surface made of cells"};
