@@ -118,7 +118,6 @@ TEST_F(FluidGuard, LeavesAloneWhatOtherForcesHold) {
   EXPECT_EQ(wrench_.force.norm(), 0);
 }
 
-// At the spacing of level fast, where the ladle is two and a half spacings wide.
 // Pressure and viscosity are all that a particle of a guarded solid adds: neither springs nor artificial viscosity,
 // which would be a drag along the surface.
 TEST_F(FluidGuard, TakesThePlaceOfSpringsAndArtificialViscosity) {
@@ -139,6 +138,7 @@ TEST_F(FluidGuard, TakesThePlaceOfSpringsAndArtificialViscosity) {
   }
 }
 
+// At the spacing of level fast, where the ladle is two and a half spacings wide.
 TEST(FluidGuardOfATray, NoFluidEntersTheLadle) {
   PlayedScene played("tray_fluid", {"stir"});
   const PenetrationMeter meter(played.scene);
