@@ -109,10 +109,13 @@ PALP_HD inline void advance_proxy(BodyState& b, const MotionState<real>& device,
   const Vec3 v_handle = b.v + b.w.cross(s.r);
   const Vec3 coupling_force = s.F0 - s.k * v_handle, coupling_torque = s.T0 - s.kr * b.w;
   b.coupling_sum += coupling_force;
-  // work of the proxy on the coupling: the coupling's force on the device is the opposite of that on the proxy
-  b.work[0] -= dt * coupling_force.dot(v_handle);
-  b.work[1] -= dt * coupling_torque.dot(b.w);
+  // A tool that creeps by less than half a unit in the last place of its position stays where it is, and does no work.
+  const Vec3 from = b.x;
   b.x += dt * b.v;
+  const Vec3 gone = b.x - from + dt * b.w.cross(s.r);
+  // work of the proxy on the coupling: the coupling's force on the device is the opposite of that on the proxy
+  b.work[0] -= coupling_force.dot(gone);
+  b.work[1] -= dt * coupling_torque.dot(b.w);
   b.q = rotated(b.q, dt * b.w);
 }
 

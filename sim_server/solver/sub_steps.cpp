@@ -39,6 +39,21 @@ void limit_by_contact(const Scene& scene, Plan& plan) {
   }
 }
 
+// Limits the sub-step by the viscosity with which solids of method "paper" act on each other, which slows a particle
+// among the other body's as if all of these moved against it.
+void limit_by_viscous_contact(const Scene& scene, Plan& plan) {
+  if (plan.method != Method::paper || !plan.contact) return;
+  const double dx = scene.spacing, most = laplacian_limit(plan.support / dx) * dx * dx;
+  const auto viscosity = [&](const Body& body) { return scene.config.materials[body.material].viscosity; };
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+    for (std::size_t j = 0; j < scene.bodies.size(); ++j) {
+      const Body &a = scene.bodies[i], &b = scene.bodies[j];
+      if (i == j || a.type == BodyKind::fixed || contact_between(scene, plan, i, j) != SolidContact::springs) continue;
+      const double nu = 0.5 * (viscosity(a) + viscosity(b)) * a.volume / a.mass;
+      if (nu > 0) limit_by({most / nu, "viscosity", fmt::format("contact of body '{}'", a.name), ""}, plan);
+    }
+}
+
 // Limits the sub-step by the shortest capillary wave, of length 2 dx (Brackbill, Kothe & Zemach 1992).
 void limit_by_tension(const Scene& scene, Plan& plan) {
   if (!plan.cohesion) return;
@@ -100,6 +115,10 @@ double viscous_limit(double support_over_spacing) {
   return interpolate({{{2.0, 0.311}, {2.6, 0.504}, {3.0, 0.654}, {4.0, 1.15}}}, support_over_spacing);
 }
 
+double laplacian_limit(double support_over_spacing) {
+  return interpolate({{{2.0, 0.506}, {2.6, 0.853}, {3.0, 1.18}, {4.0, 2.07}}}, support_over_spacing);
+}
+
 double elastic_limit(double support_over_spacing) {
   return interpolate({{{2.0, 1.76}, {2.6, 2.23}, {3.0, 2.60}, {4.0, 3.67}}}, support_over_spacing);
 }
@@ -127,6 +146,7 @@ void plan_sub_steps(const Scene& scene, Plan& plan) {
     limit_by({sound, "sound", fmt::format("c {:.3g} m/s", fastest), ""}, plan);
     limit_by({viscous(nu), "viscosity", "numerics.artificial_viscosity", ""}, plan);
   }
+  limit_by_viscous_contact(scene, plan);
   for (const StepLimit& limit : limits_by_elasticity(scene, plan, true)) limit_by(limit, plan);
   limit_by_tension(scene, plan);
   limit_by_contact(scene, plan);

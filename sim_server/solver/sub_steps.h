@@ -17,6 +17,8 @@ void limit_by(const StepLimit& limit, Plan& plan);
 // dx^2 for the Morris viscosity, on a cubic lattice, as functions of H / dx (from the operators' largest eigenvalues).
 double acoustic_limit(double support_over_spacing);
 double viscous_limit(double support_over_spacing);
+// Returns that of nu dt / dx^2 for the viscosity of method "paper" (Mueller, Charypar & Gross 2003).
+double laplacian_limit(double support_over_spacing);
 // Returns the limit of c_p dt / dx for total-Lagrangian elasticity with corrected gradients, c_p being the speed of
 // pressure waves. The forces against hourglass modes, which take up to a fifth off it, count in elastic_limit.h.
 double elastic_limit(double support_over_spacing);
