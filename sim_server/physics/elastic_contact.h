@@ -89,7 +89,7 @@ struct ElasticTouching {
 
   PALP_HD PairPoints::Touch find(std::uint32_t i, const ContactPair& pair, const Mat3& R, std::uint32_t place,
                                  ContactState& state) const {
-    const Motion particle{elastic.rest[i].xyz() + elastic.u[i].xyz(), elastic.v[i].xyz(), Vec3(0, 0, 0), false};
+    const SoftParticle particle{elastic.rest[i].xyz(), elastic.u[i].xyz(), elastic.v[i].xyz()};
     const real half = real(0.5) * medium.spacing;
     return find_soft_touch(all, particle, pair, all.body[pair.b], R, half, {half, 1}, place, state);
   }

@@ -40,7 +40,7 @@ struct FrozenContact {
     if (!(change.x[i].w > real(0))) return Vec3(0, 0, 0);
     ContactState& state = all.contact.state[place];
     const real half = real(0.5) * medium.spacing;
-    const Motion particle{change.x[i].xyz(), change.v[i].xyz(), Vec3(0, 0, 0), false};
+    const SoftParticle particle{change.x[i].xyz(), Vec3(0, 0, 0), change.v[i].xyz()};
     const PairPoints::Touch t = find_soft_touch(all, particle, pair, field, R, half, reach(i, half), place, state);
     if (!t.near) return Vec3(0, 0, 0);
     if (!(t.mean > real(0))) {

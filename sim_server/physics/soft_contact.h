@@ -26,13 +26,21 @@ struct SoftReach {
   std::uint32_t solid;
 };
 
+// A particle of a soft body. Apart from where it began, its displacement keeps the digits that places far from the
+// origin are rounded to.
+struct SoftParticle {
+  Vec3 x, u, v;  // where it is, less u [m]; displacement [m]; velocity [m/s]
+};
+
 // Finds the touch of a particle, whose memory is contact state `place`, with the body of a pair, and keeps in state the
 // side on which it came; a particle that is far away loses its memory of the contact. half: of a spacing [m].
-PALP_HD inline PairPoints::Touch find_soft_touch(const PairPoints& all, const Motion& particle, const ContactPair& pair,
-                                                 const BodyState& field, const Mat3& R, real half,
-                                                 const SoftReach& soft, std::uint32_t place, ContactState& state) {
+PALP_HD inline PairPoints::Touch find_soft_touch(const PairPoints& all, const SoftParticle& particle,
+                                                 const ContactPair& pair, const BodyState& field, const Mat3& R,
+                                                 real half, const SoftReach& soft, std::uint32_t place,
+                                                 ContactState& state) {
+  const Motion motion{particle.x, particle.v, Vec3(0, 0, 0), false};
   PairPoints::Touch t =
-      all.touch(particle, motion_of(field), Vec3(0, 0, 0), half, false, R, all.contact.shape[pair.shape_b], state.side);
+      all.touch(motion, motion_of(field), particle.u, half, false, R, all.contact.shape[pair.shape_b], state.side);
   if (t.near)
     state.side = pack(R.transpose() * t.n, t.depth);
   else if (state.side.w > real(-1e29))
