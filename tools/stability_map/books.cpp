@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sim_server/solver/rigid_motion.h"
 
@@ -24,6 +25,7 @@ constexpr double kLost = 1e-3;
 // The share of the sound speed at which matter may be agitated without a cause: fluids by their particles' settling, as
 // a compression by one percent, which levels of accuracy allow by design; solids by their rounding.
 constexpr double kFluidNoise = 0.01, kSolidNoise = 1e-4;
+constexpr double kRounding = std::numeric_limits<float>::epsilon();
 
 Vector3d vector_at(const std::vector<float>& values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
@@ -47,8 +49,8 @@ Books::Books(Simulation& simulation, double sound_speed)
     if (body.type == BodyKind::fixed && !scene_.proxies.empty()) closed_ = false;
   gone_.assign(scene_.position.size(), 0);
   simulation_.snapshot(snapshot_);
-  weigh(sound_speed);
   sub_step_ = 1 / (scene_.config.rate_hz * simulation.sub_steps());
+  weigh(sound_speed);
   for (const Vector3d& v : scene_.velocity) fastest_ = std::max(fastest_, v.norm());
   start_ = last_ = sums(simulation_.output());
   if (snapshot_.temperature.empty()) return;
@@ -59,6 +61,7 @@ Books::Books(Simulation& simulation, double sound_speed)
 
 void Books::weigh(double sound_speed) {
   mass_of_.assign(scene_.position.size(), 0);
+  const double far = scene_.bounds_min.cwiseAbs().cwiseMax(scene_.bounds_max.cwiseAbs()).maxCoeff();
   for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
     const Body& body = scene_.bodies[b];
     const MaterialConfig& m = scene_.config.materials[body.material];
@@ -69,14 +72,16 @@ void Books::weigh(double sound_speed) {
       mass += mass_of_[i] = scene_.volume[i] * (denser ? snapshot_.density[i] : m.density);
     }
     if (is_soft(body)) mass_ += mass;
-    const double c = body.type == BodyKind::fluid     ? kFluidNoise * sound_speed
-                     : body.type == BodyKind::elastic ? kSolidNoise * std::sqrt(*m.young_modulus / m.density)
-                                                      : 0;
+    const double flowing = body.type == BodyKind::fluid ? kFluidNoise * sound_speed : 0;
+    // what freezes is a solid, whatever it began as, and its bonds are as long as its places are apart, which tremble
+    // by their rounding; elastic bodies have displacements
+    double solid = is_soft(body) && m.young_modulus ? kSolidNoise * std::sqrt(*m.young_modulus / m.density) : 0;
+    if (flowing > 0) solid += solid > 0 ? kRounding * far / sub_step_ : 0;
+    const double c = std::max(flowing, solid);
     noise_ += mass / 2 * c * c;
     agitation_ += mass * c;
     // snapshots have places in single precision
-    const double far = scene_.bounds_min.cwiseAbs().cwiseMax(scene_.bounds_max.cwiseAbs()).maxCoeff();
-    if (is_soft(body)) noise_ += mass * scene_.config.gravity.norm() * 1.2e-7 * far;
+    if (is_soft(body)) noise_ += mass * scene_.config.gravity.norm() * kRounding * far;
     if (body.type == BodyKind::rigid && !tool_[b]) mass_ += body.mass;
     if (body.type != BodyKind::fluid) continue;
     // attraction can make a single drop of all particles, whose first surface is at most that of the body and of one
