@@ -2,6 +2,7 @@
 // over.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -19,9 +20,14 @@ class PenetrationMeter {
   // bound are not looked at. output: of the same step as the snapshot.
   std::optional<double> deepest(const Snapshot& snapshot, const StepOutput& output) const;
 
+  // Calls found(i, d) for each particle i of a fluid or an elastic body that is less than `reach` from the surface of a
+  // rigid or fixed one, or within it, once for each such body: at the distance d, negative inside [m].
+  using Found = std::function<void(std::size_t particle, double distance)>;
+  void each_near(double reach, const Snapshot& snapshot, const StepOutput& output, const Found& found) const;
+
  private:
-  double depth_in(std::uint32_t body, const ContactBody& shape, const Snapshot& snapshot,
-                  const StepOutput& output) const;
+  void each_near_body(std::uint32_t body, const ContactBody& shape, double reach, const Snapshot& snapshot,
+                      const StepOutput& output, const Found& found) const;
 
   const Scene& scene_;
   ContactStore store_;

@@ -8,9 +8,9 @@ namespace palp {
 // Throws a ConfigError for a scene so far from the origin that places could not be told apart well enough.
 void check_places(const Scene& scene);
 
-// Throws a ConfigError where rounding of places is too large a part of how far things move in a sub-step: a small one for
-// what is held together by contact or bonds, half for fluids. Elastic bodies know how far they are from their place at
-// rest.
+// Throws a ConfigError where rounding of places is too large a part of how far things move in a sub-step: a small one
+// for what is held together by contact or bonds, half for fluids. Elastic bodies know how far they are from their place
+// at rest.
 void check_motion(const Scene& scene, const Plan& plan);
 
 // Throws a ConfigError for explicit elasticity in so short sub-steps that their rounding moves bodies.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sim_server/physics/fluid_guard.h"
+#include "sim_server/probes/penetration.h"
 #include "sim_server/solver/rigid_motion.h"
 
 namespace palp::stability {
@@ -51,6 +53,7 @@ Books::Books(Simulation& simulation, double sound_speed)
   simulation_.snapshot(snapshot_);
   sub_step_ = 1 / (scene_.config.rate_hz * simulation.sub_steps());
   weigh(sound_speed);
+  if (scene_.config.method == Method::accurate) released_ += stored_by_guard();
   for (const Vector3d& v : scene_.velocity) fastest_ = std::max(fastest_, v.norm());
   start_ = last_ = sums(simulation_.output());
   if (snapshot_.temperature.empty()) return;
@@ -89,6 +92,19 @@ void Books::weigh(double sound_speed) {
     const double tension = std::max(m.surface_tension, m.adhesion);
     released_ += 6 * tension * (std::pow(volume, 2.0 / 3) + scene_.spacing * scene_.spacing);
   }
+}
+
+// Returns the energy with which solids push fluid away that begins at their surface or within them
+// (physics/fluid_guard.h) [J].
+double Books::stored_by_guard() const {
+  double stored = 0;
+  const double reach = kGuardReach * scene_.spacing;
+  const double stiffness = kGuardStiffness * sound_speed_ * sound_speed_ / (reach * scene_.spacing);
+  PenetrationMeter(scene_).each_near(reach, snapshot_, simulation_.output(), [&](std::size_t i, double distance) {
+    const bool flows = scene_.bodies[scene_.body[i]].type == BodyKind::fluid;
+    stored += flows ? mass_of_[i] * stiffness / 2 * (reach - distance) * (reach - distance) : 0;
+  });
+  return stored;
 }
 
 // Returns the energy that a fluid particle has stored by compression, the integral of p / rho^2 by rho [J/kg].

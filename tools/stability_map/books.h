@@ -16,12 +16,12 @@ struct Balance {
 };
 
 // Energy. Counted are kinetic and potential energy of all that moves, what elastic bodies have stored and what fluid
-// has stored by compression. Energy that is not known (springs of contact, bonds of
-// matter that changes state, elastic bodies of method "paper") is not negative and none at the start, so that it can
-// only hide a loss. What fluid with surface tension can release is at most the tension times its first surface. So
-// with the work of the hands, which the simulation reports, counted energy may grow by no more than the work and what
-// surfaces release; conduction of heat does no work, and no scene of the map has moving walls. Allowed beside that is
-// kCreated of all energy that was turned over, and the agitation that books.cpp names.
+// has stored by compression. Energy that is not known (springs of contact, bonds of matter that changes state, elastic
+// bodies of method "paper") is not negative and none at the start, so that it can only hide a loss. What fluid with
+// surface tension can release is at most the tension times its first surface; what begins at the surface of a solid is
+// pushed away by it. So with the work of the hands, which the simulation reports, counted energy may grow by no more
+// than the work and what these release; conduction of heat does no work, and no scene of the map has moving walls.
+// Allowed beside that is kCreated of all energy that was turned over, and the agitation that books.cpp names.
 //
 // Momentum, of all that moves but tools: it changes by weight and by the opposite of what tools and fixed bodies report
 // to feel. Allowed is kLost of all impulses and of the momenta that the agitation may have. Where a tool can meet a
@@ -49,6 +49,7 @@ class Books {
   void add_particles(std::size_t body, Sums& out);
   double compression(std::size_t particle, double density) const;
   double stored_by_pushing(std::size_t body) const;
+  double stored_by_guard() const;
   void check_heat();
 
   // Sets the masses of particles, which are those of the start: a fluid that begins under its own weight is denser.
@@ -66,7 +67,7 @@ class Books {
   double fastest_ = 0;            // speed so far [m/s]
   double noise_ = 0;              // energy of the agitation that is allowed [J]
   double agitation_ = 0;          // its momenta [N s]
-  double released_ = 0;           // by surfaces, at most [J]
+  double released_ = 0;           // by surfaces and by fluid that begins at solids, at most [J]
   Sums start_, last_;
   double turned_over_ = 0;               // potential energy that came and went [J]
   double work_ = 0, work_absolute_ = 0;  // of the hands [J]
