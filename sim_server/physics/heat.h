@@ -6,6 +6,8 @@
 // T(h)     T_m + h/c below 0; T_m to the latent heat L; T_m + (h - L)/c above          K
 // f(h)     liquid fraction, h/L in 0..1                                                -
 // k, c     conductivity; heat capacity                                                 W/(m K), J/(kg K)
+// V        volume, at most m / rest density: a sheet by method "paper", whose density
+//          is that of its few neighbours, would conduct ten times as well             m^3
 // m dh/dt  sum_j V_i V_j 4 k_i k_j / (k_i + k_j) F (T_j - T_i) / M + sources           W        Cleary & Monaghan 1999
 // M        sum_j V_j F x_j^2 within a lattice; 1 in the limit of many neighbours       -        below
 // A        free surface: V (1 - S/S0 - e) / l, S = sum_j V_j W                         m^2      below
@@ -30,6 +32,7 @@ struct HeatMaterial {
   real capacity;      // c
   real melting;       // T_m
   real latent;        // L; 0: does not melt
+  real density;       // at rest [kg/m^3]
 };
 
 // Returns T(h).
@@ -125,6 +128,12 @@ struct ConductHeat {
   const BodyState* bodies;
   HeatViews heat;
 
+  // Returns V of particle j, whose place and volume are xV_j [m^3].
+  PALP_HD real volume(std::uint32_t j, Tag tag_j, const Packed& xV_j) const {
+    const real at_rest = state.mass[j] / medium.material[tag_j.material()].density;
+    return xV_j.w < at_rest ? xV_j.w : at_rest;
+  }
+
   // Returns the power that the zones give to particle i [W]; a zone that holds a temperature sets its enthalpy h.
   PALP_HD real zone_power(std::uint32_t i, const HeatMaterial& material, real& h) const {
     real power = 0;
@@ -145,11 +154,12 @@ struct ConductHeat {
     const HeatMaterial material_i = medium.material[tag_i.material()];
     const real T_i = state.temperature[i], k_i = material_i.conductivity;
     const Packed xV_i = state.xV[i];
+    const real V_i = volume(i, tag_i, xV_i);
     real flux = 0, cover = 0;
     for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
                   [&](std::uint32_t j, const Packed& xV_j, const Vec3&, real r2) {
                     const Tag tag_j = state.tag[j];
-                    const real V_j = xV_j.w, r = Eigen::numext::sqrt(r2);
+                    const real V_j = volume(j, tag_j, xV_j), r = Eigen::numext::sqrt(r2);
                     const real k_j = medium.material[tag_j.material()].conductivity, sum = k_i + k_j;
                     const real k = heat.held[tag_j.body()] != 0 ? real(4) * k_i
                                                                 : (sum > real(0) ? real(4) * k_i * k_j / sum : real(0));
@@ -159,9 +169,9 @@ struct ConductHeat {
     flux = team.sum(flux);
     cover = team.sum(cover);
     if (!team.leader()) return;
-    real h = state.enthalpy[i], power = xV_i.w * flux / medium.moment;
+    real h = state.enthalpy[i], power = V_i * flux / medium.moment;
     const real missing = real(1) - cover / medium.cover - kCoverNoise;
-    if (missing > real(0)) power += medium.loss * (xV_i.w * missing / medium.depth) * (medium.air_temperature - T_i);
+    if (missing > real(0)) power += medium.loss * (V_i * missing / medium.depth) * (medium.air_temperature - T_i);
     power += zone_power(i, material_i, h);
     state.enthalpy[i] = h + medium.dt * power / state.mass[i];
   }

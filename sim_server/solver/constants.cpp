@@ -158,10 +158,10 @@ HeatMedium make_heat_medium(const Scene& scene, const Plan& plan) {
   for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i) {
     const MaterialConfig& from = scene.config.materials[i];
     // the capacity of a material that no body is made of is not checked
-    m.material[i] = {static_cast<real>(from.conductivity),
-                     static_cast<real>(from.heat_capacity > 0 ? from.heat_capacity : 1),
-                     static_cast<real>(from.melting_temperature.value_or(mean)),
-                     static_cast<real>(from.melting_temperature ? from.latent_heat : 0)};
+    m.material[i] = {
+        static_cast<real>(from.conductivity), static_cast<real>(from.heat_capacity > 0 ? from.heat_capacity : 1),
+        static_cast<real>(from.melting_temperature.value_or(mean)),
+        static_cast<real>(from.melting_temperature ? from.latent_heat : 0), static_cast<real>(from.density)};
   }
   m.dt = static_cast<real>(plan.heat_dt);
   m.loss = static_cast<real>(scene.config.heat.loss_to_air);

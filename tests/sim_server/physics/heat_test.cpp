@@ -33,7 +33,7 @@ Scene warm_scene(Random& random, std::array<bool, 3> periodic) {
 
 // From h's definition: warmed to T_m, melted, warmed on.
 TEST(Enthalpy, FollowsTheThreeRanges) {
-  const HeatMaterial m{1, 2000, 273, 3e5};
+  const HeatMaterial m{1, 2000, 273, 3e5, 1000};
   EXPECT_NEAR(enthalpy_of(m, 263), -2e4, 1);
   EXPECT_NEAR(enthalpy_of(m, 283), 3.2e5, 1);
   EXPECT_NEAR(temperature_of(m, -2e4), 263, 1e-3);
@@ -43,7 +43,7 @@ TEST(Enthalpy, FollowsTheThreeRanges) {
   EXPECT_EQ(liquid_fraction(m, -1), 0);
   EXPECT_NEAR(liquid_fraction(m, 1.5e5), 0.5, 1e-6);
   EXPECT_EQ(liquid_fraction(m, 4e5), 1);
-  const HeatMaterial plain{1, 2000, 273, 0};
+  const HeatMaterial plain{1, 2000, 273, 0, 1000};
   EXPECT_NEAR(temperature_of(plain, enthalpy_of(plain, 350)), 350, 1e-3);
 }
 
