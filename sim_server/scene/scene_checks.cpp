@@ -14,11 +14,19 @@ namespace {
 constexpr double kNearest = 0.5;      // of a spacing, between bodies
 constexpr double kApart = 0.7;        // of a spacing, between elastic bodies: nearer ones would burst apart
 constexpr double kCoincident = 1e-3;  // of a spacing, within a body
-constexpr double kElastic = 0.5;      // of a spacing, within an elastic body: nearer ones are too stiff for a step
+constexpr double kElastic = 0.5;      // of a spacing, within a soft solid: nearer ones are too stiff for a step
 constexpr double kSurface = 1e-6;     // of a spacing, the rounding of a place on a surface
 constexpr double kPressed = 0.3;      // of a spacing, of solids: the springs of contact would throw deeper ones apart
 
 std::string place(const Eigen::Vector3d& p) { return fmt::format("({:.4g}, {:.4g}, {:.4g}) m", p.x(), p.y(), p.z()); }
+
+// Says whether a body begins as a soft solid: it is elastic, or of matter that is frozen.
+bool is_soft_solid(const Scene& scene, const Body& body) {
+  if (body.type == BodyKind::elastic) return true;
+  const MaterialConfig& m = scene.config.materials[body.material];
+  if (body.type != BodyKind::fluid || body.count == 0 || !m.young_modulus || scene.temperature.empty()) return false;
+  return m.melting_temperature && scene.temperature[body.first] <= *m.melting_temperature;
+}
 
 // Remembers which pairs of bodies were reported.
 class Pairs {
@@ -30,19 +38,20 @@ class Pairs {
     const std::uint32_t later = std::max(a, b);
     const std::string text =
         a == b
-            ? crowded(bodies[a], at)
+            ? crowded(a, at)
             : fmt::format("body '{}' overlaps body '{}' near {}; move one of them or subtract the one from the other",
                           bodies[later].name, bodies[std::min(a, b)].name, place(at));
     faults_.push_back(bodies[later].where + ": " + text);
   }
 
  private:
-  std::string crowded(const BodyConfig& body, const Eigen::Vector3d& at) const {
+  std::string crowded(std::uint32_t b, const Eigen::Vector3d& at) const {
+    const BodyConfig& body = scene_.config.bodies[b];
     const bool loose = body.shapes.front().type == ShapeType::particles;
     const auto& periodic = scene_.config.periodic;
     const bool wraps = std::find(periodic.begin(), periodic.end(), true) != periodic.end();
     return fmt::format("body '{}' has two particles {}, near {}{}{}", body.name,
-                       body.type == BodyKind::elastic
+                       is_soft_solid(scene_, scene_.bodies[b])
                            ? fmt::format("less than {:g} m (half a spacing) apart", kElastic * scene_.spacing)
                            : "in one place",
                        place(at), loose ? "; leave one of them out of " + body.shapes.front().file : "",
@@ -130,9 +139,8 @@ void check_distances(const Scene& scene, ThreadTeam& team, std::vector<std::stri
                                             [](const Body& body) { return body.type == BodyKind::elastic; });
   const PointGrid grid(scene.position, box, (elastic_bodies > 1 ? kApart : kNearest) * scene.spacing);
   const auto least_between = [&](std::uint32_t a, std::uint32_t b) {
-    const bool elastic = scene.bodies[a].type == BodyKind::elastic;
-    if (a == b) return elastic ? kElastic : kCoincident;
-    return elastic && scene.bodies[b].type == BodyKind::elastic ? kApart : kNearest;
+    if (a == b) return is_soft_solid(scene, scene.bodies[a]) ? kElastic : kCoincident;
+    return scene.bodies[a].type == BodyKind::elastic && scene.bodies[b].type == BodyKind::elastic ? kApart : kNearest;
   };
   // calls found(j) for each particle j > i that is too near
   const auto look = [&](std::uint32_t i, auto found) {
