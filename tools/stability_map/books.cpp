@@ -121,7 +121,7 @@ double Books::compression(std::size_t i, double density) const {
   return share * c2 * (std::log(ratio) + 1 / ratio - 1);
 }
 
-// Returns the energy of the pressure that the particles of a rigid or fixed body have by method "paper", with which
+// Returns the energy of the pressure that the particles of a solid have by method "paper", with which
 // they push like those of a fluid, half of p^2 / (2 rho c^2) by volume [J].
 double Books::stored_by_pushing(std::size_t b) const {
   const Body& body = scene_.bodies[b];
@@ -204,7 +204,13 @@ void Books::check(const StepOutput& output) {
   simulation_.snapshot(snapshot_);
   const Sums now = sums(output);
   // method "paper" knows its density from the first step on
-  if (output.step == 1 && scene_.config.method == Method::paper) start_.stored = now.stored;
+  if (output.step == 1 && scene_.config.method == Method::paper) {
+    start_.stored = now.stored;
+    // elastic particles that begin among others are pushed out; later their pressure is mostly that of their own body,
+    // which does not push
+    for (std::size_t b = 0; b < scene_.bodies.size(); ++b)
+      if (scene_.bodies[b].type == BodyKind::elastic) released_ += stored_by_pushing(b);
+  }
   turned_over_ += std::abs(now.potential - last_.potential);
   last_ = now;
   const double before = start_.kinetic + start_.potential + start_.stored,
