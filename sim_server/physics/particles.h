@@ -36,6 +36,8 @@ inline Tag make_tag(BodyKind kind, std::uint32_t material, std::uint32_t body) {
 }
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
+// For what is the difference of two indices, which wraps around: of no two of less than 2^31 things, where kNone is -1.
+inline constexpr std::uint32_t kNoDifference = 0x80000000u;
 
 struct alignas(8) Solidity {
   real K;

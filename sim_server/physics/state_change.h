@@ -31,7 +31,7 @@ inline constexpr std::uint32_t kMaxBonds = 64;
 // Arrays by slot. Slots are the particles of bodies that change state, and of bodies that these are bonded to.
 struct ChangeViews {
   std::uint32_t count = 0;
-  const std::uint32_t* slot_of = nullptr;  // by body: its slots less the particles' ids; kNone: it has none
+  const std::uint32_t* slot_of = nullptr;  // by body: its slots less the particles' ids; kNoDifference: it has none
   const std::uint32_t* group = nullptr;    // by body: bonds form within a group
   const std::uint32_t* shaped = nullptr;   // by body: Bonded::shaped
   const Tag* tag = nullptr;                // with the material of its bonds
@@ -57,7 +57,7 @@ struct ChangeViews {
 // Returns the slot of a particle, kNone where it has none.
 PALP_HD inline std::uint32_t slot_of(const ChangeViews& change, Tag tag, std::uint32_t id) {
   const std::uint32_t first = change.slot_of[tag.body()];
-  return first == kNone ? kNone : first + id;
+  return first == kNoDifference ? kNone : first + id;
 }
 
 // The constants of changes of state.
@@ -293,7 +293,7 @@ struct BondStrain {
 struct BondForce {
   ChangeViews change;
   BodyViews bodies;
-  const std::uint32_t* force_of;  // by body: index of its slots in bodies.force less the slot; kNone: they have none
+  const std::uint32_t* force_of;  // by body: index of its slots in bodies.force less the slot; kNoDifference: none
   CellGrid grid;
   WendlandC2 kernel;
   Medium medium;
@@ -326,7 +326,7 @@ struct BondForce {
     force = team.sum(force);
     if (!team.leader()) return;
     change.force[i] = pack(force, 0);
-    if (tag.is_fluid() || force_of[tag.body()] == kNone) return;
+    if (tag.is_fluid() || force_of[tag.body()] == kNoDifference) return;
     Packed& on_body = bodies.force[force_of[tag.body()] + i];
     on_body = pack(on_body.xyz() + force, 0);
   }

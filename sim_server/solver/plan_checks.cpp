@@ -56,7 +56,7 @@ void check_places(const Scene& scene) {
 void check_motion(const Scene& scene, const Plan& plan) {
   // of the motion in a sub-step. Fluids heat themselves by it: at 0.48 their energy grew by a fortieth of what they
   // turned over, at 0.84 by a fourteenth (tools/results/trade_remaining.md).
-  constexpr double kMostOfBodies = 0.05, kMostOfFluids = 0.4;
+  constexpr double kMostOfBodies = 0.05, kMostOfFluids = 0.5;
   const double far = farthest(scene), rounding = far * kRounding, motion = falling(scene) * plan.dt;
   const bool rigid = std::any_of(scene.bodies.begin(), scene.bodies.end(),
                                  [](const Body& body) { return body.type == BodyKind::rigid; });

@@ -129,7 +129,7 @@ void plan_slots(const Scene& scene, Plan& plan) {
 }
 
 ChangeStore::ChangeStore(const Scene& scene, const Plan& plan)
-    : slot_of(scene.bodies.size(), kNone), group(plan.group), force_of(scene.bodies.size(), kNone) {
+    : slot_of(scene.bodies.size(), kNoDifference), group(plan.group), force_of(scene.bodies.size(), kNoDifference) {
   std::vector<std::uint32_t> particle(plan.slots);
   std::vector<std::uint32_t> body(plan.slots);
   std::vector<Eigen::Vector3d> place(plan.slots);

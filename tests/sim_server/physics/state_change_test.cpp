@@ -43,6 +43,29 @@ TEST(StateChange, ASolidIsAnElasticBody) {
   EXPECT_TRUE(within(apart / kSpacing, tol::kBondedMotion));
 }
 
+// Bonds hold whatever came before: the slots of a body that follows a single particle are one less than its particles.
+TEST(StateChange, BondsHoldAfterABodyOfOneParticle) {
+  Scene scene = melting_scene();
+  const auto water = add_material(scene, 1000, 0.1);
+  scene.config.materials[water].heat_capacity = kCapacity;
+  add_body(scene, "speck", BodyKind::fluid, water, {-0.2, 0, 0}, {-0.19, 0.01, 0.01});
+  add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, {0.06, 0.05, 0.04});
+  Random random(6);
+  for (std::size_t i = 1; i < scene.position.size(); ++i) scene.velocity[i] = random_vector(random, 0.05);
+  scene.temperature.assign(scene.position.size(), kMelting - 10);
+  ASSERT_EQ(scene.bodies[0].count, 1u);
+  const auto simulation = simulate(scene);
+  run_until(*simulation, 0.3);
+  ASSERT_TRUE(simulation->output().health.ok);
+  const Snapshot s = snapshot_of(*simulation);
+  const auto moved = [&](std::size_t i) -> Eigen::Vector3d {
+    return Eigen::Map<const Eigen::Vector3f>(&s.position[3 * i]).cast<double>() - scene.position[i];
+  };
+  double apart = 0;
+  for (std::size_t i = 2; i < scene.position.size(); ++i) apart = std::max(apart, (moved(i) - moved(1)).norm());
+  EXPECT_LT(apart, 0.5 * kSpacing) << "without bonds they come apart by a spacing";
+}
+
 // Snapshot::body_id where all that is solid and closer than the reach of bonds is bonded.
 std::vector<std::uint32_t> ids_by_distance(const Scene& scene, const Snapshot& s, double reach) {
   std::vector<std::uint32_t> id = scene.body;
