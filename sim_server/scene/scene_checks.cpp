@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "sim_server/geometry/contact_shape.h"
 #include "sim_server/geometry/point_grid.h"
 
 namespace palp {
@@ -100,7 +101,16 @@ Eigen::Isometry3d into_solid(const Body& body, const Solid& solid) {
   return (Eigen::Translation3d(body.position) * body.orientation * solid.frame).inverse();
 }
 
-// Finds rigid bodies and their obstacles that begin inside one another, by the corners of their surfaces.
+// Where a solid's surface can touch another first, the contact points included: their balls lie a little inside, so
+// they also tell of a solid that is flush with the one that it is pressed into, whose corners are on its very sides.
+std::vector<ContactPoint> touching_points(const Body& body) {
+  std::vector<ContactPoint> all;
+  if (body.contact != nullptr) all = body.contact->points;
+  for (const Eigen::Vector3d& corner : body.surface.vertices) all.push_back({corner, 0});
+  return all;
+}
+
+// Finds rigid bodies and their obstacles that begin inside one another.
 void check_pressed(const Scene& scene, const std::vector<std::optional<Solid>>& solids, Pairs& pairs) {
   const auto solid = [](const Body& body) { return body.type == BodyKind::rigid || body.type == BodyKind::fixed; };
   for (std::uint32_t a = 0; a < scene.bodies.size(); ++a)
@@ -109,9 +119,10 @@ void check_pressed(const Scene& scene, const std::vector<std::optional<Solid>>& 
       if (a == b || !solids[b] || !solid(one) || !solid(other)) continue;
       if (one.type == BodyKind::fixed && other.type == BodyKind::fixed) continue;
       const Eigen::Isometry3d to_solid = into_solid(other, *solids[b]);
-      for (const Eigen::Vector3d& corner : one.surface.vertices) {
-        const Eigen::Vector3d at = one.position + one.orientation * corner;
-        if (well_inside(*solids[b], to_solid * at, kPressed * scene.spacing)) pairs.overlap(a, b, at);
+      for (const ContactPoint& point : touching_points(one)) {
+        const Eigen::Vector3d at = one.position + one.orientation * point.position;
+        const double margin = kPressed * scene.spacing - point.radius;
+        if (margin > 0 && well_inside(*solids[b], to_solid * at, margin)) pairs.overlap(a, b, at);
       }
     }
 }

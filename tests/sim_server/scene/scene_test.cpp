@@ -135,6 +135,11 @@ TEST(Scene, SolidsMayNotBePressedTogether) {
   config.bodies[0] = body("post", BodyKind::fixed, box({0.2, 0.2, 0.4}, {0, 0, -0.2}));
   config.bodies[1] = body("stone", BodyKind::rigid, box({0.8, 0.8, 0.2}, {0, 0, 0.06}));
   EXPECT_NE(fault_of(config).find("'stone' overlaps body 'post'"), std::string::npos) << fault_of(config);
+  // a stone as wide as the post, whose corners are on the post's very sides
+  config.bodies[1] = body("stone", BodyKind::rigid, box({0.2, 0.2, 0.2}, {0, 0, 0.06}));
+  EXPECT_NE(fault_of(config).find("'stone' overlaps body 'post'"), std::string::npos) << fault_of(config);
+  config.bodies[1].shapes[0].position.z() = 0.08;
+  EXPECT_EQ(fault_of(config), "");
 }
 
 // Half a spacing into one another they would burst apart.
