@@ -103,6 +103,28 @@ PALP_HD inline Mat3 team_sum(Team team, const Mat3& m) {
   return out;
 }
 
+// The deformation of a particle.
+struct DeformationGradient {
+  Mat3 F, change;  // change: F - I
+  Quat q;          // rotation nearest to F; of matter that yields and fills space the guess
+};
+
+// Returns the deformation that displacements make, displaced = sum V F u_ji X_ji^T. within:
+// ElasticViews::projection; guess: of the rotation.
+PALP_HD inline DeformationGradient deformation_of(const Mat3& displaced, const Mat3& L, const Mat3& within, bool yields,
+                                                  const Quat& guess) {
+  const Mat3 change = displaced * L;
+  DeformationGradient d{within + change, change, guess};
+  const bool flat = within.trace() < real(2.5);
+  if (flat || !yields) d.q = closest_rotation(d.F, guess);
+  if (!flat) return d;
+  // where neighbours span no space, across them nothing is strained
+  const Mat3 across = Mat3::Identity() - within, R = d.q.toRotationMatrix();
+  d.F += R * across;
+  d.change += (R - Mat3::Identity()) * across;
+  return d;
+}
+
 // Computes rotation, deformation gradient and stress of each elastic particle. kYields: some material yields.
 template <bool kYields>
 struct ElasticStrain {
@@ -130,30 +152,20 @@ struct ElasticStrain {
     if (!team.leader()) return;
     const Mat3 L = elastic.correction[i];
     const Mat3 within = elastic.projection != nullptr ? elastic.projection[i] : Mat3(Mat3::Identity());
-    Mat3 change = displaced * L, F = within + change;  // change: F - I
     const Material& m = medium.material[tag.material()];
     const bool yields = kYields && m.yield > real(0);
-    Quat q = elastic.rotation[i];
-    // where neighbours span no space, across them nothing is strained
-    const bool flat = elastic.projection != nullptr && within.trace() < real(2.5);
-    if (flat || !yields) q = closest_rotation(F, q);
-    const Mat3 R = q.toRotationMatrix();
-    if (flat) {
-      const Mat3 across = Mat3::Identity() - within;
-      F += R * across;
-      change += (R - Mat3::Identity()) * across;
-    }
+    DeformationGradient d = deformation_of(displaced, L, within, yields, elastic.rotation[i]);
     Mat3 P = Mat3::Zero();
     if (kYields && yields)
-      P = plastic_stress(m, F, q, elastic.plastic[i], elastic.hardened[i]);
+      P = plastic_stress(m, d.F, d.q, elastic.plastic[i], elastic.hardened[i]);
     else
-      P = elastic_stress(m, F, R);
-    elastic.rotation[i] = q;
-    elastic.gradient[i] = F;
+      P = elastic_stress(m, d.F, d.q.toRotationMatrix());
+    elastic.rotation[i] = d.q;
+    elastic.gradient[i] = d.F;
     if (elastic.integrity != nullptr) P *= elastic.integrity[i];
-    elastic.stress[i] = P * L - hold_of(m) * change;
+    elastic.stress[i] = P * L - hold_of(m) * d.change;
     if (elastic.stretch != nullptr && m.tear > real(0))
-      elastic.stretch[i] = greatest_stretch(F, real(1) + real(0.5) * m.tear);
+      elastic.stretch[i] = greatest_stretch(d.F, real(1) + real(0.5) * m.tear);
   }
 };
 
