@@ -121,20 +121,32 @@ void check_damping(const Scene& scene, const Plan& plan) {
 }
 
 void check_densities(const Scene& scene, const Plan& plan) {
-  constexpr double kMostRatio = 10;
+  constexpr double kMostRatio = 10, kMostRatioToSolids = 100;
   if (plan.method != Method::paper) return;
-  const MaterialConfig *light = nullptr, *heavy = nullptr;
+  const auto is_soft = [](const Body& body) { return body.type == BodyKind::fluid || body.type == BodyKind::elastic; };
+  const MaterialConfig *light = nullptr, *heavy = nullptr, *solid = nullptr;
   for (const Body& body : scene.bodies) {
-    if (body.count == 0 || (body.type != BodyKind::fluid && body.type != BodyKind::elastic)) continue;
+    if (body.count == 0) continue;
     const MaterialConfig& m = scene.config.materials[body.material];
-    if (light == nullptr || m.density < light->density) light = &m;
-    if (heavy == nullptr || m.density > heavy->density) heavy = &m;
+    const auto keep = [&m](const MaterialConfig*& one, bool instead) {
+      if (one == nullptr || instead) one = &m;
+    };
+    if (is_soft(body)) {
+      keep(light, light != nullptr && m.density < light->density);
+      keep(heavy, heavy != nullptr && m.density > heavy->density);
+    } else {
+      keep(solid, solid != nullptr && m.density > solid->density);
+    }
   }
-  if (light == nullptr || heavy->density <= kMostRatio * light->density) return;
-  throw ConfigError(fmt::format(
-      "{}: material '{}' is {:.3g} times as dense as '{}', expected at most {:g} times with method \"paper\": bring "
-      "the densities nearer, or use method \"accurate\"",
-      scene.config.path, heavy->name, heavy->density / light->density, light->name, kMostRatio));
+  const auto check = [&](const MaterialConfig* other, double most) {
+    if (light == nullptr || other == nullptr || other->density <= most * light->density) return;
+    throw ConfigError(fmt::format(
+        "{}: material '{}' is {:.3g} times as dense as '{}', expected at most {:g} times with method \"paper\": bring "
+        "the densities nearer, or use method \"accurate\"",
+        scene.config.path, other->name, other->density / light->density, light->name, most));
+  };
+  check(heavy, kMostRatio);
+  check(solid, kMostRatioToSolids);
 }
 
 }  // namespace palp

@@ -27,7 +27,9 @@ void check_weight(const Scene& scene, const Plan& plan);
 void check_damping(const Scene& scene, const Plan& plan);
 
 // Throws a ConfigError for media that meet by method "paper" and differ in density more than it can bear: its pressure
-// weighs neighbours by their mass, so that a light one is thrown by a heavy one.
+// weighs neighbours by their mass, so that a light one is thrown by a heavy one. A solid is hit from one side alone and
+// may be heavier: fluids 200 times lighter than a tray were bounded under a hundredfold gravity, one 700 times lighter
+// was not.
 void check_densities(const Scene& scene, const Plan& plan);
 
 }  // namespace palp
