@@ -85,6 +85,7 @@ void Books::weigh(double sound_speed) {
     agitation_ += mass * c;
     // snapshots have places in single precision
     if (is_soft(body)) noise_ += mass * scene_.config.gravity.norm() * kRounding * far;
+    if (body.type == BodyKind::rigid) noise_ += body.mass / 2 * std::pow(kRounding * far / sub_step_, 2);
     if (body.type == BodyKind::rigid && !tool_[b]) mass_ += body.mass;
     if (body.type != BodyKind::fluid) continue;
     // attraction can make a single drop of all particles, whose first surface is at most that of the body and of one
