@@ -13,6 +13,9 @@ namespace palp {
 // The square of the speed of all elastic matter below which a round of the solve has nothing to add [m^2/s^2].
 inline constexpr double kMinSpeed2 = 1e-12;
 
+// Returns how far the weight of a body of particles would compress what it is made of.
+double strain_under_weight(const Scene& scene, const Body& body);
+
 // Returns the limits of explicit elastic bodies, or (changing) of the bonds of those that change state, by linear
 // theory: the least by waves and the least by damping, as far as the scene has them.
 std::vector<StepLimit> limits_by_elasticity(const Scene& scene, const Plan& plan, bool changing);

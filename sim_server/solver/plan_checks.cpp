@@ -8,7 +8,7 @@
 
 #include "config/error.h"
 #include "sim_server/physics/real.h"
-#include "sim_server/solver/body_bounds.h"
+#include "sim_server/solver/elastic_plan.h"
 
 namespace palp {
 namespace {
@@ -24,13 +24,6 @@ double farthest(const Scene& scene) {
   for (const Eigen::Vector3d& x : scene.position) far = std::max(far, x.cwiseAbs().maxCoeff());
   for (const Body& body : scene.bodies) far = std::max(far, body.position.cwiseAbs().maxCoeff());
   return far;
-}
-
-// Returns how far the weight of a body of particles would compress what it is made of.
-double strain_under_weight(const Scene& scene, const Body& body) {
-  const MaterialConfig& m = scene.config.materials[body.material];
-  const Eigen::Vector3d size = body_bounds(scene, body).sizes().array() + scene.spacing;
-  return m.density * scene.config.gravity.cwiseAbs().dot(size) / *m.young_modulus;
 }
 
 // Says whether particles of a body begin with different velocities: it spins, or is being deformed.

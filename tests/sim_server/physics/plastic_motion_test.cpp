@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/sim_server/physics/contact_scenes.h"
 #include "tests/support/backend.h"
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
@@ -124,6 +125,32 @@ TEST(PlasticBody, EnergyNeverGrows) {
     EXPECT_LT((p - p0).norm(), 1e-4 * p0.norm());
     EXPECT_LT((L - L0).norm(), 1e-3 * L0.norm());
   }
+}
+
+// A block so soft that its own weight makes it flow as far as matter flows comes to rest on a plate, at all that the
+// limit of the sub-step allows, and gives up no more energy than it falls for.
+TEST(PlasticBody, FlowsUnderItsOwnWeightWithoutGain) {
+  SceneConfig config = contact_scene(0.02, 0.3, 0);
+  config.rate_hz = 100;
+  config.numerics.safety = 1;
+  MaterialConfig& m = config.materials[0];
+  m.density = 448;
+  m.young_modulus = 1210;
+  m.poisson_ratio = 0.49;
+  m.yield_stress = 24;
+  config.bodies = {at(body("plate", BodyKind::fixed, box({0.4, 0.4, 0.04})), {0, 0, -0.02}),
+                   at(body("mud", BodyKind::elastic, box({0.16, 0.16, 0.16})), {0, 0, 0.08})};
+  const Scene scene = sampled(config);
+  const auto simulation = simulate(scene);
+  Snapshot s;
+  for (int k = 0; k < 60; ++k) ASSERT_TRUE(simulation->step({}).health.ok);
+  simulation->snapshot(s);
+  double fallen = 0;
+  for (std::size_t i = 0; i < scene.position.size(); ++i)
+    fallen += 448 * scene.volume[i] * kGravity * (scene.position[i].z() - s.position[3 * i + 2]);
+  RecordProperty("energy_over_fallen", std::to_string(energy_of(scene, s) / fallen));
+  EXPECT_GT(fallen, 0);
+  EXPECT_LT(energy_of(scene, s), fallen);
 }
 
 TEST(Lightness, PlasticityIsPaidForWhereSomethingYields) {
