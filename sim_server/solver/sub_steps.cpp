@@ -54,6 +54,30 @@ void limit_by_viscous_contact(const Scene& scene, Plan& plan) {
     }
 }
 
+// Limits the sub-step by solids of method "paper" that are denser than what they push. By Eq. 2 each particle's
+// pressure is that of its own density, so that what is between them swings as in a medium that stiff. Blocks of fluid
+// in a tray of 13, 50, 200 and 2000 times their density made energy from 0.9, 0.5, 0.25 and 0.08 of the limit by sound
+// on.
+void limit_by_density(const Scene& scene, double sound, Plan& plan) {
+  constexpr double kDenser = 5;  // solids up to so many times as dense need no limit of their own
+  if (plan.method != Method::paper) return;
+  const auto density = [&](const Body& body) { return scene.config.materials[body.material].density; };
+  const auto held = [&](std::uint32_t b) {  // its coupling weighs more than a light tool
+    return std::any_of(scene.proxies.begin(), scene.proxies.end(), [&](const Proxy& p) { return p.body == b; });
+  };
+  StepLimit least;
+  for (std::uint32_t i = 0; i < scene.bodies.size(); ++i)
+    for (const Body& solid : scene.bodies) {
+      const Body& pushed = scene.bodies[i];
+      const bool moves = pushed.type != BodyKind::fixed && !held(i);
+      if (!moves || (solid.type != BodyKind::rigid && solid.type != BodyKind::fixed)) continue;
+      const double times = density(solid) / density(pushed), limit = sound * std::sqrt(kDenser / times);
+      if (times > kDenser && limit < least.dt)
+        least = {limit, "density", fmt::format("'{}' against '{}'", solid.name, pushed.name), ""};
+    }
+  limit_by(least, plan);
+}
+
 // Limits the sub-step by the shortest capillary wave, of length 2 dx (Brackbill, Kothe & Zemach 1992).
 void limit_by_tension(const Scene& scene, Plan& plan) {
   if (!plan.cohesion) return;
@@ -145,6 +169,7 @@ void plan_sub_steps(const Scene& scene, Plan& plan) {
   if (plan.fluid || (plan.method == Method::paper && plan.contact)) {
     limit_by({sound, "sound", fmt::format("c {:.3g} m/s", fastest), ""}, plan);
     limit_by({viscous(nu), "viscosity", "numerics.artificial_viscosity", ""}, plan);
+    limit_by_density(scene, sound, plan);
   }
   limit_by_viscous_contact(scene, plan);
   for (const StepLimit& limit : limits_by_elasticity(scene, plan, true)) limit_by(limit, plan);

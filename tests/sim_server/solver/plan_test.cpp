@@ -228,6 +228,24 @@ TEST(Plan, RefusesMediaOfUnlikeDensityByMethodPaper) {
   EXPECT_EQ(fault_of(scene), "");
 }
 
+// By its equations a solid's particles push with the pressure of their own density.
+TEST(Plan, FollowsTheDensityOfSolidsByMethodPaper) {
+  Scene scene = pool();
+  const auto heavy = add_material(scene, 80000, 0);
+  add_body(scene, "tool", BodyKind::rigid, heavy, {-0.1, -0.1, 0.4}, {0.1, 0.1, 0.6});
+  scene.config.method = Method::paper;
+  scene.config.numerics.sound_speed = 10;
+  const Plan dense = make_plan(scene);
+  EXPECT_EQ(dense.limited_by, "density");
+  scene.config.materials[heavy].density = 5000;
+  const Plan light = make_plan(scene);
+  EXPECT_EQ(light.limited_by, "sound");
+  EXPECT_NEAR(light.dt_limit / dense.dt_limit, 4, 1e-6);
+  scene.config.materials[heavy].density = 80000;
+  scene.config.method = Method::accurate;
+  for (const StepLimit& limit : make_plan(scene).limits) EXPECT_NE(limit.by, "density");
+}
+
 TEST(Plan, LetsNothingSleepThatConductsHeat) {
   Scene scene = pool();
   EXPECT_FALSE(make_plan(scene).sleeps);
