@@ -110,14 +110,15 @@ EGLConfig choose_config(EGLDisplay display, int samples) {
 
 class EglWindow : public osgViewer::GraphicsWindow {
  public:
-  EglWindow(int width, int height, int samples, const std::string& gpu) {
+  EglWindow(int width, int height, int samples, const std::string& gpu, bool debug) {
     display_ = choose_display(gpu);
     if (!eglBindAPI(EGL_OPENGL_API)) fail("desktop OpenGL is not offered");
     const EGLConfig config = choose_config(display_, samples);
     const EGLint size[] = {EGL_WIDTH, width, EGL_HEIGHT, height, EGL_NONE};
     surface_ = eglCreatePbufferSurface(display_, config, size);
     if (surface_ == EGL_NO_SURFACE) fail("no surface of the asked size");
-    const EGLint profile[] = {EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_COMPATIBILITY_PROFILE_BIT, EGL_NONE};
+    const EGLint profile[] = {EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_COMPATIBILITY_PROFILE_BIT,
+                              debug ? EGL_CONTEXT_OPENGL_DEBUG : EGL_NONE, EGL_TRUE, EGL_NONE};
     context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, profile);
     if (context_ == EGL_NO_CONTEXT) fail("no OpenGL compatibility context");
 
@@ -165,8 +166,9 @@ class EglWindow : public osgViewer::GraphicsWindow {
 
 }  // namespace
 
-osg::ref_ptr<osgViewer::GraphicsWindow> make_egl_window(int width, int height, int samples, const std::string& gpu) {
-  return new EglWindow(width, height, samples, gpu);
+osg::ref_ptr<osgViewer::GraphicsWindow> make_egl_window(int width, int height, int samples, const std::string& gpu,
+                                                        bool debug) {
+  return new EglWindow(width, height, samples, gpu, debug);
 }
 
 }  // namespace palp

@@ -119,7 +119,7 @@ bool write_summary(const std::string& file, const Session& session, const FeedVi
   }
 }
 
-int run(const ViewerOptions& options) {
+int show(const ViewerOptions& options) {
   set_shader_directory(options.shader_directory);
   Stage stage(options.stage);
   spdlog::info("drawing {}x{} {} on {}{}", stage.width(), stage.height(),
@@ -177,6 +177,19 @@ int run(const ViewerOptions& options) {
   const bool healthy = whole && (!captured || session.frames_drawn() > 0);
   const bool told = write_summary(options.summary, session, feed.view(), healthy);
   return healthy && told ? 0 : 1;
+}
+
+int run(ViewerOptions options) {
+  constexpr int kMostTold = 20;
+  int gl_errors = 0;  // to the end of the context, which closes with the stage
+  if (options.gl_errors) {
+    options.stage.on_gl_error = [&gl_errors](const std::string& error) {
+      if (++gl_errors <= kMostTold) spdlog::error("OpenGL: {}", error);
+    };
+  }
+  const int status = show(options);
+  if (gl_errors > 0) spdlog::error("OpenGL told of {} errors", gl_errors);
+  return gl_errors > 0 ? kExitFailed : status;
 }
 
 }  // namespace

@@ -87,6 +87,7 @@ void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   app.add_option("--summary", o.summary, "write a summary (JSON) at the end");
   app.add_option("--shaders", o.shader_directory, "take shaders from this directory first")
       ->check(CLI::ExistingDirectory);
+  app.add_flag("--gl-errors", o.gl_errors, "tell every error of OpenGL, and end with status 1 if there was one");
   add_bus_options(app, o.bus);
 }
 

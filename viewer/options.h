@@ -25,6 +25,7 @@ struct ViewerOptions {
   std::string video;                // video file, or empty
   std::string summary;              // JSON file, or empty
   std::string shader_directory;
+  bool gl_errors = false;  // tell every error of OpenGL, and fail if there was one
 };
 
 // Reads the command line.

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include <spdlog/spdlog.h>
 #include <osg/DisplaySettings>
 #include <osgGA/OrbitManipulator>
 
@@ -55,7 +56,8 @@ osg::ref_ptr<osg::GraphicsContext> open_x11_window(const StageOptions& options) 
 
 }  // namespace
 
-Stage::Stage(const StageOptions& options) : viewer_(new osgViewer::Viewer), read_back_(new ReadBack) {
+Stage::Stage(const StageOptions& options)
+    : viewer_(new osgViewer::Viewer), read_back_(new ReadBack), on_gl_error_(options.on_gl_error) {
   viewer_->setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
   viewer_->setLightingMode(osg::View::NO_LIGHT);
   viewer_->setKeyEventSetsDone(osgGA::GUIEventAdapter::KEY_Escape);
@@ -92,6 +94,8 @@ Stage::Stage(const StageOptions& options) : viewer_(new osgViewer::Viewer), read
   }
   const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   renderer_ = name != nullptr ? name : "unknown";
+  if (on_gl_error_ && !listen_to_gl_errors(on_gl_error_))
+    spdlog::warn("this OpenGL cannot tell of its errors as they happen");
   window_->releaseContext();
   go_home();
 }
@@ -105,7 +109,8 @@ Stage::~Stage() {
 
 void Stage::open_window(const StageOptions& options) {
   if (options.headless) {
-    window_ = make_egl_window(options.width, options.height, options.samples, options.gpu);
+    window_ =
+        make_egl_window(options.width, options.height, options.samples, options.gpu, options.on_gl_error != nullptr);
     return;
   }
   osg::ref_ptr<osg::GraphicsContext> context = open_x11_window(options);

@@ -9,6 +9,7 @@
 #include <osg/ref_ptr>
 #include <osgViewer/Viewer>
 
+#include "viewer/gl_errors.h"
 #include "viewer/hud.h"
 #include "viewer/scene_graph.h"
 
@@ -21,6 +22,7 @@ struct StageOptions {
   bool headless = false;
   std::string gpu = "auto";  // see egl_window.h; headless only
   std::string title = "palp";
+  GlErrorListener on_gl_error;  // of the stage's context until it is closed; unset: OSG's own checks alone
 };
 
 // Rows from the bottom up, three bytes a pixel: R G B.
@@ -65,6 +67,7 @@ class Stage {
   osg::ref_ptr<osgViewer::GraphicsWindow> window_;
   osg::ref_ptr<ReadBack> read_back_;
   std::string renderer_;
+  GlErrorListener on_gl_error_;
   osg::Matrixd home_;  // where the camera was sent
 };
 

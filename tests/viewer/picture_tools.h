@@ -72,6 +72,7 @@ inline StageOptions small_stage(int width = 320, int height = 240) {
   options.height = height;
   options.headless = true;
   options.gpu = "cpu";
+  options.on_gl_error = [](const std::string& error) { ADD_FAILURE() << "OpenGL: " << error; };
   return options;
 }
 

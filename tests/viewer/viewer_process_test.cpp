@@ -96,6 +96,7 @@ class ViewerProcess : public testing::TestWithParam<Vendor> {
                                        "--headless",
                                        "--gpu",
                                        "cpu",
+                                       "--gl-errors",
                                        "--size",
                                        "320x240",
                                        "--dds",
