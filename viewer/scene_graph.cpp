@@ -61,6 +61,16 @@ osg::BoundingBoxd domain_of(const SceneDescription& scene) {
   return std::isfinite(size) && size > 0 ? box : osg::BoundingBoxd(-0.1, -0.1, 0, 0.1, 0.1, 0.1);
 }
 
+// Adds some of the points, evenly over their order.
+template <class Point, class Keep>
+void sample(std::size_t count, Point&& point, std::vector<osg::Vec3d>& out, Keep&& keep) {
+  constexpr std::size_t kMost = 1500;
+  const std::size_t stride = count / kMost + 1;
+  for (std::size_t i = 0; i < count; i += stride) {
+    if (const osg::Vec3d p = point(i); keep(p)) out.push_back(p);
+  }
+}
+
 bool pose_matrix(const PoseD& pose, osg::Matrixd& out) {
   const auto& p = pose.position;
   const auto& q = pose.orientation;
@@ -72,24 +82,6 @@ bool pose_matrix(const PoseD& pose, osg::Matrixd& out) {
 }
 
 }  // namespace
-
-CameraPose home_view(const osg::BoundingBoxd& box, double aspect) {
-  osg::Vec3d back(0.36, -0.82, 0.46);  // from the centre to the eye
-  back.normalize();
-  osg::Vec3d right = osg::Vec3d(0, 0, 1) ^ back;
-  right.normalize();
-  const osg::Vec3d up = back ^ right;
-  const double tan_v = std::tan(osg::DegreesToRadians(kFieldOfView) / 2) * 0.90;  // leaves a margin
-  const double tan_h = tan_v * aspect;
-  double distance = 0;
-  for (unsigned i = 0; i < 8; ++i) {
-    const osg::Vec3d corner = box.corner(i) - box.center();
-    const double forward = corner * back;
-    distance =
-        std::max({distance, std::abs(corner * right) / tan_h + forward, std::abs(corner * up) / tan_v + forward});
-  }
-  return {box.center() + back * distance, box.center()};
-}
 
 SceneGraph::SceneGraph()
     : root_(new osg::Group),
@@ -150,6 +142,7 @@ void SceneGraph::set_scene(const SceneDescription& scene) {
   force_scale_ = {};
   seen_frame_ = false;
   first_frame_.init();
+  first_outline_.clear();
   domain_ = domain_of(scene);
   update_content();
 }
@@ -162,6 +155,10 @@ void SceneGraph::set_surface(std::size_t index, const BodyMesh& mesh) {
     part->setStateSet(state);
     body.place->addChild(part);
     body.box.expandBy(part->getBoundingBox());
+    const auto& vertices = static_cast<const osg::Vec3Array&>(*part->getVertexArray());
+    sample(
+        vertices.size(), [&](std::size_t i) { return osg::Vec3d(vertices[i]); }, body.outline,
+        [](const osg::Vec3d&) { return true; });
   };
   add(mesh.solid, solid_);
   add(mesh.glass, glass_);
@@ -192,10 +189,16 @@ void SceneGraph::set_frame(const ParticleFrame& frame) {
   cloud_.set_frame(frame);
   if (seen_frame_) return;
   seen_frame_ = true;
-  for (std::size_t i = 0; i + 2 < frame.positions.size(); i += 3) {
-    const osg::Vec3d p(frame.positions[i], frame.positions[i + 1], frame.positions[i + 2]);
-    if (p.valid() && domain_.contains(p)) first_frame_.expandBy(p);
+  const auto particle = [&](std::size_t i) {
+    const float* p = frame.positions.data() + 3 * i;
+    return osg::Vec3d(p[0], p[1], p[2]);
+  };
+  const auto within = [this](const osg::Vec3d& p) { return p.valid() && domain_.contains(p); };
+  const std::size_t count = frame.positions.size() / 3;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (within(particle(i))) first_frame_.expandBy(particle(i));
   }
+  sample(count, particle, first_outline_, within);
   update_content();
 }
 
@@ -211,12 +214,18 @@ void SceneGraph::set_proxy(const ProxySample& sample) {
 
 void SceneGraph::update_content() {
   osg::BoundingBoxd box = first_frame_;
+  outline_ = first_outline_;
   for (const PlacedBody& body : bodies_) {
     if (!body.box.valid() || body.place->getNodeMask() == 0) continue;
     for (unsigned i = 0; i < 8; ++i) box.expandBy(osg::Vec3d(body.box.corner(i)) * body.place->getMatrix());
+    for (const osg::Vec3d& p : body.outline) outline_.push_back(p * body.place->getMatrix());
   }
   const bool usable = box.valid() && std::isfinite(box.radius()) && box.radius() > 0;
   content_ = usable ? box : domain_;
+  if (!usable || outline_.empty()) {
+    outline_.clear();
+    for (unsigned i = 0; i < 8; ++i) outline_.push_back(content_.corner(i));
+  }
   place_ground();
 }
 

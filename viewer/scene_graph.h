@@ -17,17 +17,6 @@
 
 namespace palp {
 
-inline constexpr double kFieldOfView = 30;  // vertical [degrees]
-
-// A camera: where it stands and the point that it looks at, world z up.
-struct CameraPose {
-  osg::Vec3d eye;
-  osg::Vec3d center;
-};
-
-// Returns a view from the front, the right and above that shows the whole box. aspect: width over height.
-CameraPose home_view(const osg::BoundingBoxd& box, double aspect);
-
 class SceneGraph {
  public:
   SceneGraph();
@@ -56,6 +45,8 @@ class SceneGraph {
   const ParticleCloud& cloud() const { return cloud_; }
   // Returns the box around the surfaces and the first frame; the domain's bounds before there is either.
   const osg::BoundingBoxd& content() const { return content_; }
+  // Points all over what content() is around: enough of them to frame it.
+  const std::vector<osg::Vec3d>& outline() const { return outline_; }
   // The force [N] and length [m] of the longest arrow.
   double arrow_force() const { return force_scale_.full_scale(); }
   double arrow_length() const { return 0.55 * content_.radius(); }
@@ -63,7 +54,8 @@ class SceneGraph {
  private:
   struct PlacedBody {
     BodyKind kind = BodyKind::fluid;
-    osg::BoundingBox box;  // of the surface, body frame
+    osg::BoundingBox box;             // of the surface, body frame
+    std::vector<osg::Vec3d> outline;  // points of it, body frame
     osg::ref_ptr<osg::MatrixTransform> place;
   };
 
@@ -79,8 +71,10 @@ class SceneGraph {
   std::array<std::unique_ptr<ForceArrow>, kMaxDevices> arrows_;
   ForceScale force_scale_;
   osg::BoundingBoxd domain_;
-  osg::BoundingBoxd first_frame_;  // the box around its particles; invalid before it comes
+  osg::BoundingBoxd first_frame_;          // the box around its particles; invalid before it comes
+  std::vector<osg::Vec3d> first_outline_;  // points of it
   osg::BoundingBoxd content_;
+  std::vector<osg::Vec3d> outline_;
   bool seen_frame_ = false;
 };
 

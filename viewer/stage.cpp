@@ -9,6 +9,7 @@
 #include <osgGA/OrbitManipulator>
 
 #include "viewer/egl_window.h"
+#include "viewer/home_view.h"
 
 namespace palp {
 
@@ -127,7 +128,7 @@ int Stage::width() const { return static_cast<int>(viewer_->getCamera()->getView
 int Stage::height() const { return static_cast<int>(viewer_->getCamera()->getViewport()->height()); }
 
 void Stage::go_home() {
-  const CameraPose pose = home_view(scene_.content(), static_cast<double>(width()) / height());
+  const CameraPose pose = home_view(scene_.outline(), static_cast<double>(width()) / height());
   auto* manipulator = viewer_->getCameraManipulator();
   manipulator->setAutoComputeHomePosition(false);
   manipulator->setHomePosition(pose.eye, pose.center, osg::Vec3d(0, 0, 1));

@@ -6,6 +6,7 @@
 
 #include "tests/viewer/picture_tools.h"
 #include "tests/viewer/synthetic_scene.h"
+#include "viewer/home_view.h"
 #include "viewer/stage.h"
 
 namespace palp::test {
@@ -95,9 +96,10 @@ TEST(Image, ParticlesHaveTheDepthOfSpheres) {
   stage.go_home();
   shoot(stage);  // puts the camera there
   const osg::Vec3d eye = eye_of(stage);
-  const osg::Vec3d center = stage.scene().content().center();
-  osg::Vec3d to_eye = eye - center;
-  to_eye.normalize();
+  osg::Vec3d ignored_eye, ahead, up_of_view;
+  stage.viewer().getCamera()->getViewMatrixAsLookAt(ignored_eye, ahead, up_of_view);
+  const osg::Vec3d to_eye = eye - ahead;  // of length 1
+  const osg::Vec3d center = eye - to_eye * (eye - stage.scene().content().center()).length();
   osg::Vec3d right = osg::Vec3d(0, 0, 1) ^ to_eye;
   right.normalize();
   const osg::Vec3d up = to_eye ^ right;
@@ -336,11 +338,14 @@ TEST(Image, HomeShowsAllOfTheScene) {
   Stage stage(small_stage());
   set(stage, synthetic_scene(), ScalarField::speed);
   shoot(stage);
-  const osg::BoundingBoxd& box = stage.scene().content();
-  for (unsigned i = 0; i < 8; ++i) {
-    const osg::Vec2d p = stage.project(box.corner(i));
+  osg::BoundingBoxd seen;
+  for (const osg::Vec3d& point : stage.scene().outline()) {
+    const osg::Vec2d p = stage.project(point);
     EXPECT_TRUE(p.x() > 0 && p.x() < 320 && p.y() > 0 && p.y() < 240) << p.x() << ' ' << p.y();
+    seen.expandBy(osg::Vec3d(p.x(), p.y(), 0));
   }
+  // as near as it can be: the width or the height is used
+  EXPECT_GT(std::max((seen.xMax() - seen.xMin()) / 320, (seen.yMax() - seen.yMin()) / 240), 0.80);
 }
 
 }  // namespace
