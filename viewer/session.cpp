@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "viewer/body_colors.h"
+
 namespace palp {
 namespace {
 
@@ -85,7 +87,8 @@ void Session::watch_server(const FeedView& view, std::int64_t now_ns) {
 }
 
 void Session::take_scene(const FeedView& view, std::int64_t now_ns) {
-  scene_ = view.scene;
+  sent_scene_ = view.scene;
+  scene_ = with_distinct_colors(sent_scene_);
   frame_ = nullptr;
   poses_ = nullptr;
   frames_at_ns_.clear();
@@ -115,7 +118,7 @@ void Session::take_surfaces(std::int64_t now_ns) {
 }
 
 void Session::update(const FeedView& view, std::int64_t now_ns) {
-  const bool new_scene = view.scene && view.scene != scene_;
+  const bool new_scene = view.scene && view.scene != sent_scene_;
   if (new_scene) take_scene(view, now_ns);
   if (scene_) {
     take_surfaces(now_ns);

@@ -57,7 +57,8 @@ class Session {
   bool figures_shown_ = true;
   bool screenshot_wanted_ = false;
   bool paused_ = false;
-  std::shared_ptr<const SceneDescription> scene_;
+  std::shared_ptr<const SceneDescription> sent_scene_;  // by the server
+  std::shared_ptr<const SceneDescription> scene_;       // with a colour for every body
   SurfaceLoader surfaces_;
   std::int64_t surfaces_asked_ns_ = 0;
   bool surfaces_told_ = false;  // the log has said that it takes long
