@@ -2,17 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 #include <osg/BlendFunc>
 #include <osg/Depth>
-#include <osgDB/FileUtils>
-#include <osgText/Font>
 
 #include "viewer/arrays.h"
+#include "viewer/font.h"
 
 namespace palp {
 namespace {
@@ -23,31 +19,14 @@ const osg::Vec4f kValue(0.95f, 0.97f, 0.99f, 1.0f);
 const osg::Vec4f kAmber(1.0f, 0.74f, 0.26f, 1.0f);
 
 // A panel has room for this from the start, so that it does not grow with every force that is felt.
-const char* const kUsualValue = "12.34 N  ·  arrow 20 N = 123 mm";
+const char* const kUsualValue = "1234.56 s  ·  ×0.99 real time";
 
 const std::pair<const char*, const char*> kKeys[] = {
     {"left drag", "turn"},     {"middle drag", "move"}, {"right drag, wheel", "zoom"},
     {"r", "home view"},        {"c", "colours"},        {"m", "surfaces or particles"},
     {"space", "pause, go on"}, {"n", "one step"},       {"R", "start again"},
-    {"s", "save a picture"},   {"f", "full screen"},    {"u", "figures on, off"},
+    {"s", "save a picture"},   {"f", "full screen"},    {"u", "fewer, more, no figures"},
     {"h", "this help"},        {"Esc", "quit"}};
-
-osg::ref_ptr<osgText::Font> find_font() {
-  std::vector<std::string> candidates;
-  if (const char* chosen = std::getenv("PALP_FONT")) candidates.emplace_back(chosen);
-  for (const char* directory : {"/usr/share/fonts/truetype/dejavu/", "/usr/share/fonts/dejavu/",
-                                "/usr/share/fonts/TTF/", "/usr/share/fonts/dejavu-sans-fonts/"}) {
-    candidates.push_back(std::string(directory) + "DejaVuSans.ttf");
-  }
-  candidates.push_back(osgDB::findDataFile("fonts/DejaVuSans.ttf"));
-  for (const std::string& file : candidates) {
-    std::error_code ignored;
-    if (file.empty() || !std::filesystem::is_regular_file(file, ignored)) continue;
-    if (osg::ref_ptr<osgText::Font> font = osgText::readRefFontFile(file)) return font;
-  }
-  spdlog::warn("no DejaVuSans.ttf found (package fonts-dejavu-core, or PALP_FONT=FILE): a plain font serves");
-  return nullptr;
-}
 
 osg::ref_ptr<osg::Geometry> shape(GLenum mode, osg::Vec3Array* vertices, osg::Vec4Array* colors) {
   osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
@@ -116,7 +95,8 @@ Hud::Hud()
   // in the order of the tree: panels below, words above
   state->setRenderBinDetails(0, "TraversalOrderBin");
   state->setNestRenderBins(false);
-  rows_ = hud_rows({});
+  known_ = hud_rows({});
+  rows_ = rows_to_show();
 }
 
 osg::ref_ptr<osgText::Text> Hud::text(const osg::Vec2f& at, const std::string& words, const osg::Vec4f& color,
@@ -184,10 +164,32 @@ void Hud::lay_out_rows() {
   }
 }
 
+std::vector<HudRow> Hud::rows_to_show() const {
+  std::vector<HudRow> rows;
+  for (const HudRow& row : known_) {
+    if (detail_ == HudDetail::full || row.main || row.warn) rows.push_back(row);
+  }
+  return rows;
+}
+
+void Hud::set_detail(HudDetail detail) {
+  detail_ = detail;
+  rows_ = rows_to_show();
+  lay_out();
+}
+
+void Hud::show_next_detail() {
+  const bool shown = camera_->getNodeMask() != 0;
+  const bool was_brief = detail_ == HudDetail::brief;
+  set_visible(!shown || was_brief);
+  set_detail(shown && was_brief ? HudDetail::full : HudDetail::brief);
+}
+
 void Hud::set_data(const HudData& data) {
-  const std::vector<HudRow> rows = hud_rows(data);
-  bool wider = false;
-  for (std::size_t i = 0; i < rows.size() && i < values_.size(); ++i) {
+  known_ = hud_rows(data);
+  const std::vector<HudRow> rows = rows_to_show();
+  bool wider = !std::ranges::equal(rows, rows_, {}, &HudRow::label, &HudRow::label);
+  for (std::size_t i = 0; !wider && i < rows.size() && i < values_.size(); ++i) {
     if (rows[i].value != rows_[i].value) {
       values_[i]->setText(rows[i].value, osgText::String::ENCODING_UTF8);
       const osg::BoundingBox box = values_[i]->getBoundingBox();
@@ -298,6 +300,8 @@ void Hud::lay_out_field_legend() {
 
 void Hud::set_help(bool shown) {
   help_shown_ = shown;
+  for (osg::Group* group : {rows_group_.get(), legend_group_.get(), banner_group_.get()})
+    group->setNodeMask(shown ? 0u : ~0u);
   lay_out_help();
 }
 
@@ -311,15 +315,19 @@ void Hud::lay_out_help() {
     meanings = std::max(meanings, width_of(meaning));
   }
   keys += font_size_;
-  const float w = keys + meanings + 2 * pad;
-  const float h = static_cast<float>(std::size(kKeys)) * line() + 2 * pad;
+  float w = keys + meanings + 2 * pad;
+  float h = static_cast<float>(std::size(kKeys)) * line() + 2 * pad;
+  // a small picture gets small words, not fewer
+  const float scale = std::min({1.0f, 0.96f * width_ / w, 0.96f * height_ / h});
+  w *= scale;
+  h *= scale;
   const float x = (width_ - w) / 2, top = (height_ + h) / 2;
-  help_group_->addChild(panel(x, top - h, w, h, font_size_, osg::Vec4f(0.05f, 0.06f, 0.08f, 0.86f)));
-  float y = top - pad - 0.5f * line();
+  help_group_->addChild(panel(x, top - h, w, h, scale * font_size_, osg::Vec4f(0.05f, 0.06f, 0.08f, 0.86f)));
+  float y = top - scale * (pad + 0.5f * line());
   for (const auto& [key, meaning] : kKeys) {
-    help_group_->addChild(text({x + pad, y}, key, kAmber, osgText::Text::LEFT_BASE_LINE));
-    help_group_->addChild(text({x + pad + keys, y}, meaning, kValue, osgText::Text::LEFT_BASE_LINE));
-    y -= line();
+    help_group_->addChild(text({x + scale * pad, y}, key, kAmber, osgText::Text::LEFT_BASE_LINE, scale));
+    help_group_->addChild(text({x + scale * (pad + keys), y}, meaning, kValue, osgText::Text::LEFT_BASE_LINE, scale));
+    y -= scale * line();
   }
 }
 

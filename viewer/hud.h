@@ -23,8 +23,11 @@ struct Legend {
   bool operator==(const Legend&) const = default;
 };
 
-// All calls from the thread that renders, between frames. Without DejaVu Sans (fonts-dejavu-core) OSG's built-in font
-// serves, with one warning.
+// How many of the figures are shown: those that say how the simulation goes and what the hand feels, with whatever is
+// out of order; or all of them.
+enum class HudDetail { brief, full };
+
+// All calls from the thread that renders, between frames.
 class Hud {
  public:
   Hud();
@@ -33,13 +36,18 @@ class Hud {
   void set_size(int width, int height);  // of the picture [pixels]
   void set_data(const HudData& data);
   void set_legend(const Legend& legend);
+  // Shows the help in place of everything else.
   void set_help(bool shown);
+  void set_detail(HudDetail detail);
+  // Goes from brief figures to all of them, to none, and back.
+  void show_next_detail();
   void set_visible(bool visible) { camera_->setNodeMask(visible ? ~0u : 0u); }
   bool help_shown() const { return help_shown_; }
 
  private:
   osg::ref_ptr<osgText::Text> text(const osg::Vec2f& at, const std::string& words, const osg::Vec4f& color,
                                    osgText::Text::AlignmentType alignment, float scale = 1);
+  std::vector<HudRow> rows_to_show() const;
   float line() const { return 1.55f * font_size_; }
   float width_of(const std::string& words, float scale = 1);  // [pixels]
   void lay_out();
@@ -56,7 +64,9 @@ class Hud {
   osg::ref_ptr<osg::Group> rows_group_, banner_group_, legend_group_, help_group_;
   osg::ref_ptr<osgText::Font> font_;
   std::vector<osg::ref_ptr<osgText::Text>> values_;
-  std::vector<HudRow> rows_;
+  std::vector<HudRow> known_;  // all rows
+  std::vector<HudRow> rows_;   // those that are shown
+  HudDetail detail_ = HudDetail::brief;
   std::string banner_;
   Legend legend_;
   float width_ = 1, height_ = 1, font_size_ = 14;  // [pixels]

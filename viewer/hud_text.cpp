@@ -48,10 +48,10 @@ std::string format_time(double seconds) {
 
 std::vector<HudRow> hud_rows(const HudData& d) {
   std::vector<HudRow> rows;
-  rows.push_back({"view", fmt::format("{:.0f} pictures/s", d.shown_rate_hz), false});
-  rows.push_back({"particles",
-                  d.connected ? fmt::format("{}  ·  {:.0f} frames/s", grouped(d.particles), d.frame_rate_hz) : kUnknown,
-                  false});
+  rows.push_back({"view", fmt::format("{:.0f} pictures/s", d.shown_rate_hz)});
+  rows.push_back({"particles", d.connected
+                                   ? fmt::format("{}  ·  {:.0f} frames/s", grouped(d.particles), d.frame_rate_hz)
+                                   : kUnknown});
   const bool old = d.frame_age && *d.frame_age > kOldFrame && !d.paused;
   std::string age = d.frame_age ? fmt::format("{} old", format_time(*d.frame_age)) : kUnknown;
   if (d.lost_frames > 0) age += fmt::format("  ·  {} lost", grouped(d.lost_frames));
@@ -60,14 +60,15 @@ std::vector<HudRow> hud_rows(const HudData& d) {
   const bool running = !d.paused && !d.server_ended;
   if (d.paused) time += "  ·  paused, ×0 real time";
   if (running && d.real_time_factor) time += fmt::format("  ·  ×{:.2f} real time", *d.real_time_factor);
-  rows.push_back({"simulated", time, running && d.real_time_factor && *d.real_time_factor < kSlowFactor});
-  rows.push_back({"step", d.step_time ? format_time(*d.step_time) : kUnknown, false});
+  rows.push_back({"simulated", time, running && d.real_time_factor && *d.real_time_factor < kSlowFactor, true});
+  rows.push_back({"step", d.step_time ? format_time(*d.step_time) : kUnknown});
   std::string bridge = d.bridge_rate_hz ? fmt::format("{:.0f} Hz", *d.bridge_rate_hz) : "";
   if (d.bridge_late) bridge += fmt::format("{}{} late", bridge.empty() ? "" : "  ·  ", format_time(*d.bridge_late));
   if (d.bridge_data_age) bridge += fmt::format("  ·  {} old", format_time(*d.bridge_data_age));
   rows.push_back({"bridge", bridge.empty() ? kUnknown : bridge, d.bridge_late && *d.bridge_late > kLateBridge});
-  const std::string scale = fmt::format("  ·  arrow {:g} N = {:.0f} mm", d.arrow_force, 1e3 * d.arrow_length);
-  rows.push_back({"force", d.force ? fmt::format("{:.2f} N", *d.force) + scale : kUnknown, false});
+  rows.push_back({"force", d.force ? fmt::format("{:.2f} N", *d.force) : kUnknown, false, true});
+  const std::string scale = fmt::format("{:g} N = {:.0f} mm", d.arrow_force, 1e3 * d.arrow_length);
+  rows.push_back({"arrow", d.force ? scale : kUnknown});
   return rows;
 }
 

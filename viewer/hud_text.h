@@ -41,8 +41,10 @@ struct HudRow {
   std::string label;
   std::string value;
   bool warn = false;  // slow, old, lost: drawn in amber
+  bool main = false;  // shown even where there is little room
 };
 
+// Returns all rows, always the same ones in the same order.
 std::vector<HudRow> hud_rows(const HudData& data);
 
 // Returns one line over the picture when something needs to be known: no server, paused, a fault, old data. Or nothing.

@@ -225,8 +225,7 @@ void Session::act(Action action) {
       stage_.hud().set_help(!stage_.hud().help_shown());
       break;
     case Action::figures:
-      figures_shown_ = !figures_shown_;
-      stage_.hud().set_visible(figures_shown_);
+      stage_.hud().show_next_detail();
       break;
   }
 }

@@ -54,7 +54,6 @@ class Session {
   bool just_asked_ = false;  // for it, and the time is not noted yet
   std::int64_t asked_at_ns_ = 0;
   bool draw_all_ = false;
-  bool figures_shown_ = true;
   bool screenshot_wanted_ = false;
   bool paused_ = false;
   std::shared_ptr<const SceneDescription> sent_scene_;  // by the server

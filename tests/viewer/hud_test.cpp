@@ -63,10 +63,11 @@ void expect_words_inside(Hud& hud, unsigned group, const std::string& where) {
   }
 }
 
-enum Group { kRows, kLegend, kBanner };
+enum Group { kRows, kLegend, kBanner, kHelp };
 
-void expect_sound_layout(int width, int height, const Legend& legend) {
+void expect_sound_layout(int width, int height, const Legend& legend, HudDetail detail) {
   Hud hud;
+  hud.set_detail(detail);
   hud.set_size(width, height);
   hud.set_legend(legend);
   HudData data = full_data();
@@ -89,20 +90,62 @@ void expect_sound_layout(int width, int height, const Legend& legend) {
 
 TEST(Hud, PanelsHoldTheirWordsAndDoNotMeet) {
   for (const auto& [width, height] : {std::pair{420, 300}, {1280, 720}, {640, 360}, {1920, 1080}, {800, 600}}) {
-    for (const Legend& legend : {by_body(3), by_body(30), by_density()}) expect_sound_layout(width, height, legend);
+    for (const Legend& legend : {by_body(3), by_body(30), by_density()}) {
+      for (const HudDetail detail : {HudDetail::brief, HudDetail::full})
+        expect_sound_layout(width, height, legend, detail);
+    }
   }
 }
 
 // The panels are measured, not sized for one font.
 TEST(Hud, PanelsSuitAnyFont) {
   for (const char* font : {"/usr/share/fonts/truetype/dejavu/DejaVuSansMono-Bold.ttf",
-                           "/usr/share/fonts/truetype/dejavu/DejaVuSerif-Bold.ttf"}) {
-    if (!std::filesystem::exists(font)) GTEST_SKIP() << "no " << font;
+                           "/usr/share/fonts/truetype/dejavu/DejaVuSerif-Bold.ttf", "plain"}) {
+    if (std::string(font) != "plain" && !std::filesystem::exists(font)) GTEST_SKIP() << "no " << font;
     setenv("PALP_FONT", font, 1);
-    expect_sound_layout(1280, 720, by_body(3));
-    expect_sound_layout(640, 480, by_density());
+    expect_sound_layout(1280, 720, by_body(3), HudDetail::full);
+    expect_sound_layout(640, 480, by_density(), HudDetail::brief);
     unsetenv("PALP_FONT");
   }
+}
+
+TEST(Hud, HelpFitsThePictureAndStandsAlone) {
+  for (const auto& [width, height] : {std::pair{420, 300}, {200, 150}, {1280, 720}}) {
+    Hud hud;
+    hud.set_size(width, height);
+    hud.set_legend(by_body(3));
+    hud.set_help(true);
+    expect_words_inside(hud, kHelp, std::to_string(width));
+    const osg::BoundingBox panel = panel_of(hud, kHelp);
+    EXPECT_TRUE(panel.xMin() >= 0 && panel.xMax() <= width && panel.yMin() >= 0 && panel.yMax() <= height) << width;
+    for (const unsigned other : {kRows, kLegend, kBanner}) EXPECT_EQ(hud.camera()->getChild(other)->getNodeMask(), 0u);
+    hud.set_help(false);
+    for (const unsigned other : {kRows, kLegend, kBanner}) EXPECT_NE(hud.camera()->getChild(other)->getNodeMask(), 0u);
+  }
+}
+
+TEST(Hud, BriefFiguresLeaveThePictureFreeButNoWarningOut) {
+  Hud hud;
+  hud.set_size(1280, 720);
+  HudData data;
+  data.connected = true;
+  data.frame_age = 0.01;
+  hud.set_data(data);
+  const auto area = [&] {
+    const osg::BoundingBox panel = panel_of(hud, kRows);
+    return (panel.xMax() - panel.xMin()) * (panel.yMax() - panel.yMin()) / (1280 * 720);
+  };
+  const double brief = area();
+  EXPECT_LT(brief, 0.03);
+  data.frame_age = 0.9;  // old data is a row more
+  hud.set_data(data);
+  EXPECT_GT(area(), 1.2 * brief);
+  hud.show_next_detail();
+  EXPECT_GT(area(), 2 * brief);
+  hud.show_next_detail();
+  EXPECT_EQ(hud.camera()->getNodeMask(), 0u);
+  hud.show_next_detail();
+  EXPECT_NE(hud.camera()->getNodeMask(), 0u);
 }
 
 }  // namespace

@@ -255,6 +255,7 @@ TEST(Image, NoForceNoArrow) {
 
 TEST(Image, FiguresAreReadableAndChange) {
   Stage stage(small_stage(800, 600));
+  stage.hud().set_detail(HudDetail::full);
   set_scene(stage, three_dots());
   const auto bright = [](Pixel p) { return p.r > 140 && p.g > 140 && p.b > 140; };
   HudData data;

@@ -1,0 +1,13 @@
+// The font of all words in the picture.
+#pragma once
+
+#include <osg/ref_ptr>
+#include <osgText/Font>
+
+namespace palp {
+
+// Returns the font of the file that PALP_FONT names, else DejaVu Sans (fonts-dejavu-core). Returns null, which stands
+// for OSG's built-in font, with one warning where neither is found, and without one for PALP_FONT=plain.
+osg::ref_ptr<osgText::Font> find_font();
+
+}  // namespace palp
