@@ -44,6 +44,28 @@ std::string numbered(const std::string& file, int number) {
       .string();
 }
 
+// How long pictures took.
+class DrawTimes {
+ public:
+  void add(double seconds) {
+    if (newest_.size() < kMost) newest_.push_back(0);
+    newest_[count_++ % kMost] = seconds;
+  }
+  std::size_t count() const { return count_; }
+  // The time [ms] that this share of the newest pictures took at most; 0 without any.
+  double share_ms(double share) const {
+    if (newest_.empty()) return 0;
+    std::vector<double> sorted = newest_;
+    std::ranges::sort(sorted);
+    return 1e3 * sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+  }
+
+ private:
+  static constexpr std::size_t kMost = 10'000;
+  std::vector<double> newest_;  // [s]
+  std::size_t count_ = 0;
+};
+
 // Says which pictures are due and hands them to the capture.
 class Recorder {
  public:
@@ -103,7 +125,8 @@ void report(Feed& feed, const Session& session, const FeedView& view) {
 }
 
 // Returns false if the file cannot be written.
-bool write_summary(const std::string& file, const Session& session, const FeedView& view, bool healthy) {
+bool write_summary(const std::string& file, const Session& session, const FeedView& view, const DrawTimes& draw_times,
+                   bool healthy) {
   if (file.empty()) return true;
   try {
     write_json(file, {{"frames", view.frames + view.lost_frames},
@@ -111,12 +134,24 @@ bool write_summary(const std::string& file, const Session& session, const FeedVi
                       {"lost_frames", view.lost_frames},
                       {"refused_samples", view.refused},
                       {"drawn_frames", session.frames_drawn()},
+                      {"pictures", draw_times.count()},
+                      {"draw_p50_ms", draw_times.share_ms(0.5)},
+                      {"draw_p99_ms", draw_times.share_ms(0.99)},
                       {"healthy", healthy}});
     return true;
   } catch (const std::exception& error) {
     spdlog::error("{}", error.what());
     return false;
   }
+}
+
+osg::ref_ptr<KeyHandler> take_keys(Stage& stage) {
+  osg::ref_ptr<KeyHandler> keys = new KeyHandler;
+  stage.viewer().addEventHandler(keys);
+  osg::ref_ptr<osgViewer::WindowSizeHandler> window_size = new osgViewer::WindowSizeHandler;
+  window_size->setChangeWindowedResolution(false);
+  stage.viewer().addEventHandler(window_size);  // f: full screen
+  return keys;
 }
 
 int show(const ViewerOptions& options) {
@@ -126,11 +161,7 @@ int show(const ViewerOptions& options) {
                options.stage.headless ? "off-screen" : "in a window", stage.renderer(),
                stage.software_rendered() ? " (software)" : "");
   stage.hud().set_visible(options.figures);
-  osg::ref_ptr<KeyHandler> keys = new KeyHandler;
-  stage.viewer().addEventHandler(keys);
-  osg::ref_ptr<osgViewer::WindowSizeHandler> window_size = new osgViewer::WindowSizeHandler;
-  window_size->setChangeWindowedResolution(false);
-  stage.viewer().addEventHandler(window_size);  // f: full screen
+  const osg::ref_ptr<KeyHandler> keys = take_keys(stage);
 
   Recorder recorder(options, stage);
   Feed feed(options.bus);
@@ -143,6 +174,7 @@ int show(const ViewerOptions& options) {
   const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / options.rate_hz));
   auto next = start;
   double reported = -1;
+  DrawTimes draw_times;
   for (bool last = false; !last;) {
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
     last = stop_asked() || stage.viewer().done() || (options.seconds > 0 && seconds >= options.seconds);
@@ -150,12 +182,14 @@ int show(const ViewerOptions& options) {
     session.update(view, now_ns());
     const bool wanted = recorder.wants(seconds, last, session.take_screenshot_wish());
     if (last && !wanted) break;  // a picture of a large scene may take seconds
+    const std::int64_t begun_ns = now_ns();
     if (wanted) {
       stage.draw([&](Picture&& picture) { recorder.take(std::move(picture), seconds); });
     } else {
       stage.draw();
     }
     session.shown(now_ns());
+    draw_times.add(1e-9 * static_cast<double>(now_ns() - begun_ns));
     for (const Action action : keys->take()) session.act(action);
     if (seconds - reported >= 0.5) {
       report(feed, session, view);
@@ -175,7 +209,7 @@ int show(const ViewerOptions& options) {
                 options.bus.domain);
   }
   const bool healthy = whole && (!captured || session.frames_drawn() > 0);
-  const bool told = write_summary(options.summary, session, feed.view(), healthy);
+  const bool told = write_summary(options.summary, session, feed.view(), draw_times, healthy);
   return healthy && told ? 0 : 1;
 }
 
