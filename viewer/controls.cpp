@@ -12,6 +12,8 @@ std::optional<Action> action_of(int key) {
       return Action::home;
     case 'm':
       return Action::surfaces;
+    case 'b':
+      return Action::beads;
     case ' ':
       return Action::pause_or_resume;
     case 'n':

@@ -8,7 +8,7 @@
 
 namespace palp {
 
-enum class Action { next_color, home, surfaces, pause_or_resume, single_step, reset, screenshot, help, figures };
+enum class Action { next_color, home, surfaces, beads, pause_or_resume, single_step, reset, screenshot, help, figures };
 
 // Returns the action of a key (an ASCII letter or osgGA's symbol), if it has one.
 std::optional<Action> action_of(int key);

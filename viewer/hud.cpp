@@ -21,12 +21,21 @@ const osg::Vec4f kAmber(1.0f, 0.74f, 0.26f, 1.0f);
 // A panel has room for this from the start, so that it does not grow with every force that is felt.
 const char* const kUsualValue = "1234.56 s  ·  ×0.99 real time";
 
-const std::pair<const char*, const char*> kKeys[] = {
-    {"left drag", "turn"},     {"middle drag", "move"}, {"right drag, wheel", "zoom"},
-    {"r", "home view"},        {"c", "colours"},        {"m", "surfaces or particles"},
-    {"space", "pause, go on"}, {"n", "one step"},       {"R", "start again"},
-    {"s", "save a picture"},   {"f", "full screen"},    {"u", "fewer, more, no figures"},
-    {"h", "this help"},        {"Esc", "quit"}};
+const std::pair<const char*, const char*> kKeys[] = {{"left drag", "turn"},
+                                                     {"middle drag", "move"},
+                                                     {"right drag, wheel", "zoom"},
+                                                     {"r", "home view"},
+                                                     {"c", "colours"},
+                                                     {"m", "surfaces or particles"},
+                                                     {"b", "liquids or beads"},
+                                                     {"space", "pause, go on"},
+                                                     {"n", "one step"},
+                                                     {"R", "start again"},
+                                                     {"s", "save a picture"},
+                                                     {"f", "full screen"},
+                                                     {"u", "fewer, more, no figures"},
+                                                     {"h", "this help"},
+                                                     {"Esc", "quit"}};
 
 osg::ref_ptr<osg::Geometry> shape(GLenum mode, osg::Vec3Array* vertices, osg::Vec4Array* colors) {
   osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;

@@ -168,6 +168,7 @@ int show(const ViewerOptions& options) {
   Session session(stage, options.color, [&feed](CommandKind kind, const std::string& name, const std::string& value) {
     feed.send(kind, name, value);
   });
+  session.set_beads(options.beads);
 
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();

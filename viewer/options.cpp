@@ -32,8 +32,7 @@ struct CommandLine {
   std::string size = "1280x720";
   int samples = -1, nice = -1;
   double png_at = 0, png_every = 0;  // [s]
-  ScalarField color = ScalarField::none;
-  CLI::Option *color_given = nullptr, *png_at_given = nullptr, *png_every_given = nullptr;
+  CLI::Option *png_at_given = nullptr, *png_every_given = nullptr;
 };
 
 // Returns what is wrong with a size as --size takes it, or nothing.
@@ -61,13 +60,20 @@ void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   std::map<std::string, ScalarField> colors;
   for (std::size_t i = 0; i < kScalarFields.size(); ++i)
     colors.emplace(legend_name(static_cast<ScalarField>(i)), static_cast<ScalarField>(i));
-  line.color_given =
-      app.add_option("--color", line.color,
-                     "of the particles: body, speed, density, pressure or temperature; without it the field that the "
-                     "server sends. It sends one field to all viewers: the one that was asked for last, here or by key "
-                     "c of any viewer. A viewer that asked for another one says so and colours by body")
-          ->transform(CLI::CheckedTransformer(colors).description(""))
-          ->type_name("FIELD");
+  app.add_option("--color", o.color,
+                 "what the colours of particles show: body, which is how things look, speed, density, pressure or "
+                 "temperature. The server sends one field to all viewers: the one that was asked for last, here or "
+                 "by key c of any viewer. A viewer that asked for another one says so and shows how things look")
+      ->capture_default_str()
+      ->transform(CLI::CheckedTransformer(colors).description(""))
+      ->type_name("FIELD");
+  const std::map<std::string, Surfaces> surfaces{
+      {"auto", Surfaces::automatic}, {"fine", Surfaces::fine}, {"quick", Surfaces::quick}};
+  app.add_option("--surfaces", o.stage.surfaces,
+                 "how well liquids are drawn: fine, quick or auto, which is quick on a software rasteriser")
+      ->transform(CLI::CheckedTransformer(surfaces).description(""))
+      ->type_name("auto|fine|quick");
+  app.add_flag("--beads", o.beads, "draw liquids and soft bodies as one sphere a particle");
   auto* png =
       app.add_option("--png", o.png, "write a picture, when the viewer ends unless --png-at or --png-every say when");
   line.png_at_given = app.add_option("--png-at", line.png_at, "write it this many seconds after the start")
@@ -118,7 +124,6 @@ Parsed<ViewerOptions> parse_viewer_options(int argc, const char* const* argv) {
   o.stage.headless = o.stage.headless || !has_display();
   o.stage.samples = line.samples >= 0 ? line.samples : o.stage.headless ? 0 : 4;
   o.nice = line.nice >= 0 ? line.nice : o.stage.headless ? 10 : 0;
-  if (line.color_given->count() > 0) o.color = line.color;
   if (line.png_at_given->count() > 0) o.png_at = line.png_at;
   if (line.png_every_given->count() > 0) o.png_every = line.png_every;
   if (o.rate_hz == 0) o.rate_hz = default_rate(o);

@@ -13,9 +13,10 @@ namespace palp {
 struct ViewerOptions {
   BusOptions bus;
   StageOptions stage;
-  double rate_hz = 0;                // pictures per second at most
-  double seconds = 0;                // run this long; 0: until told to stop
-  std::optional<ScalarField> color;  // of the particles; none: by body; unset: by the field that the server sends
+  double rate_hz = 0;                     // pictures per second at most
+  double seconds = 0;                     // run this long; 0: until told to stop
+  ScalarField color = ScalarField::none;  // what the particles' colours show; none: how bodies look
+  bool beads = false;                     // liquids and soft bodies as spheres
   bool figures = true;
   int nice = 0;                     // niceness of the process
   int raster_threads = 1;           // of a software rasteriser, off-screen

@@ -29,6 +29,9 @@ osg::ref_ptr<osg::Image> map_image(ColorMapKind kind) {
   return image;
 }
 
+// Coordinates [m] beyond this are faults: nothing so far out is drawn.
+constexpr float kFarthest = 1e5f;
+
 constexpr float kNoScalar = -3e38f;  // the shader colours such a particle by its body
 
 bool deforms(BodyKind kind) { return kind == BodyKind::fluid || kind == BodyKind::elastic; }
@@ -45,14 +48,20 @@ osg::Vec4ub to_bytes(const std::array<float, 3>& color) {
 
 }  // namespace
 
-ParticleCloud::ParticleCloud() : switch_(new osg::Switch), map_(new osg::Texture1D) {
+ParticleCloud::ParticleCloud() : shared_(new osg::StateSet), map_(new osg::Texture1D) {
   map_->setImage(map_image(map_kind_));
   map_->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
   map_->setFilter(osg::Texture::MAG_FILTER, osg::Texture::LINEAR);
   map_->setWrap(osg::Texture::WRAP_S, osg::Texture::CLAMP_TO_EDGE);
   map_->setResizeNonPowerOfTwoHint(false);
+  shared_->addUniform(new osg::Uniform("by_scalar", false));
+  shared_->addUniform(new osg::Uniform("value_range", osg::Vec2f(0, 1)));
 
-  osg::StateSet* state = switch_->getOrCreateStateSet();
+  for (auto& node : switches_) {
+    node = new osg::Switch;
+    node->setCullingActive(false);
+  }
+  osg::StateSet* state = points(Medium::beads)->getOrCreateStateSet();
   state->setAttributeAndModes(load_program("particle", {"particle.vert", "particle.frag", "lighting.glsl"}));
   state->setTextureAttributeAndModes(0, new osg::PointSprite);
   state->setTextureAttribute(0, map_);
@@ -61,26 +70,26 @@ ParticleCloud::ParticleCloud() : switch_(new osg::Switch), map_(new osg::Texture
   state->addUniform(new osg::Uniform("color_map", 0));
   state->addUniform(new osg::Uniform("radius", 0.01f));
   state->addUniform(new osg::Uniform("picture_height", 720.0f));
-  state->addUniform(new osg::Uniform("by_scalar", false));
-  state->addUniform(new osg::Uniform("value_range", osg::Vec2f(0, 1)));
   state->setRenderBinDetails(1, "RenderBin");
-  switch_->setCullingActive(false);
 
-  for (auto& set : sets_) {
-    set = new osg::Geometry;
-    set->setUseDisplayList(false);
-    set->setUseVertexBufferObjects(true);
-    set->setCullingActive(false);
-    osg::ref_ptr<osg::Vec4Array> vertices = new osg::Vec4Array;
-    osg::ref_ptr<osg::Vec4ubArray> colors = new osg::Vec4ubArray;
-    colors->setNormalize(true);
-    set->setVertexArray(vertices);
-    set->setColorArray(colors, osg::Array::BIND_PER_VERTEX);
+  for (Set& set : sets_) {
+    set.vertices = new osg::Vec4Array;
+    set.colors = new osg::Vec4ubArray;
+    set.colors->setNormalize(true);
     // positions change with every frame and colours seldom: separate buffers, so that only what changed is sent
-    vertices->setVertexBufferObject(new osg::VertexBufferObject);
-    vertices->getVertexBufferObject()->setUsage(GL_STREAM_DRAW);
-    colors->setVertexBufferObject(new osg::VertexBufferObject);
-    switch_->addChild(set, false);
+    set.vertices->setVertexBufferObject(new osg::VertexBufferObject);
+    set.vertices->getVertexBufferObject()->setUsage(GL_STREAM_DRAW);
+    set.colors->setVertexBufferObject(new osg::VertexBufferObject);
+    for (std::size_t m = 0; m < kMediums; ++m) {
+      osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
+      geometry->setUseDisplayList(false);
+      geometry->setUseVertexBufferObjects(true);
+      geometry->setCullingActive(false);
+      geometry->setVertexArray(set.vertices);
+      geometry->setColorArray(set.colors, osg::Array::BIND_PER_VERTEX);
+      set.points[m] = geometry;
+      switches_[m]->addChild(geometry, false);
+    }
   }
 }
 
@@ -88,7 +97,7 @@ void ParticleCloud::set_scene(const SceneDescription& scene) {
   bodies_.clear();
   for (const BodyDescription& body : scene.bodies) {
     const bool surface = !body.vertices.empty() && !body.triangles.empty();
-    bodies_.push_back({body.kind, body.first, body.count, body.density, body.color, surface});
+    bodies_.push_back({body.kind, body.first, body.count, body.density, body.color, surface, usual_medium(body)});
   }
   rest_density_ = 0;
   for (const Body& body : bodies_) {
@@ -96,29 +105,31 @@ void ParticleCloud::set_scene(const SceneDescription& scene) {
     const bool first = rest_density_ == 0;
     rest_density_ = first || rest_density_ == body.density ? body.density : -1;
   }
-  switch_->getStateSet()->getUniform("radius")->set(static_cast<float>(kRadiusOverSpacing * scene.spacing));
+  points(Medium::beads)
+      ->getStateSet()
+      ->getUniform("radius")
+      ->set(static_cast<float>(kRadiusOverSpacing * scene.spacing));
   steady_ = {};
   clear();
-  for (auto& set : sets_) static_cast<osg::Vec4ubArray*>(set->getColorArray())->clear();
+  for (Set& set : sets_) set.colors->clear();
 }
 
 void ParticleCloud::set_picture_height(int height) {
-  switch_->getStateSet()->getUniform("picture_height")->set(static_cast<float>(height));
+  points(Medium::beads)->getStateSet()->getUniform("picture_height")->set(static_cast<float>(height));
 }
 
 void ParticleCloud::clear() {
-  switch_->setAllChildrenOff();
+  for (auto& node : switches_) node->setAllChildrenOff();
+  for (osg::BoundingBoxd& box : boxes_) box.init();
   drawn_ = 0;
 }
 
-void ParticleCloud::choose_runs(std::size_t count) {
-  runs_.clear();
-  for (const Body& body : bodies_) {
-    if (!draw_all_ && body.has_surface) continue;
-    const std::size_t first = std::min<std::size_t>(body.first, count);
-    const std::size_t n = std::min<std::size_t>(body.count, count - first);
-    if (n > 0) runs_.emplace_back(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(n));
-  }
+// Returns how the particles of a body are drawn now, or nothing where its surface stands for them. Colours that stand
+// for numbers must not be looked through.
+std::optional<Medium> ParticleCloud::medium_of(const Body& body) const {
+  if (!draw_all_ && body.has_surface) return std::nullopt;
+  if (draw_all_ || beads_ || body.medium == Medium::beads) return Medium::beads;
+  return shown_ == ScalarField::none ? body.medium : Medium::opaque;
 }
 
 // Returns the values of fluids and deformable bodies, or of all that is drawn where there are none: walls and tools
@@ -143,31 +154,27 @@ void ParticleCloud::choose_colors(const ParticleFrame& frame) {
   const bool carried =
       !frame.scalars.empty() && 3 * frame.scalars.size() == frame.positions.size() && frame.field == wanted_;
   shown_ = carried ? wanted_ : ScalarField::none;
-  osg::StateSet* state = switch_->getStateSet();
-  state->getUniform("by_scalar")->set(shown_ != ScalarField::none);
+  shared_->getUniform("by_scalar")->set(shown_ != ScalarField::none);
   if (shown_ == ScalarField::none) return;
 
   range_ = steady_.update(shown_, suitable_range(shown_, values_for_range(frame), rest_density_));
-  state->getUniform("value_range")->set(osg::Vec2f(static_cast<float>(range_.low), static_cast<float>(range_.high)));
+  shared_->getUniform("value_range")->set(osg::Vec2f(static_cast<float>(range_.low), static_cast<float>(range_.high)));
   if (map_kind_ != color_map_of(shown_)) {
     map_kind_ = color_map_of(shown_);
     map_->setImage(map_image(map_kind_));
   }
 }
 
-void ParticleCloud::set_frame(const ParticleFrame& frame) {
+void ParticleCloud::fill_vertices(const ParticleFrame& frame, osg::Vec4Array& vertices) {
   const std::size_t count = frame.positions.size() / 3;
   const bool with_scalar = frame.scalars.size() == count;
-  choose_runs(count);
-  choose_colors(frame);
-
-  osg::Geometry& set = *sets_[next_];
-  auto& vertices = static_cast<osg::Vec4Array&>(*set.getVertexArray());
-  auto& colors = static_cast<osg::Vec4ubArray&>(*set.getColorArray());
   vertices.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     const float* p = frame.positions.data() + 3 * i;
-    vertices[i].set(p[0], p[1], p[2], with_scalar ? frame.scalars[i] : 0.0f);
+    const float scalar = with_scalar && std::isfinite(frame.scalars[i]) ? frame.scalars[i] : kNoScalar;
+    const bool is_place = std::abs(p[0]) < kFarthest && std::abs(p[1]) < kFarthest && std::abs(p[2]) < kFarthest;
+    // out of sight, however the camera stands
+    is_place ? vertices[i].set(p[0], p[1], p[2], scalar) : vertices[i].set(0, 0, 10 * kFarthest, scalar);
   }
   for (const Body& body : bodies_) {
     if (has_field(body.kind, shown_)) continue;
@@ -175,23 +182,48 @@ void ParticleCloud::set_frame(const ParticleFrame& frame) {
     for (std::size_t i = body.first; i < end; ++i) vertices[i].w() = kNoScalar;
   }
   vertices.dirty();
-  if (colors.size() != count) {
-    colors.assign(count, osg::Vec4ub(200, 200, 200, 255));
-    for (const Body& body : bodies_) {
-      const std::size_t first = std::min<std::size_t>(body.first, count);
-      const std::size_t n = std::min<std::size_t>(body.count, count - first);
-      std::fill_n(colors.begin() + static_cast<std::ptrdiff_t>(first), n, to_bytes(body.color));
-    }
-    colors.dirty();
+}
+
+void ParticleCloud::fill_colors(std::size_t count, osg::Vec4ubArray& colors) const {
+  if (colors.size() == count) return;
+  colors.assign(count, osg::Vec4ub(200, 200, 200, 255));
+  for (const Body& body : bodies_) {
+    const std::size_t first = std::min<std::size_t>(body.first, count);
+    const std::size_t n = std::min<std::size_t>(body.count, count - first);
+    std::fill_n(colors.begin() + static_cast<std::ptrdiff_t>(first), n, to_bytes(body.color));
   }
-  set.removePrimitiveSet(0, set.getNumPrimitiveSets());
-  drawn_ = 0;
-  for (const auto& [first, n] : runs_) {
-    set.addPrimitiveSet(new osg::DrawArrays(GL_POINTS, static_cast<GLint>(first), static_cast<GLsizei>(n)));
+  colors.dirty();
+}
+
+void ParticleCloud::draw_runs(Set& set) {
+  for (auto& geometry : set.points) geometry->removePrimitiveSet(0, geometry->getNumPrimitiveSets());
+  const std::size_t count = set.vertices->size();
+  for (const Body& body : bodies_) {
+    const std::optional<Medium> medium = medium_of(body);
+    const std::size_t first = std::min<std::size_t>(body.first, count);
+    const std::size_t n = std::min<std::size_t>(body.count, count - first);
+    if (!medium || n == 0) continue;
+    const auto m = static_cast<std::size_t>(*medium);
+    set.points[m]->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, static_cast<GLint>(first), static_cast<GLsizei>(n)));
     drawn_ += n;
+    if (*medium == Medium::beads) continue;
+    for (std::size_t i = first; i < first + n; ++i) {
+      const osg::Vec4f& v = (*set.vertices)[i];
+      if (v.z() < kFarthest) boxes_[m].expandBy(osg::Vec3d(v.x(), v.y(), v.z()));
+    }
   }
-  switch_->setSingleChildOn(static_cast<unsigned>(next_));
+}
+
+void ParticleCloud::set_frame(const ParticleFrame& frame) {
+  const auto newest = static_cast<unsigned>(next_);
+  Set& set = sets_[next_];
   next_ = (next_ + 1) % kSets;
+  clear();
+  choose_colors(frame);
+  fill_vertices(frame, *set.vertices);
+  fill_colors(set.vertices->size(), *set.colors);
+  draw_runs(set);
+  for (auto& node : switches_) node->setSingleChildOn(newest);
 }
 
 }  // namespace palp

@@ -1,11 +1,12 @@
-// Particles as shaded spheres on point sprites.
+// The particles on the GPU, as points that beads and surfaces of media are drawn from.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <utility>
+#include <optional>
 #include <vector>
 
+#include <osg/BoundingBox>
 #include <osg/Geometry>
 #include <osg/Switch>
 #include <osg/Texture1D>
@@ -14,6 +15,7 @@
 #include "idl/messages.h"
 #include "idl/particle_frame.h"
 #include "viewer/color_map.h"
+#include "viewer/medium.h"
 
 namespace palp {
 
@@ -22,12 +24,18 @@ namespace palp {
 class ParticleCloud {
  public:
   ParticleCloud();
-  osg::Node* node() { return switch_; }
+  // The points drawn as this medium; those of Medium::beads draw themselves as shaded spheres.
+  osg::Node* points(Medium medium) { return switches_[static_cast<std::size_t>(medium)]; }
+  osg::Texture1D* color_map_texture() { return map_; }
+  // The state that passes over points of every medium need: colours by scalar.
+  osg::StateSet* shared_state() { return shared_; }
 
   // Takes over the size of the particles, their bodies and colours. Nothing is drawn until the next frame.
   void set_scene(const SceneDescription& scene);
-  // Draws also those of bodies that have a surface, from the next frame on.
+  // Draws also those of bodies that have a surface, all as beads, from the next frame on.
   void set_draw_all(bool all) { draw_all_ = all; }
+  // Draws media as beads, from the next frame on.
+  void set_beads(bool beads) { beads_ = beads; }
   // Frames may come with any number of particles; those that no body of the scene claims are not drawn.
   void set_frame(const ParticleFrame& frame);
   void clear();
@@ -40,6 +48,9 @@ class ParticleCloud {
   ScalarField shown_field() const { return shown_; }
   const ValueRange& range() const { return range_; }
   std::size_t drawn() const { return drawn_; }
+  // The box around the points of the medium, invalid where there are none. Points that are no places, or farther out
+  // than anything that is simulated, are not drawn.
+  const osg::BoundingBoxd& box(Medium medium) const { return boxes_[static_cast<std::size_t>(medium)]; }
 
  private:
   static constexpr std::size_t kSets = 3;
@@ -49,18 +60,29 @@ class ParticleCloud {
     double density;              // at rest [kg/m^3]
     std::array<float, 3> color;
     bool has_surface;
+    Medium medium;  // as it usually looks
+  };
+  struct Set {
+    osg::ref_ptr<osg::Vec4Array> vertices;
+    osg::ref_ptr<osg::Vec4ubArray> colors;
+    std::array<osg::ref_ptr<osg::Geometry>, kMediums> points;  // of the same arrays
   };
 
   void choose_colors(const ParticleFrame& frame);
   std::vector<float> values_for_range(const ParticleFrame& frame) const;
-  void choose_runs(std::size_t count);
+  std::optional<Medium> medium_of(const Body& body) const;
+  void fill_vertices(const ParticleFrame& frame, osg::Vec4Array& vertices);
+  void fill_colors(std::size_t count, osg::Vec4ubArray& colors) const;
+  void draw_runs(Set& set);
 
-  osg::ref_ptr<osg::Switch> switch_;
-  std::array<osg::ref_ptr<osg::Geometry>, kSets> sets_;
+  osg::ref_ptr<osg::StateSet> shared_;
+  std::array<osg::ref_ptr<osg::Switch>, kMediums> switches_;
+  std::array<Set, kSets> sets_;
   osg::ref_ptr<osg::Texture1D> map_;
   ColorMapKind map_kind_ = ColorMapKind::sequential;
   std::vector<Body> bodies_;
   bool draw_all_ = false;
+  bool beads_ = false;
   double rest_density_ = 0;
   std::size_t next_ = 0;
   std::size_t drawn_ = 0;
@@ -68,7 +90,7 @@ class ParticleCloud {
   ScalarField shown_ = ScalarField::none;
   SteadyRange steady_;
   ValueRange range_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> runs_;  // first, count of the particles drawn
+  std::array<osg::BoundingBoxd, kMediums> boxes_;
 };
 
 }  // namespace palp

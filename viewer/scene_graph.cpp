@@ -15,7 +15,10 @@ namespace palp {
 namespace {
 
 // The order of drawing: a later bin lies on top of what it cannot be sorted against.
-enum Bin { kBackgroundBin = -2, kGroundBin = -1, kSolidBin = 0, kGlassBin = 10, kEdgeBin = 11 };
+// Opaque media are drawn in bin 2 and clear ones in bin 4 (medium_surface.cpp).
+enum Bin { kBackgroundBin = -2, kGroundBin = -1, kSolidBin = 0, kCopyBin = 3, kGlassBin = 10, kEdgeBin = 11 };
+
+constexpr std::array<Medium, 2> kSurfaceMedia{Medium::opaque, Medium::clear};
 
 void blend_over(osg::StateSet* state) {
   state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
@@ -89,7 +92,8 @@ SceneGraph::SceneGraph()
       solid_(new osg::StateSet),
       glass_(new osg::StateSet),
       edges_(new osg::StateSet),
-      ground_(make_ground()) {
+      ground_(make_ground()),
+      picture_copy_(new PictureCopy) {
   osg::StateSet* state = root_->getOrCreateStateSet();
   state->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
   state->addUniform(new osg::Uniform("glass", 0.0f));
@@ -113,12 +117,38 @@ SceneGraph::SceneGraph()
   root_->addChild(make_background());
   root_->addChild(ground_);
   root_->addChild(surfaces_);
-  root_->addChild(cloud_.node());
+  add_media();
   for (auto& arrow : arrows_) {
     arrow = std::make_unique<ForceArrow>();
     root_->addChild(arrow->node());
   }
   clear();
+}
+
+void SceneGraph::add_media() {
+  osg::ref_ptr<osg::Group> particles = new osg::Group;
+  particles->setStateSet(cloud_.shared_state());
+  particles->addChild(cloud_.points(Medium::beads));
+  for (std::size_t i = 0; i < media_.size(); ++i) {
+    media_[i] = std::make_unique<MediumSurface>(kSurfaceMedia[i], cloud_.points(kSurfaceMedia[i]),
+                                                cloud_.color_map_texture(), picture_copy_);
+    particles->addChild(media_[i]->node());
+  }
+  picture_copy_->getOrCreateStateSet()->setRenderBinDetails(kCopyBin, "RenderBin");
+  particles->addChild(picture_copy_);
+  root_->addChild(particles);
+}
+
+void SceneGraph::set_picture(int width, int height, bool quick) {
+  cloud_.set_picture_height(height);
+  const SurfaceQuality quality = quick ? quick_surface(width, height) : kFineSurface;
+  for (auto& medium : media_) medium->set_size(width, height, quality);
+  picture_copy_->set_size(width, height);
+}
+
+void SceneGraph::set_view(const osg::Matrixd& view_projection) {
+  for (std::size_t i = 0; i < media_.size(); ++i) media_[i]->set_seen(cloud_.box(kSurfaceMedia[i]), view_projection);
+  picture_copy_->setNodeMask(cloud_.box(Medium::clear).valid() ? ~0u : 0u);
 }
 
 void SceneGraph::clear() {
@@ -138,6 +168,7 @@ void SceneGraph::set_scene(const SceneDescription& scene) {
     bodies_.push_back(body);
   }
   cloud_.set_scene(scene);
+  for (auto& medium : media_) medium->set_spacing(scene.spacing);
   for (auto& arrow : arrows_) arrow->hide();
   force_scale_ = {};
   seen_frame_ = false;

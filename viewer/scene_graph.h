@@ -12,6 +12,7 @@
 
 #include "idl/messages.h"
 #include "viewer/force_arrow.h"
+#include "viewer/medium_surface.h"
 #include "viewer/mesh.h"
 #include "viewer/particle_cloud.h"
 
@@ -37,10 +38,15 @@ class SceneGraph {
 
   // Hides the arrow: no force is known. device below kMaxDevices.
   void hide_proxy(std::uint32_t device) { arrows_[device]->hide(); }
-  void set_picture_height(int height) { cloud_.set_picture_height(height); }
+  // The size of the picture [pixels], and whether the surfaces of media must be cheap.
+  void set_picture(int width, int height, bool quick);
+  // Takes what the camera sees: media are looked for where they can be.
+  void set_view(const osg::Matrixd& view_projection);
   void set_color(ScalarField field) { cloud_.set_color(field); }
   // Draws the particles of every body instead of surfaces, from the next frame on.
   void set_draw_all(bool all);
+  // Draws the particles of media as beads and not as surfaces, from the next frame on.
+  void set_beads(bool beads) { cloud_.set_beads(beads); }
 
   const ParticleCloud& cloud() const { return cloud_; }
   // Returns the box around the surfaces and the first frame; the domain's bounds before there is either.
@@ -59,6 +65,7 @@ class SceneGraph {
     osg::ref_ptr<osg::MatrixTransform> place;
   };
 
+  void add_media();
   void update_content();
   void place_ground();
 
@@ -67,6 +74,8 @@ class SceneGraph {
   osg::ref_ptr<osg::StateSet> solid_, glass_, edges_;
   osg::ref_ptr<osg::Geometry> ground_;
   ParticleCloud cloud_;
+  osg::ref_ptr<PictureCopy> picture_copy_;  // behind clear media
+  std::array<std::unique_ptr<MediumSurface>, 2> media_;
   std::vector<PlacedBody> bodies_;
   std::array<std::unique_ptr<ForceArrow>, kMaxDevices> arrows_;
   ForceScale force_scale_;

@@ -49,9 +49,8 @@ double rate_of(std::deque<std::pair<std::int64_t, std::uint64_t>>& history, std:
 
 }  // namespace
 
-Session::Session(Stage& stage, std::optional<ScalarField> color, Send send)
-    : stage_(stage), send_(std::move(send)), chosen_(color.has_value()) {
-  set_color(color.value_or(ScalarField::none));
+Session::Session(Stage& stage, ScalarField color, Send send) : stage_(stage), send_(std::move(send)) {
+  set_color(color);
 }
 
 void Session::set_color(ScalarField field) {
@@ -101,7 +100,7 @@ void Session::take_scene(const FeedView& view, std::int64_t now_ns) {
   server_heard_ns_ = now_ns;
   spdlog::info("scene '{}': {} particles, {} bodies, {} triangles", scene_->name, scene_->particle_count,
                scene_->bodies.size(), surfaces_.triangles());
-  if (chosen_) ask_for_field();
+  ask_for_field();
 }
 
 void Session::take_surfaces(std::int64_t now_ns) {
@@ -130,7 +129,6 @@ void Session::update(const FeedView& view, std::int64_t now_ns) {
       const bool first = !frame_;
       frame_ = view.frame;
       ++frames_drawn_;
-      if (!chosen_ && frame_->field != color_) set_color(frame_->field);
       field_came_ = field_came_ || frame_->field == color_;
       stage_.scene().set_frame(*frame_);
       if (first) stage_.go_home();
@@ -190,12 +188,17 @@ void Session::shown(std::int64_t now_ns) {
   while (now_ns - shown_at_ns_.front() >= kSecondNs) shown_at_ns_.pop_front();
 }
 
+void Session::set_beads(bool beads) {
+  beads_ = beads;
+  stage_.scene().set_beads(beads);
+  if (frame_) stage_.scene().set_frame(*frame_);
+}
+
 void Session::act(Action action) {
   switch (action) {
     case Action::next_color: {
       const std::size_t next = (static_cast<std::size_t>(color_) + 1) % kScalarFields.size();
       set_color(static_cast<ScalarField>(next));
-      chosen_ = true;
       ask_for_field();
       if (frame_) stage_.scene().set_frame(*frame_);
       figures_at_ns_ = 0;
@@ -208,6 +211,9 @@ void Session::act(Action action) {
       draw_all_ = !draw_all_;
       stage_.scene().set_draw_all(draw_all_);
       if (frame_) stage_.scene().set_frame(*frame_);
+      break;
+    case Action::beads:
+      set_beads(!beads_);
       break;
     case Action::pause_or_resume:
       send_(paused_ ? CommandKind::resume : CommandKind::pause, "", "");

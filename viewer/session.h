@@ -20,9 +20,9 @@ class Session {
  public:
   using Send = std::function<void(CommandKind, const std::string& name, const std::string& value)>;
 
-  // stage must outlive the session. color: what the user chose, which the server is asked to send; unset: whatever
-  // field the server sends.
-  Session(Stage& stage, std::optional<ScalarField> color, Send send);
+  // stage must outlive the session. color: the field that colours show, which the server is asked to send; none: how
+  // bodies look.
+  Session(Stage& stage, ScalarField color, Send send);
 
   // Takes over what is new. now_ns: CLOCK_MONOTONIC.
   void update(const FeedView& view, std::int64_t now_ns);
@@ -30,6 +30,8 @@ class Session {
   void shown(std::int64_t now_ns);
 
   void act(Action action);
+  // Draws liquids and soft bodies as beads, or as surfaces.
+  void set_beads(bool beads);
   // Returns whether a picture was asked for by key since the last call.
   bool take_screenshot_wish();
 
@@ -49,11 +51,11 @@ class Session {
   Stage& stage_;
   Send send_;
   ScalarField color_ = ScalarField::none;
-  bool chosen_ = false;      // color_ by the user
   bool field_came_ = false;  // the server has sent color_ since it was asked for
   bool just_asked_ = false;  // for it, and the time is not noted yet
   std::int64_t asked_at_ns_ = 0;
   bool draw_all_ = false;
+  bool beads_ = false;
   bool screenshot_wanted_ = false;
   bool paused_ = false;
   std::shared_ptr<const SceneDescription> sent_scene_;  // by the server

@@ -58,7 +58,10 @@ osg::ref_ptr<osg::GraphicsContext> open_x11_window(const StageOptions& options) 
 }  // namespace
 
 Stage::Stage(const StageOptions& options)
-    : viewer_(new osgViewer::Viewer), read_back_(new ReadBack), on_gl_error_(options.on_gl_error) {
+    : viewer_(new osgViewer::Viewer),
+      read_back_(new ReadBack),
+      surfaces_(options.surfaces),
+      on_gl_error_(options.on_gl_error) {
   viewer_->setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
   viewer_->setLightingMode(osg::View::NO_LIGHT);
   viewer_->setKeyEventSetsDone(osgGA::GUIEventAdapter::KEY_Escape);
@@ -142,7 +145,8 @@ void Stage::go_home_unless_moved() {
 
 void Stage::draw(const std::function<void(Picture&&)>& read) {
   hud_.set_size(width(), height());
-  scene_.set_picture_height(height());
+  const bool automatic = surfaces_ == Surfaces::automatic;
+  scene_.set_picture(width(), height(), automatic ? software_rendered() : surfaces_ == Surfaces::quick);
   // The events first, then the depth range that suits where they have put the camera.
   viewer_->advance();
   viewer_->eventTraversal();
@@ -154,6 +158,7 @@ void Stage::draw(const std::function<void(Picture&&)>& read) {
   const double near = std::max(far - 14 * radius, 0.02 * radius);
   viewer_->getCamera()->setProjectionMatrixAsPerspective(kFieldOfView, static_cast<double>(width()) / height(), near,
                                                          far);
+  scene_.set_view(viewer_->getCamera()->getViewMatrix() * viewer_->getCamera()->getProjectionMatrix());
   read_back_->wanted = read ? &read : nullptr;
   viewer_->renderingTraversals();
   read_back_->wanted = nullptr;

@@ -15,6 +15,9 @@
 
 namespace palp {
 
+// How well liquids are drawn: quick takes fewer texels and rounds. automatic: quick on a software rasteriser.
+enum class Surfaces { automatic, fine, quick };
+
 struct StageOptions {
   int width = 1280;  // [pixels]
   int height = 720;
@@ -22,6 +25,7 @@ struct StageOptions {
   bool headless = false;
   std::string gpu = "auto";  // see egl_window.h; headless only
   std::string title = "palp";
+  Surfaces surfaces = Surfaces::automatic;
   GlErrorListener on_gl_error;  // of the stage's context until it is closed; unset: OSG's own checks alone
 };
 
@@ -67,6 +71,7 @@ class Stage {
   osg::ref_ptr<osgViewer::GraphicsWindow> window_;
   osg::ref_ptr<ReadBack> read_back_;
   std::string renderer_;
+  Surfaces surfaces_;
   GlErrorListener on_gl_error_;
   osg::Matrixd home_;  // where the camera was sent
 };

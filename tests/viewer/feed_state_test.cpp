@@ -322,7 +322,7 @@ TEST(FeedState, GarbageDoesNoHarm) {
 TEST(Session, KeysSendTheirCommands) {
   Stage stage(small_stage(64, 48));
   std::vector<std::pair<CommandKind, std::string>> sent;
-  Session session(stage, std::nullopt, [&](CommandKind kind, const std::string&, const std::string& value) {
+  Session session(stage, ScalarField::none, [&](CommandKind kind, const std::string&, const std::string& value) {
     sent.emplace_back(kind, value);
   });
   FeedState state(true, 1);
@@ -343,18 +343,6 @@ TEST(Session, KeysSendTheirCommands) {
                                                                   {CommandKind::reset, ""},
                                                                   {CommandKind::set_parameter, "speed"}};
   EXPECT_EQ(sent, expected);
-}
-
-TEST(Session, WithoutAChoiceTheFieldThatIsSentIsShown) {
-  Stage stage(small_stage(64, 48));
-  Session session(stage, std::nullopt, [](CommandKind, const std::string&, const std::string&) { FAIL(); });
-  SyntheticScene s = synthetic_scene(0.4, ScalarField::density);
-  FeedView view;
-  view.scene = std::make_shared<SceneDescription>(s.scene);
-  view.frame = std::make_shared<ParticleFrame>(s.frame);
-  session.update(view, kMs);
-  EXPECT_EQ(stage.scene().cloud().shown_field(), ScalarField::density);
-  EXPECT_EQ(session.figures().note, "");
 }
 
 }  // namespace

@@ -59,6 +59,7 @@ osg::Vec3d eye_of(Stage& stage) {
 
 TEST(Image, EveryParticleIsWhereItMustBeInItsBodysColor) {
   Stage stage(small_stage());
+  stage.scene().set_beads(true);
   stage.hud().set_visible(false);
   set_scene(stage, three_dots());
   stage.go_home();
@@ -87,6 +88,7 @@ TEST(Image, ParticlesHaveTheDepthOfSpheres) {
   // A wall stands between a particle's centre and the eye, 0.3 radii before the centre: the middle of the sphere comes
   // through the wall and its rim does not.
   Stage stage(small_stage());
+  stage.scene().set_beads(true);
   stage.hud().set_visible(false);
   SceneDescription scene = three_dots();
   BodyDescription wall;
@@ -179,6 +181,7 @@ TEST(Image, WallsDoNotStretchTheRangeOfTheFluidsDensity) {
 
 TEST(Image, FastParticlesAreBrighterThanSlowOnes) {
   Stage stage(small_stage());
+  stage.scene().set_beads(true);
   stage.hud().set_visible(false);
   SceneDescription scene = three_dots();
   set_scene(stage, scene);

@@ -25,14 +25,14 @@ TEST(Options, OffScreenIsModestUnlessTold) {
   EXPECT_EQ(plain->nice, 10);
   EXPECT_EQ(plain->stage.samples, 0);
   EXPECT_DOUBLE_EQ(plain->rate_hz, 5);
-  EXPECT_FALSE(plain->color);
+  EXPECT_EQ(plain->color, ScalarField::none);
   const auto told =
-      parse({"--headless", "--video", "v.mp4", "--nice", "0", "--size", "320x200", "--color", "body"}, code);
+      parse({"--headless", "--video", "v.mp4", "--nice", "0", "--size", "320x200", "--color", "speed"}, code);
   ASSERT_TRUE(told);
   EXPECT_EQ(told->nice, 0);
   EXPECT_DOUBLE_EQ(told->rate_hz, 30);
   EXPECT_EQ(told->stage.width, 320);
-  EXPECT_EQ(told->color, ScalarField::none);
+  EXPECT_EQ(told->color, ScalarField::speed);
 }
 
 TEST(Options, SenselessOnesAreRefused) {

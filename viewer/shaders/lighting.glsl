@@ -3,10 +3,22 @@
 // Colours go in and out as sRGB; a square stands in for the transfer curve, as it costs a software rasteriser little.
 uniform mat4 osg_ViewMatrix;
 
+// The direction to the key light, as the eye sees it.
+vec3 key_light() { return normalize(mat3(osg_ViewMatrix) * vec3(-0.42, -0.50, 0.76)); }
+
+// What shiny things reflect: a dim room with two soft windows, linear.
+vec3 environment(vec3 direction) {
+  vec3 world = transpose(mat3(osg_ViewMatrix)) * direction;
+  vec3 room = mix(vec3(0.09, 0.095, 0.105), vec3(0.42, 0.47, 0.53), smoothstep(-0.3, 1.0, world.z));
+  float left = smoothstep(0.78, 0.92, dot(world, normalize(vec3(-0.42, -0.50, 0.76))));
+  float back = smoothstep(0.86, 0.95, dot(world, normalize(vec3(0.35, 0.80, 0.48))));
+  return room + vec3(1.9, 1.85, 1.75) * left + vec3(0.9, 1.0, 1.15) * back;
+}
+
 vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim) {
   mat3 view = mat3(osg_ViewMatrix);
   vec3 up = view[2];
-  vec3 key = normalize(view * vec3(-0.42, -0.50, 0.76));
+  vec3 key = key_light();
   vec3 albedo = color * color;
   float facing = max(dot(normal, to_eye), 0.0);
   float wrapped = max((dot(normal, key) + 0.25) / 1.25, 0.0);

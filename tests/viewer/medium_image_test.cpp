@@ -1,0 +1,187 @@
+// Pictures of liquids and soft bodies as smooth surfaces: what must be seen is computed here, not compared with a
+// stored picture.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "tests/viewer/picture_tools.h"
+#include "tests/viewer/synthetic_scene.h"
+#include "viewer/stage.h"
+
+namespace palp::test {
+namespace {
+
+void set(Stage& stage, const SyntheticScene& s, ScalarField field = ScalarField::none) {
+  stage.hud().set_visible(false);
+  set_scene(stage, s.scene);
+  stage.scene().set_color(field);
+  stage.scene().set_poses(s.poses);
+  stage.scene().set_frame(s.frame);
+  stage.go_home();
+}
+
+// A tray of still liquid without its paddle, seen from above the rim.
+SyntheticScene still_tray(const char* name) {
+  SyntheticScene s = synthetic_scene();
+  s.scene.bodies[0].name = name;
+  s.scene.bodies.pop_back();
+  s.poses = {};
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i + 2 < s.frame.positions.size(); i += 3) {
+    if (s.frame.positions[i + 2] > kDepth) continue;
+    for (std::size_t k = 0; k < 3; ++k) s.frame.positions[kept + k] = s.frame.positions[i + k];
+    kept += 3;
+  }
+  s.frame.positions.resize(kept);
+  s.frame.scalars.assign(kept / 3, 0.2f);
+  return s;
+}
+
+// How much brightness changes from pixel to pixel in the middle of the liquid's surface.
+double roughness(Stage& stage, const Picture& picture) {
+  const osg::Vec2d a = stage.project({-0.06, 0.02, kDepth}), b = stage.project({0.06, 0.02, kDepth});
+  double sum = 0;
+  int count = 0;
+  for (int line = -8; line <= 8; ++line) {
+    for (int x = static_cast<int>(a.x()); x < static_cast<int>(b.x()); ++x) {
+      const int y = static_cast<int>(a.y() + (b.y() - a.y()) * (x - a.x()) / (b.x() - a.x())) + line;
+      sum += std::abs(at(picture, x + 1, y).g - at(picture, x, y).g);
+      ++count;
+    }
+  }
+  return sum / count;
+}
+
+TEST(MediumImage, ALiquidIsOneSmoothSurface) {
+  for (const char* name : {"water", "batter"}) {
+    Stage stage(small_stage(640, 480));
+    set(stage, still_tray(name));
+    const double smooth = roughness(stage, shoot(stage));
+    stage.scene().set_beads(true);
+    stage.scene().set_frame(still_tray(name).frame);
+    const double beads = roughness(stage, shoot(stage));
+    EXPECT_GT(beads, 4) << name << ": beads have a bright and a dark side";
+    EXPECT_LT(smooth, 0.25 * beads) << name;
+  }
+}
+
+TEST(MediumImage, WhatLiesInAClearLiquidIsSeenAndInAnOpaqueOneNot) {
+  for (const char* name : {"water", "batter"}) {
+    Picture pictures[2];
+    osg::Vec2d place;
+    for (const bool with : {false, true}) {
+      Stage stage(small_stage());
+      SyntheticScene s = still_tray(name);
+      BodyDescription ball;
+      ball.kind = BodyKind::fixed;
+      ball.name = "brick";
+      ball.color = {1, 0, 0};
+      add_box(ball, {-0.04, -0.03, 0.02}, {0.04, 0.03, 0.042}, true, true);
+      if (with) s.scene.bodies.push_back(ball);
+      set(stage, s);
+      pictures[with] = shoot(stage);
+      place = stage.project({0, 0, kDepth});
+    }
+    const Pixel before = at(pictures[0], place), after = at(pictures[1], place);
+    if (std::string(name) == "water") {
+      EXPECT_GT(after.r, before.r + 30);
+    } else {
+      EXPECT_LE(std::abs(after.r - before.r), 2) << "rounding alone";
+    }
+  }
+}
+
+TEST(MediumImage, WhatStandsBeforeALiquidHidesIt) {
+  Stage stage(small_stage());
+  SyntheticScene s = still_tray("water");
+  BodyDescription screen;
+  screen.kind = BodyKind::fixed;
+  screen.name = "screen";
+  screen.color = {1, 0, 0};
+  add_box(screen, {-0.2, -0.16, -0.02}, {0.2, -0.15, 0.2}, true, true);
+  s.scene.bodies.push_back(screen);
+  set(stage, s);
+  const Picture picture = shoot(stage);
+  EXPECT_TRUE(reddish(at(picture, stage.project({0, -0.16, 0.02}))));
+}
+
+TEST(MediumImage, ColorsThatStandForNumbersAreNotLookedThrough) {
+  Stage stage(small_stage());
+  SyntheticScene s = still_tray("water");
+  std::fill(s.frame.scalars.begin(), s.frame.scalars.end(), 0.0f);
+  s.frame.scalars[0] = s.frame.scalars[1] = 1;
+  s.frame.field = ScalarField::speed;
+  BodyDescription brick;
+  brick.kind = BodyKind::fixed;
+  brick.name = "brick";
+  brick.color = {1, 0, 0};
+  add_box(brick, {-0.04, -0.03, 0.02}, {0.04, 0.03, 0.042}, true, true);
+  s.scene.bodies.push_back(brick);
+  set(stage, s, ScalarField::speed);
+  const Pixel p = at(shoot(stage), stage.project({0, 0, kDepth}));
+  EXPECT_GT(p.b, 2 * p.r) << "the low end of the map is blue";
+}
+
+TEST(MediumImage, SenselessParticlesLeaveTheOthersAsTheyAre) {
+  const float nan = std::nanf(""), infinity = std::numeric_limits<float>::infinity();
+  const std::vector<float> senseless{nan, infinity, -infinity, 3e38f, -2e9f};
+  for (const ScalarField field : {ScalarField::none, ScalarField::speed}) {
+    Picture pictures[2];
+    for (const bool bad : {false, true}) {
+      Stage stage(small_stage());
+      SyntheticScene s = still_tray("water");
+      s.frame.field = ScalarField::speed;
+      for (std::size_t i = 0; i < s.frame.positions.size(); i += 30) {
+        s.frame.positions[i + i % 3] = bad ? senseless[i / 30 % senseless.size()] : 1e6f;
+        s.frame.scalars[i / 3 + 1] = bad ? nan : -3.1e38f;
+      }
+      set(stage, s, field);
+      pictures[bad] = shoot(stage);
+    }
+    EXPECT_EQ(differing(pictures[0], pictures[1]), 0);
+  }
+}
+
+TEST(MediumImage, AllParticlesSenselessIsAPictureWithoutThem) {
+  Stage stage(small_stage());
+  SyntheticScene s = still_tray("water");
+  std::fill(s.frame.positions.begin(), s.frame.positions.end(), std::nanf(""));
+  set(stage, s);
+  EXPECT_GT(find(shoot(stage), [](Pixel p) { return p.r > 80; }).pixels, 500) << "the tray";
+}
+
+TEST(MediumImage, FineAndQuickSurfacesLookAlike) {
+  Picture pictures[2];
+  for (const bool fine : {false, true}) {
+    StageOptions options = small_stage(800, 600);
+    options.surfaces = fine ? Surfaces::fine : Surfaces::quick;
+    Stage stage(options);
+    set(stage, synthetic_scene());
+    pictures[fine] = shoot(stage);
+  }
+  double difference = 0;
+  for (std::size_t i = 0; i < pictures[0].rgb.size(); ++i)
+    difference += std::abs(pictures[0].rgb[i] - pictures[1].rgb[i]);
+  // ripples are smoothed a little differently: a grey level or two over the picture, many more were another picture
+  EXPECT_LT(difference / static_cast<double>(pictures[0].rgb.size()), 2);
+  EXPECT_GT(difference, 0);
+}
+
+TEST(MediumImage, ThePictureMayChangeItsSize) {
+  Stage stage(small_stage(640, 480));
+  set(stage, synthetic_scene());
+  const Picture first = shoot(stage);
+  for (const auto& [width, height] : {std::pair{320, 240}, {17, 33}, {640, 480}}) {
+    stage.viewer().getCamera()->setViewport(0, 0, width, height);
+    const Picture picture = shoot(stage);
+    EXPECT_EQ(picture.width, width);
+    if (width == first.width) {
+      EXPECT_EQ(differing(first, picture), 0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palp::test

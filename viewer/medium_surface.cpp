@@ -1,0 +1,210 @@
+#include "viewer/medium_surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <osg/BlendFunc>
+#include <osg/PointSprite>
+
+#include "viewer/shaders.h"
+
+namespace palp {
+namespace {
+
+// Lengths in particle spacings.
+constexpr double kRadius = 0.78;      // of the spheres: neighbours overlap well
+constexpr double kTop = 0.5;          // of a sphere above its centre: half of a particle
+constexpr double kTintRadius = 1.2;   // sums over wider spheres have less grain
+constexpr double kReach = 2.4;        // of the smoothing
+constexpr double kRange = 3.0;        // of distances that belong to one surface
+constexpr double kClampRange = 0.8;   // of distances behind a point that it may be pulled back to
+constexpr double kClosing = 1.6;      // the gaps between the beads of an outline
+constexpr double kSkin = 2.0;         // the depth that gives an opaque medium its colour
+constexpr double kTintShare = 0.5;    // of the surface's size: tints are smooth
+constexpr double kClearDepth = 0.06;  // [m] of a clear medium that gives light its colour
+constexpr double kHaze = 0.12;        // [m] of a clear medium that scatters half of the light
+
+// The order of drawing in the picture: after what is solid, before glass.
+constexpr int kOpaqueBin = 2, kClearBin = 4;
+constexpr int kPassesOfOne = 32;
+
+double overlap_share() { return 1 / (4.0 / 3.0 * M_PI * kTintRadius * kTintRadius * kTintRadius); }
+
+osg::Uniform* number(const char* name, double value) { return new osg::Uniform(name, static_cast<float>(value)); }
+
+osg::Vec2f size_of(const osg::Texture2D& texture) {
+  return {static_cast<float>(texture.getTextureWidth()), static_cast<float>(texture.getTextureHeight())};
+}
+
+// The radius of a sphere in spacings is its state's own: depth and tint differ.
+void draw_points(osg::StateSet& state, const char* fragment, const char* name) {
+  state.setAttributeAndModes(load_program(name, {"medium.vert", fragment}));
+  state.setTextureAttributeAndModes(0, new osg::PointSprite);
+  state.setMode(GL_VERTEX_PROGRAM_POINT_SIZE, osg::StateAttribute::ON);
+}
+
+}  // namespace
+
+SurfaceQuality quick_surface(int width, int height) {
+  constexpr double kMostTexels = 640.0 * 360.0;
+  const double scale = std::sqrt(kMostTexels / std::max(1.0, static_cast<double>(width) * height));
+  return {std::clamp(scale, 0.5, 1.0), 1, 8, 1};
+}
+
+MediumSurface::MediumSurface(Medium medium, osg::Node* particles, osg::Texture1D* color_map, const PictureCopy* copy)
+    : medium_(medium),
+      root_(new osg::Group),
+      smoothing_(new osg::Group),
+      shading_(screen_rectangle()),
+      picture_scissor_(new osg::Scissor) {
+  root_->getOrCreateStateSet()->addUniform(new osg::Uniform("is_clear", medium == Medium::clear));
+  add_depth_pass(particles);
+  add_tint_pass(particles);
+  root_->addChild(smoothing_);
+  make_shading(color_map, copy);
+  root_->setNodeMask(0);
+}
+
+MediumSurface::Pass& MediumSurface::add_pass(GLenum internal_format, GLenum format, bool with_depth, double share) {
+  Pass pass;
+  pass.texture = float_texture(internal_format, format);
+  const int order = (medium_ == Medium::clear ? kPassesOfOne : 0) + static_cast<int>(passes_.size());
+  pass.camera = pass_into(pass.texture, order, with_depth);
+  pass.scissor = new osg::Scissor;
+  pass.share = share;
+  osg::StateSet* state = pass.camera->getOrCreateStateSet();
+  state->setAttributeAndModes(pass.scissor);
+  state->addUniform(number("target_height", 1));
+  passes_.push_back(pass);
+  return passes_.back();
+}
+
+void MediumSurface::add_depth_pass(osg::Node* particles) {
+  Pass& pass = add_pass(GL_RG32F, GL_RG, true, 1);
+  draw_points(*pass.camera->getStateSet(), "medium_depth.frag", "medium depth");
+  pass.camera->addChild(particles);
+  root_->addChild(pass.camera);
+}
+
+void MediumSurface::add_tint_pass(osg::Node* particles) {
+  Pass& pass = add_pass(GL_RGBA16F_ARB, GL_RGBA, false, kTintShare);
+  pass.texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
+  pass.texture->setFilter(osg::Texture::MAG_FILTER, osg::Texture::LINEAR);
+  osg::StateSet* state = pass.camera->getStateSet();
+  draw_points(*state, "medium_tint.frag", "medium tint");
+  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::ONE, osg::BlendFunc::ONE));
+  state->setTextureAttribute(1, passes_[0].texture);
+  state->addUniform(new osg::Uniform("surface", 1));
+  state->addUniform(number("chord_share", overlap_share()));
+  state->addUniform(number("clear_depth", kClearDepth));
+  state->addUniform(new osg::Uniform("surface_per_target", osg::Vec2f(1 / kTintShare, 1 / kTintShare)));
+  pass.camera->addChild(particles);
+  root_->addChild(pass.camera);
+}
+
+void MediumSurface::make_smoothing() {
+  smoothing_->removeChildren(0, smoothing_->getNumChildren());
+  passes_.resize(2);
+  const auto add = [this](const char* fragment, const char* name) {
+    osg::ref_ptr<osg::Texture2D> from = passes_.size() == 2 ? passes_[0].texture : passes_.back().texture;
+    Pass& pass = add_pass(GL_RG32F, GL_RG, false, 1);
+    osg::StateSet* state = pass.camera->getStateSet();
+    state->setAttributeAndModes(load_program(name, {"screen.vert", fragment}));
+    state->setTextureAttribute(0, from);
+    state->addUniform(new osg::Uniform("surface", 0));
+    pass.camera->addChild(screen_rectangle());
+    smoothing_->addChild(pass.camera);
+    return state;
+  };
+  for (int round = 0; round < quality_.rounds; ++round) {
+    for (const bool upward : {false, true}) {
+      osg::StateSet* state = add("medium_smooth.frag", "medium smoothing");
+      state->addUniform(new osg::Uniform("along", upward ? 0 : 1, upward ? 1 : 0));
+      state->addUniform(new osg::Uniform("most_taps", quality_.most_taps));
+      state->addUniform(number("closing", round == 0 ? kClosing * spacing_ : 0));
+    }
+  }
+  add("medium_clean.frag", "medium clean-up")->addUniform(new osg::Uniform("most_taps", quality_.clean_taps));
+  shading_->getStateSet()->setTextureAttribute(0, passes_.back().texture);
+}
+
+void MediumSurface::make_shading(osg::Texture1D* color_map, const PictureCopy* copy) {
+  osg::StateSet* state = shading_->getOrCreateStateSet();
+  state->setAttributeAndModes(load_program("medium", {"screen.vert", "medium_shade.frag", "lighting.glsl"}));
+  state->setAttributeAndModes(picture_scissor_);
+  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
+  state->setTextureAttribute(1, passes_[1].texture);
+  state->setTextureAttribute(2, copy->color());
+  state->setTextureAttribute(3, copy->depth());
+  state->setTextureAttribute(4, color_map);
+  int unit = 0;
+  for (const char* name : {"surface", "tints", "scene_color", "scene_depth", "color_map"})
+    state->addUniform(new osg::Uniform(name, unit++));
+  state->addUniform(number("haze", kHaze));
+  state->setRenderBinDetails(medium_ == Medium::clear ? kClearBin : kOpaqueBin, "RenderBin");
+  root_->addChild(shading_);
+}
+
+void MediumSurface::set_spacing(double spacing) {
+  spacing_ = spacing;
+  const auto set = [spacing](osg::StateSet* state, const char* name, double spacings) {
+    state->addUniform(number(name, spacings * spacing), osg::StateAttribute::ON);
+  };
+  osg::StateSet* all = root_->getStateSet();
+  set(all, "range", kRange);
+  set(all, "clamp_range", kClampRange);
+  set(all, "reach", kReach);
+  set(all, "skin", kSkin);
+  set(all, "sink", kRadius - kTop);
+  set(passes_[0].camera->getStateSet(), "radius", kRadius);
+  set(passes_[1].camera->getStateSet(), "radius", kTintRadius);
+  width_ = 0;  // passes that depend on it are made anew
+}
+
+void MediumSurface::set_size(int width, int height, const SurfaceQuality& quality) {
+  if (width == width_ && height == height_) return;
+  width_ = width;
+  height_ = height;
+  quality_ = quality;
+  make_smoothing();
+  for (Pass& pass : passes_) {
+    const double scale = quality_.scale * pass.share;
+    const auto texels = [scale](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * scale))); };
+    resize_pass(*pass.camera, *pass.texture, texels(width), texels(height));
+    pass.camera->getStateSet()->getUniform("target_height")->set(static_cast<float>(texels(height)));
+  }
+  const osg::Vec2f surface = size_of(*passes_[0].texture), tints = size_of(*passes_[1].texture);
+  passes_[1]
+      .camera->getStateSet()
+      ->getUniform("surface_per_target")
+      ->set(osg::Vec2f(surface.x() / tints.x(), surface.y() / tints.y()));
+  osg::StateSet* state = shading_->getStateSet();
+  state->addUniform(new osg::Uniform("target_size", osg::Vec2f(static_cast<float>(width), static_cast<float>(height))));
+  state->addUniform(new osg::Uniform("surface_size", surface));
+}
+
+void MediumSurface::set_seen(const osg::BoundingBoxd& box, const osg::Matrixd& view_projection) {
+  root_->setNodeMask(box.valid() ? ~0u : 0u);
+  if (!box.valid()) return;
+  // the box's corners in the picture, 0 .. 1; one at or behind the eye may be seen anywhere
+  double low[2] = {1, 1}, high[2] = {0, 0};
+  for (unsigned i = 0; i < 8; ++i) {
+    osg::Vec3d corner = box.corner(i);
+    for (unsigned k = 0; k < 3; ++k) corner[static_cast<int>(k)] += ((i >> k & 1u) != 0 ? 2 : -2) * spacing_;
+    const osg::Vec4d p = osg::Vec4d(corner, 1) * view_projection;
+    for (int k = 0; k < 2; ++k) {
+      const double at = p.w() > 1e-6 ? std::clamp(0.5 * (p[k] / p.w() + 1), 0.0, 1.0) : 0;
+      low[k] = std::min(low[k], at);
+      high[k] = std::max(high[k], p.w() > 1e-6 ? at : 1.0);
+    }
+  }
+  const auto confine = [&](osg::Scissor& scissor, double width, double height) {
+    const auto x = static_cast<int>(std::floor(low[0] * width)), y = static_cast<int>(std::floor(low[1] * height));
+    scissor.setScissor(x, y, static_cast<int>(std::ceil(high[0] * width)) - x,
+                       static_cast<int>(std::ceil(high[1] * height)) - y);
+  };
+  for (Pass& pass : passes_) confine(*pass.scissor, pass.texture->getTextureWidth(), pass.texture->getTextureHeight());
+  confine(*picture_scissor_, width_, height_);
+}
+
+}  // namespace palp

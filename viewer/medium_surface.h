@@ -1,0 +1,72 @@
+// The particles of opaque or of clear media as one smooth surface, found in the picture: the distance of the particles
+// is drawn into a texture, smoothed there, and shaded in the picture.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <osg/BoundingBox>
+#include <osg/Camera>
+#include <osg/Group>
+#include <osg/Matrixd>
+#include <osg/Scissor>
+#include <osg/Texture1D>
+#include <osg/Texture2D>
+#include <osg/ref_ptr>
+
+#include "viewer/medium.h"
+#include "viewer/render_targets.h"
+
+namespace palp {
+
+// The cost of the passes.
+struct SurfaceQuality {
+  double scale = 1;    // texels of the surface a pixel of the picture, along each side
+  int rounds = 2;      // of smoothing, each along both axes
+  int most_taps = 24;  // of the filter to each side
+  int clean_taps = 2;
+};
+
+inline constexpr SurfaceQuality kFineSurface{};
+// Returns what a rasteriser on a CPU can do for a picture of this size: each texel counts.
+SurfaceQuality quick_surface(int width, int height);
+
+// All calls from the thread that renders, between frames.
+class MediumSurface {
+ public:
+  // medium: opaque or clear. particles: points as medium.vert takes them. copy: of the picture behind a clear medium.
+  MediumSurface(Medium medium, osg::Node* particles, osg::Texture1D* color_map, const PictureCopy* copy);
+  osg::Node* node() { return root_; }
+
+  void set_spacing(double spacing);  // of the particles [m]
+  // The size of the picture [pixels].
+  void set_size(int width, int height, const SurfaceQuality& quality);
+  // Confines the work to where the box of the particles is seen. An invalid box: nothing is drawn.
+  void set_seen(const osg::BoundingBoxd& box, const osg::Matrixd& view_projection);
+
+ private:
+  struct Pass {
+    osg::ref_ptr<osg::Camera> camera;
+    osg::ref_ptr<osg::Texture2D> texture;
+    osg::ref_ptr<osg::Scissor> scissor;
+    double share = 1;  // of the surface's size
+  };
+
+  Pass& add_pass(GLenum internal_format, GLenum format, bool with_depth, double share);
+  void add_depth_pass(osg::Node* particles);
+  void add_tint_pass(osg::Node* particles);
+  void make_smoothing();
+  void make_shading(osg::Texture1D* color_map, const PictureCopy* copy);
+
+  Medium medium_;
+  osg::ref_ptr<osg::Group> root_;
+  osg::ref_ptr<osg::Group> smoothing_;  // its passes follow the quality
+  osg::ref_ptr<osg::Geometry> shading_;
+  std::vector<Pass> passes_;  // depth, tint, then those of the smoothing
+  double spacing_ = 0.01;
+  int width_ = 0, height_ = 0;
+  SurfaceQuality quality_;
+  osg::ref_ptr<osg::Scissor> picture_scissor_;
+};
+
+}  // namespace palp

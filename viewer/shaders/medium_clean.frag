@@ -1,0 +1,30 @@
+#version 330 compatibility
+// The same filter in both directions at once over a few texels: it takes away the streaks that one axis after the other
+// leaves.
+uniform sampler2D surface;
+uniform float range;        // [m]
+uniform float clamp_range;  // [m]
+uniform int most_taps;      // to each side
+
+vec2 at(ivec2 offset) { return texelFetch(surface, ivec2(gl_FragCoord.xy) + offset, 0).rg; }
+
+void main() {
+  vec2 middle = at(ivec2(0));
+  vec2 sum = middle;
+  float weights = 1.0;
+  if (middle.x > 0.0) {
+    for (int y = -most_taps; y <= most_taps; ++y) {
+      for (int x = 0; x <= most_taps; ++x) {
+        if (x == 0 && y <= 0) continue;
+        vec2 a = at(ivec2(x, y)), b = at(-ivec2(x, y));
+        if (min(a.x, b.x) < middle.x - range || min(a.x, b.x) <= 0.0) continue;
+        a.x = min(a.x, middle.x + clamp_range);
+        b.x = min(b.x, middle.x + clamp_range);
+        float w = exp(-float(x * x + y * y) / float(most_taps * most_taps));
+        sum += w * (a + b);
+        weights += 2.0 * w;
+      }
+    }
+  }
+  gl_FragColor = vec4(sum / weights, 0.0, 1.0);
+}

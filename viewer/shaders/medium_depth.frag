@@ -1,0 +1,19 @@
+#version 330 compatibility
+// The distance of a medium's particles along the view [m], and their scalar. The spheres are wider than particles, so
+// that they close up, and sunk, so that their tops are where those of particles would be.
+uniform float radius;
+uniform float sink;  // [m]
+
+flat in vec3 center;
+flat in float scalar;
+
+void main() {
+  vec2 q = vec2(2.0, -2.0) * gl_PointCoord + vec2(-1.0, 1.0);
+  float r2 = dot(q, q);
+  if (r2 > 1.0) discard;
+  float z = center.z + radius * sqrt(1.0 - r2) - sink;
+  if (z > -1e-4) discard;
+  float ndc = (gl_ProjectionMatrix[2][2] * z + gl_ProjectionMatrix[3][2]) / -z;
+  gl_FragDepth = clamp(0.5 * ndc + 0.5, 0.0, 1.0);
+  gl_FragColor = vec4(-z, scalar, 0.0, 1.0);
+}

@@ -1,0 +1,114 @@
+#version 330 compatibility
+// The surface of a medium in the picture: lit where it is opaque; where it is clear, with what lies behind it, refracted
+// and absorbed, and what it reflects.
+uniform sampler2D surface;
+uniform sampler2D tints;
+uniform sampler2D scene_color;
+uniform sampler2D scene_depth;
+uniform sampler1D color_map;
+uniform vec2 target_size;   // of the picture [pixels]
+uniform vec2 surface_size;  // [texels]
+uniform vec2 tints_size;
+uniform vec2 value_range;
+uniform float range;  // of distances that belong to one surface [m]
+uniform float haze;   // [m] of a clear medium through which half of the light is scattered
+uniform bool by_scalar;
+uniform bool is_clear;
+
+vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim);
+vec3 environment(vec3 direction);
+vec3 key_light();
+
+// The surface between texels, made of those at about the nearest distance; x is 0 where there is none. z: how much of
+// the place it takes up.
+vec3 surface_at(vec2 place) {
+  ivec2 i = ivec2(floor(place - 0.5));
+  vec2 t = place - 0.5 - vec2(i);
+  vec2 s[4] = vec2[4](texelFetch(surface, i, 0).rg, texelFetch(surface, i + ivec2(1, 0), 0).rg,
+                      texelFetch(surface, i + ivec2(0, 1), 0).rg, texelFetch(surface, i + ivec2(1, 1), 0).rg);
+  vec4 w = vec4((1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y);
+  float nearest = 1e30;
+  for (int k = 0; k < 4; ++k) nearest = s[k].x > 0.0 && w[k] > 0.01 ? min(nearest, s[k].x) : nearest;
+  vec2 sum = vec2(0.0);
+  float weights = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    if (s[k].x <= 0.0 || s[k].x > nearest + range) continue;
+    sum += w[k] * s[k];
+    weights += w[k];
+  }
+  return weights > 0.3 ? vec3(sum / weights, smoothstep(0.3, 0.7, weights)) : vec3(0.0);
+}
+
+vec3 eye_point(vec2 place, float depth) {
+  vec2 ndc = 2.0 * place / surface_size - 1.0;
+  return vec3(ndc * depth / vec2(gl_ProjectionMatrix[0][0], gl_ProjectionMatrix[1][1]), -depth);
+}
+
+// The smaller of the differences to both sides, so that an edge does not bend the normal on its near side. sides: counts
+// those where the surface goes on.
+vec3 slope(vec2 place, vec3 p, vec2 offset, inout int sides) {
+  float after = surface_at(place + offset).x, before = surface_at(place - offset).x;
+  sides += int(after > 0.0) + int(before > 0.0);
+  vec3 forth = eye_point(place + offset, after) - p, back = p - eye_point(place - offset, before);
+  if (after <= 0.0) return before <= 0.0 ? vec3(offset, 0.0) : back;
+  return before > 0.0 && abs(back.z) < abs(forth.z) ? back : forth;
+}
+
+float linear_depth(float window_depth) {
+  return gl_ProjectionMatrix[3][2] / (2.0 * window_depth - 1.0 + gl_ProjectionMatrix[2][2]);
+}
+
+vec3 behind(vec2 uv) {
+  vec3 c = texture2D(scene_color, uv).rgb;
+  return c * c;
+}
+
+vec3 clear_medium(vec3 p, vec3 normal, vec3 to_eye, vec4 tint) {
+  vec2 uv = gl_FragCoord.xy / target_size;
+  // what stands in the medium ends it
+  float room = max(linear_depth(texture2D(scene_depth, uv).r) + p.z, 0.0);
+  float thick = max(min(tint.a, room), 1e-6);
+  vec3 absorbed = tint.rgb * (thick / max(tint.a, 1e-6));
+  vec2 per_meter = vec2(gl_ProjectionMatrix[0][0], gl_ProjectionMatrix[1][1]) / (-2.0 * p.z);
+  vec2 bent = uv + clamp(-0.25 * min(thick, 0.15) * normal.xy * per_meter, -0.06, 0.06);
+  // what is in front of the surface is not seen through it
+  if (linear_depth(texture2D(scene_depth, bent).r) < -p.z) bent = uv;
+  vec3 through = behind(bent) * exp(-absorbed);
+  vec3 own = exp(-tint.rgb / max(tint.a, 1e-6) * 0.5 * haze);
+  vec3 scattered = shade(sqrt(own), normal, to_eye, 0.0, 0.0);
+  float hazy = 1.0 - exp2(-thick / haze);
+  float facing = clamp(dot(normal, to_eye), 0.0, 1.0);
+  float grazing = 1.0 - facing;
+  float reflected = 0.02 + 0.98 * grazing * grazing * grazing * grazing * grazing;
+  vec3 lit = mix(through, scattered * scattered, 0.75 * hazy);
+  return mix(lit, environment(reflect(-to_eye, normal)), 0.9 * reflected);
+}
+
+void main() {
+  vec2 place = gl_FragCoord.xy * surface_size / target_size;
+  vec3 s = surface_at(place);
+  if (s.x <= 0.0) discard;
+  vec3 p = eye_point(place, s.x);
+  int sides = 0;
+  vec3 right = slope(place, p, vec2(1.0, 0.0), sides), up = slope(place, p, vec2(0.0, 1.0), sides);
+  vec3 normal = normalize(cross(right, up));
+  vec3 to_eye = normalize(-p);
+  if (dot(normal, to_eye) < 0.0) normal = -normal;
+  vec4 tint = texture2D(tints, gl_FragCoord.xy / target_size);
+  vec3 lit;
+  if (is_clear) {
+    lit = clear_medium(p, normal, to_eye, tint);
+    float highlight = pow(max(dot(normal, normalize(key_light() + to_eye)), 0.0), 180.0);
+    lit = sqrt(min(lit + vec3(1.2 * highlight), vec3(1.0)));
+  } else {
+    float t = clamp((s.y - value_range.x) / (value_range.y - value_range.x), 0.0, 1.0);
+    vec3 own = sqrt(tint.rgb / max(tint.a, 1e-6));
+    vec3 color = by_scalar ? textureLod(color_map, (t * 255.0 + 0.5) / 256.0, 0.0).rgb : own;
+    lit = shade(color, normal, to_eye, by_scalar ? 0.10 : 0.22, 0.08);
+  }
+  float ndc = (gl_ProjectionMatrix[2][2] * p.z + gl_ProjectionMatrix[3][2]) / -p.z;
+  gl_FragDepth = clamp(0.5 * ndc + 0.5, 0.0, 1.0);
+  // the outline fades over its last texel
+  float coverage = s.z * clamp(0.3 * float(sides) - 0.2, 0.1, 1.0);
+  gl_FragColor = vec4(lit, coverage);
+}

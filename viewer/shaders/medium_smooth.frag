@@ -1,0 +1,52 @@
+#version 330 compatibility
+// A narrow-range filter along one axis (Truong and Yuksel, 2018): means over neighbours at about the same distance, so
+// that beads become a surface and edges stay. Between two beads of an outline the gap is closed, too.
+uniform sampler2D surface;
+uniform ivec2 along;          // one texel
+uniform float target_height;  // [texels]
+uniform float reach;          // of the filter [m]
+uniform float range;          // of distances that belong to one surface [m]
+uniform float clamp_range;    // neighbours farther behind than this count as no farther [m]
+uniform float closing;        // widest gap that is closed [m]; 0: none
+uniform int most_taps;        // to each side
+
+float texels(float size, float depth) { return 0.5 * target_height * gl_ProjectionMatrix[1][1] * size / depth; }
+
+vec2 at(int i) { return texelFetch(surface, ivec2(gl_FragCoord.xy) + along * i, 0).rg; }
+
+vec2 closed() {
+  vec2 a = vec2(0.0), b = vec2(0.0);
+  int i = 0, j = 0;
+  while (i < most_taps && a.x <= 0.0) a = at(++i);
+  while (j < most_taps && b.x <= 0.0 && a.x > 0.0) b = at(-(++j));
+  if (a.x <= 0.0 || b.x <= 0.0 || abs(a.x - b.x) > range) return vec2(0.0);
+  return float(i + j) <= texels(closing, a.x) ? mix(a, b, float(i) / float(i + j)) : vec2(0.0);
+}
+
+void main() {
+  vec2 middle = at(0);
+  if (middle.x <= 0.0) {
+    gl_FragColor = vec4(closing > 0.0 ? closed() : vec2(0.0), 0.0, 1.0);
+    return;
+  }
+  float size = max(texels(reach, middle.x), 1.0);
+  int taps = min(int(size), most_taps);
+  float stride = min(size, 3.0 * float(taps)) / float(taps);
+  float nearest = middle.x - range;
+  vec2 sum = middle;
+  float weights = 1.0;
+  for (int i = 1; i <= taps; ++i) {
+    int offset = int(float(i) * stride);
+    vec2 a = at(offset), b = at(-offset);
+    // with one of a pair its mirror image goes, or the surface would lean to the other side
+    if (min(a.x, b.x) < nearest || min(a.x, b.x) <= 0.0) continue;
+    nearest = min(nearest, min(a.x, b.x) - range);
+    a.x = min(a.x, middle.x + clamp_range);
+    b.x = min(b.x, middle.x + clamp_range);
+    float t = 2.0 * float(i) / float(taps);
+    float w = exp(-t * t);
+    sum += w * (a + b);
+    weights += 2.0 * w;
+  }
+  gl_FragColor = vec4(sum / weights, 0.0, 1.0);
+}
