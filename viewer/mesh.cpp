@@ -15,6 +15,8 @@
 #include <osg/PrimitiveSet>
 
 #include "viewer/arrays.h"
+#include "viewer/sharpen.h"
+#include "viewer/welded_surface.h"
 
 namespace palp {
 namespace {
@@ -25,18 +27,6 @@ constexpr float kSmallestArea = 1e-11f;           // of the size squared: smalle
 constexpr double kHollowShare = 0.15;             // of the area facing the inside, from which a body counts as hollow
 constexpr std::size_t kMostAround = 128;          // triangles at a vertex that its normal is the mean of
 constexpr std::size_t kMaxEdgeTriangles = 20000;  // finer surfaces are curved; lines on them are clutter
-
-struct Triangle {
-  std::array<unsigned, 3> corner;  // welded vertices
-  osg::Vec3f normal;
-  float area;
-};
-
-struct Surface {
-  std::vector<osg::Vec3f> vertices;  // welded
-  std::vector<Triangle> triangles;
-  osg::BoundingBox box;
-};
 
 class Cancelled : public std::exception {};
 
@@ -139,10 +129,7 @@ Surface weld(const BodyDescription& body, WorkMeter& meter) {
     }
     const auto& c = triangle.corner;
     if (!good || c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
-    const osg::Vec3f& a = surface.vertices[triangle.corner[0]];
-    triangle.normal = (surface.vertices[triangle.corner[1]] - a) ^ (surface.vertices[triangle.corner[2]] - a);
-    triangle.area = 0.5f * triangle.normal.normalize();
-    if (triangle.area > kSmallestArea * surface.box.radius2()) surface.triangles.push_back(triangle);
+    if (measure(surface, triangle)) surface.triangles.push_back(triangle);
   }
   return surface;
 }
@@ -215,6 +202,11 @@ class GeometryBuilder {
   static constexpr int kMostTried = 8;  // a vertex of many normals is drawn more often, but found in constant time
 
   osg::Vec3f normal_at(unsigned v, const Triangle& t) const {
+    if (t.primitive >= 0) {
+      const osg::Vec3f exact =
+          surface_.primitives[static_cast<std::size_t>(t.primitive)].normal(osg::Vec3d(surface_.vertices[v]));
+      return exact * t.normal < 0 ? -exact : exact;
+    }
     osg::Vec3f normal;
     for (const unsigned other : around_.of(v)) {
       const Triangle& o = surface_.triangles[other];
@@ -244,6 +236,10 @@ class GeometryBuilder {
   osg::ref_ptr<osg::DrawElementsUInt> indices_ = new osg::DrawElementsUInt(GL_TRIANGLES);
 };
 
+bool is_smooth(const Triangle& a, const Triangle& b) {
+  return a.normal * b.normal > kCreaseCosine || (a.primitive >= 0 && a.primitive == b.primitive);
+}
+
 osg::ref_ptr<osg::Geometry> crease_lines(const Surface& surface) {
   std::map<std::pair<unsigned, unsigned>, std::vector<unsigned>> sides;
   for (unsigned t = 0; t < surface.triangles.size(); ++t) {
@@ -252,8 +248,7 @@ osg::ref_ptr<osg::Geometry> crease_lines(const Surface& surface) {
   }
   osg::ref_ptr<osg::Vec3Array> vertices = new osg::Vec3Array;
   for (const auto& [edge, of] : sides) {
-    const bool smooth =
-        of.size() == 2 && surface.triangles[of[0]].normal * surface.triangles[of[1]].normal > kCreaseCosine;
+    const bool smooth = of.size() == 2 && is_smooth(surface.triangles[of[0]], surface.triangles[of[1]]);
     if (smooth) continue;
     vertices->push_back(surface.vertices[edge.first]);
     vertices->push_back(surface.vertices[edge.second]);
@@ -269,6 +264,13 @@ osg::ref_ptr<osg::Geometry> crease_lines(const Surface& surface) {
 
 }  // namespace
 
+bool measure(const Surface& surface, Triangle& t) {
+  const osg::Vec3f& a = surface.vertices[t.corner[0]];
+  t.normal = (surface.vertices[t.corner[1]] - a) ^ (surface.vertices[t.corner[2]] - a);
+  t.area = 0.5f * t.normal.normalize();
+  return t.area > kSmallestArea * surface.box.radius2();
+}
+
 std::size_t build_work(const BodyDescription& body) {
   return body.vertices.size() / 3 + 2 * (body.triangles.size() / 3);
 }
@@ -277,7 +279,8 @@ BodyMesh build_mesh(const BodyDescription& body, BuildProgress* progress) {
   BodyMesh mesh;
   try {
     WorkMeter meter(progress);
-    const Surface surface = weld(body, meter);
+    Surface surface = weld(body, meter);
+    sharpen(surface);
     const bool hollow = body.kind == BodyKind::fixed && is_hollow(surface);
     const TrianglesAround around(surface);
     GeometryBuilder solid(surface, around), glass(surface, around);
