@@ -1,83 +1,30 @@
 #include "viewer/force_arrow.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
-#include <osg/BlendFunc>
-#include <osg/Depth>
-#include <osg/Geometry>
-#include <osg/PrimitiveSet>
-
-#include "viewer/arrays.h"
+#include "viewer/arrow_parts.h"
 #include "viewer/color_map.h"
-#include "viewer/shaders.h"
 
 namespace palp {
 namespace {
 
-constexpr int kSides = 24;
 constexpr double kHeadRadiusOverShaft = 2.6;
 constexpr double kHeadLengthOverShaft = 6.5;
-constexpr double kMemory = 6;           // [s] in which the remembered peak falls by a factor of e
-constexpr double kSmallestScale = 0.5;  // [N]
-const osg::Vec4f kColor(1.0f, 0.56f, 0.13f, 1.0f);
-
-// A surface of revolution about z through the rings (radius, z), normals from the slope between them.
-osg::ref_ptr<osg::Geometry> revolve(std::initializer_list<osg::Vec2f> profile) {
-  osg::ref_ptr<osg::Vec3Array> vertices = new osg::Vec3Array;
-  osg::ref_ptr<osg::Vec3Array> normals = new osg::Vec3Array;
-  osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
-  for (auto a = profile.begin(), b = a + 1; b != profile.end(); a = b++) {
-    const auto begin = static_cast<GLint>(vertices->size());
-    osg::Vec2f across(b->y() - a->y(), a->x() - b->x());
-    across.normalize();
-    for (int i = 0; i <= kSides; ++i) {
-      const float angle = 2.0f * static_cast<float>(M_PI) * static_cast<float>(i) / kSides;
-      const float c = std::cos(angle), s = std::sin(angle);
-      for (const osg::Vec2f& ring : {*b, *a}) {
-        vertices->push_back({ring.x() * c, ring.x() * s, ring.y()});
-        normals->push_back({across.x() * c, across.x() * s, across.y()});
-      }
-    }
-    geometry->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLE_STRIP, begin, 2 * (kSides + 1)));
-  }
-  geometry->setUseVertexBufferObjects(true);
-  geometry->setVertexArray(vertices);
-  geometry->setNormalArray(normals, osg::Array::BIND_PER_VERTEX);
-  geometry->setColorArray(array_of<osg::Vec4Array>({kColor}), osg::Array::BIND_OVERALL);
-  geometry->setCullingActive(false);
-  return geometry;
-}
+constexpr double kMemory = 6;  // [s] in which the remembered peak falls by a factor of e
 
 }  // namespace
 
-ForceArrow::ForceArrow()
-    : root_(new osg::Group),
-      pose_(new osg::MatrixTransform),
-      shaft_(new osg::MatrixTransform),
-      head_(new osg::MatrixTransform) {
-  shaft_->addChild(revolve({{0, 0}, {1, 0}, {1, 1}, {0, 1}}));
-  head_->addChild(revolve({{0, 0}, {1, 0}, {0, 1}}));
+ForceArrow::ForceArrow(const osg::Vec4f& color)
+    : pose_(new osg::MatrixTransform), shaft_(new osg::MatrixTransform), head_(new osg::MatrixTransform) {
+  const std::array<osg::Vec2f, 4> rod{osg::Vec2f(0, 0), osg::Vec2f(1, 0), osg::Vec2f(1, 1), osg::Vec2f(0, 1)};
+  const std::array<osg::Vec2f, 3> cone{osg::Vec2f(0, 0), osg::Vec2f(1, 0), osg::Vec2f(0, 1)};
+  shaft_->addChild(revolve(rod, color));
+  head_->addChild(revolve(cone, color));
   pose_->addChild(shaft_);
   pose_->addChild(head_);
-
-  osg::ref_ptr<osg::Program> program = load_program("arrow", {"mesh.vert", "mesh.frag", "lighting.glsl"});
-  osg::ref_ptr<osg::Group> seen = new osg::Group;
-  seen->addChild(pose_);
-  seen->getOrCreateStateSet()->setAttributeAndModes(program);
-  seen->getStateSet()->setMode(GL_RESCALE_NORMAL, osg::StateAttribute::OFF);
-
-  // what lies behind other things, after everything solid
-  osg::ref_ptr<osg::Group> hidden = new osg::Group;
-  hidden->addChild(pose_);
-  osg::StateSet* state = hidden->getOrCreateStateSet();
-  state->setAttributeAndModes(program);
-  state->addUniform(new osg::Uniform("ghost", 0.28f));
-  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
-  state->setAttributeAndModes(new osg::Depth(osg::Depth::GREATER, 0, 1, false));
-  state->setRenderBinDetails(12, "RenderBin");
-  root_->addChild(seen);
-  root_->addChild(hidden);
+  root_ = seen_and_hidden(pose_);
   hide();
 }
 
@@ -106,7 +53,7 @@ double ForceScale::update(double force, double sim_time) {
   time_ = sim_time;
   peak_ *= std::exp(-passed / kMemory);
   if (std::isfinite(force)) peak_ = std::max(peak_, force);
-  const double wanted = nice_ceiling(std::max(peak_, kSmallestScale));
+  const double wanted = nice_ceiling(std::max(peak_, smallest_));
   if (wanted > full_scale_ || peak_ < 0.3 * full_scale_) full_scale_ = wanted;
   return full_scale_;
 }

@@ -188,7 +188,7 @@ void Hud::set_detail(HudDetail detail) {
 }
 
 void Hud::show_next_detail() {
-  const bool shown = camera_->getNodeMask() != 0;
+  const bool shown = visible();
   const bool was_brief = detail_ == HudDetail::brief;
   set_visible(!shown || was_brief);
   set_detail(shown && was_brief ? HudDetail::full : HudDetail::brief);

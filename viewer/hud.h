@@ -42,6 +42,7 @@ class Hud {
   // Goes from brief figures to all of them, to none, and back.
   void show_next_detail();
   void set_visible(bool visible) { camera_->setNodeMask(visible ? ~0u : 0u); }
+  bool visible() const { return camera_->getNodeMask() != 0; }
   bool help_shown() const { return help_shown_; }
 
  private:

@@ -64,9 +64,13 @@ std::vector<HudRow> hud_rows(const HudData& d) {
   rows.push_back({"step", d.step_time ? format_time(*d.step_time) : kUnknown});
   std::string bridge = d.bridge_rate_hz ? fmt::format("{:.0f} Hz", *d.bridge_rate_hz) : "";
   if (d.bridge_late) bridge += fmt::format("{}{} late", bridge.empty() ? "" : "  ·  ", format_time(*d.bridge_late));
+  if (!d.hand_state.empty()) bridge = bridge.empty() ? d.hand_state : d.hand_state + "  ·  " + bridge;
   if (d.bridge_data_age) bridge += fmt::format("  ·  {} old", format_time(*d.bridge_data_age));
   rows.push_back({"bridge", bridge.empty() ? kUnknown : bridge, d.bridge_late && *d.bridge_late > kLateBridge});
-  rows.push_back({"force", d.force ? fmt::format("{:.2f} N", *d.force) : kUnknown, false, true});
+  std::string force = d.force ? fmt::format("{:.2f} N", *d.force) : kUnknown;
+  if (d.force && d.torque) force += fmt::format("  ·  {:.3g} N m", *d.torque);
+  rows.push_back({"force", force, false, true});
+  rows.push_back({"contact", d.contact ? fmt::format("{:.0f} % rigid", 100 * *d.contact) : kUnknown});
   const std::string scale = fmt::format("{:g} N = {:.0f} mm", d.arrow_force, 1e3 * d.arrow_length);
   rows.push_back({"arrow", d.force ? scale : kUnknown});
   return rows;
@@ -81,6 +85,7 @@ std::string hud_banner(const HudData& d) {
   if (d.server_silent) {
     return fmt::format("sim_server has ended or hangs: nothing heard for {}", format_time(*d.server_silent));
   }
+  if (!d.hand_trouble.empty()) return d.hand_trouble;
   if (!d.note.empty()) return d.note;
   if (d.surfaces_built) return fmt::format("building surfaces: {:.0f} %", std::floor(100 * *d.surfaces_built));
   if (d.paused) return "paused";
@@ -98,6 +103,11 @@ void read_status(const std::map<std::string, Status>& newest, HudData& d) {
       d.real_time_factor = metric(status, "real_time_factor");
       d.step_time = metric(status, "step_p50_us", 1e-6);
     } else if (process.starts_with("haptic_bridge")) {
+      d.hand_state = d.bridge_rate_hz ? "" : status.state;
+      const bool held_back = status.state == "locked" || status.state == "fault" || status.state == "stale";
+      if (held_back && d.hand_trouble.empty())
+        d.hand_trouble =
+            fmt::format("{} is {}{}{}", process, status.state, status.text.empty() ? "" : ": ", status.text);
       keep_larger(d.bridge_late, metric(status, "lateness_p99_us", 1e-6));
       keep_larger(d.bridge_data_age, metric(status, "sample_age_p50_ms", 1e-3));
       if (!d.bridge_rate_hz) d.bridge_rate_hz = metric(status, "rate_hz");

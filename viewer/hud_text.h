@@ -28,6 +28,8 @@ struct HudData {
   std::optional<double> bridge_late;      // [s] behind its deadline, 99th percentile
   std::optional<double> bridge_data_age;  // [s] of the samples that the bridge renders from, 99th percentile
   std::optional<double> force;            // [N] on the hand, largest of all devices
+  std::optional<double> torque;           // [N m], likewise
+  std::optional<double> contact;          // 0 in free space or fluid .. 1 in rigid contact, likewise
   double arrow_force = 1;                 // [N] that arrow_length stands for
   double arrow_length = 0.1;              // [m]
   bool paused = false;
@@ -35,6 +37,8 @@ struct HudData {
   std::optional<double> server_silent;   // [s] since it was heard, while that is long
   std::optional<double> surfaces_built;  // the share, 0 .. 1, while building them takes long
   std::string note;                      // what the viewer itself has to say
+  std::string hand_trouble;              // a bridge that holds its hand back, with the cause; or nothing
+  std::string hand_state;                // of the only bridge
 };
 
 struct HudRow {

@@ -161,6 +161,7 @@ int show(const ViewerOptions& options) {
                options.stage.headless ? "off-screen" : "in a window", stage.renderer(),
                stage.software_rendered() ? " (software)" : "");
   stage.hud().set_visible(options.figures);
+  stage.scene().set_values_shown(options.figures);
   const osg::ref_ptr<KeyHandler> keys = take_keys(stage);
 
   Recorder recorder(options, stage);

@@ -9,6 +9,7 @@
 #include <osg/LineWidth>
 
 #include "viewer/arrays.h"
+#include "viewer/pose_matrix.h"
 #include "viewer/shaders.h"
 
 namespace palp {
@@ -74,16 +75,6 @@ void sample(std::size_t count, Point&& point, std::vector<osg::Vec3d>& out, Keep
   }
 }
 
-bool pose_matrix(const PoseD& pose, osg::Matrixd& out) {
-  const auto& p = pose.position;
-  const auto& q = pose.orientation;
-  const double norm2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-  const double sum = p[0] + p[1] + p[2] + norm2;
-  if (!std::isfinite(sum) || norm2 < 1e-6) return false;
-  out = osg::Matrixd::rotate(osg::Quat(q[0], q[1], q[2], q[3])) * osg::Matrixd::translate(p[0], p[1], p[2]);
-  return true;
-}
-
 }  // namespace
 
 SceneGraph::SceneGraph()
@@ -98,6 +89,8 @@ SceneGraph::SceneGraph()
   state->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
   state->addUniform(new osg::Uniform("glass", 0.0f));
   state->addUniform(new osg::Uniform("ghost", 0.0f));
+  state->addUniform(new osg::Uniform("tint", osg::Vec4f(0, 0, 0, 0)));
+  state->addUniform(new osg::Uniform("presence", 1.0f));
 
   osg::ref_ptr<osg::Program> program = load_program("mesh", {"mesh.vert", "mesh.frag", "lighting.glsl"});
   osg::ref_ptr<osg::CullFace> cull = new osg::CullFace(osg::CullFace::BACK);
@@ -118,9 +111,9 @@ SceneGraph::SceneGraph()
   root_->addChild(ground_);
   root_->addChild(surfaces_);
   add_media();
-  for (auto& arrow : arrows_) {
-    arrow = std::make_unique<ForceArrow>();
-    root_->addChild(arrow->node());
+  for (std::uint32_t device = 0; device < kMaxDevices; ++device) {
+    hands_[device] = std::make_unique<HandView>(device);
+    root_->addChild(hands_[device]->node());
   }
   clear();
 }
@@ -169,8 +162,11 @@ void SceneGraph::set_scene(const SceneDescription& scene) {
   }
   cloud_.set_scene(scene);
   for (auto& medium : media_) medium->set_spacing(scene.spacing);
-  for (auto& arrow : arrows_) arrow->hide();
-  force_scale_ = {};
+  for (auto& hand : hands_) hand->clear();
+  proxies_ = scene.proxies;
+  std::erase_if(proxies_, [](const ProxyDescription& proxy) { return proxy.device >= kMaxDevices; });
+  force_scale_ = ForceScale();
+  torque_scale_ = ForceScale(kSmallestTorque);
   seen_frame_ = false;
   first_frame_.init();
   first_outline_.clear();
@@ -186,6 +182,8 @@ void SceneGraph::set_surface(std::size_t index, const BodyMesh& mesh) {
     part->setStateSet(state);
     body.place->addChild(part);
     body.box.expandBy(part->getBoundingBox());
+    for (const ProxyDescription& proxy : proxies_)
+      if (proxy.body == index) hands_[proxy.device]->add_tool_part(*part);
     const auto& vertices = static_cast<const osg::Vec3Array&>(*part->getVertexArray());
     sample(
         vertices.size(), [&](std::size_t i) { return osg::Vec3d(vertices[i]); }, body.outline,
@@ -193,7 +191,10 @@ void SceneGraph::set_surface(std::size_t index, const BodyMesh& mesh) {
   };
   add(mesh.solid, solid_);
   add(mesh.glass, glass_);
-  add(mesh.edges, edges_);
+  if (mesh.edges) {
+    mesh.edges->setStateSet(edges_);
+    body.place->addChild(mesh.edges);
+  }
   update_content();
 }
 
@@ -212,6 +213,8 @@ void SceneGraph::set_poses(const BodyPoses& poses) {
     moved_fixed = moved_fixed || (body.kind == BodyKind::fixed && body.place->getMatrix() != matrix);
     body.place->setMatrix(matrix);
     body.place->setNodeMask(~0u);
+    for (const ProxyDescription& proxy : proxies_)
+      if (proxy.body == poses.body[i]) hands_[proxy.device]->set_tool_pose(matrix, poses.sim_time);
   }
   if (moved_fixed && !seen_frame_) update_content();
 }
@@ -236,11 +239,17 @@ void SceneGraph::set_frame(const ParticleFrame& frame) {
 void SceneGraph::set_proxy(const ProxySample& sample) {
   if (sample.device >= kMaxDevices) return;
   const auto& f = sample.wrench.force;
-  const auto& p = sample.proxy_pose.position;
-  const osg::Vec3d force(f[0], f[1], f[2]);
-  const double newtons = force.length();
-  const double full = force_scale_.update(newtons, sample.sim_time);
-  arrows_[sample.device]->set({p[0], p[1], p[2]}, force, arrow_length() * newtons / full, 0.016 * content_.radius());
+  const auto& t = sample.wrench.torque;
+  HandScale scale;
+  scale.full_force = force_scale_.update(std::hypot(f[0], f[1], f[2]), sample.sim_time);
+  scale.full_torque = torque_scale_.update(std::hypot(t[0], t[1], t[2]), sample.sim_time);
+  scale.arrow_length = arrow_length();
+  scale.scene_radius = content_.radius();
+  hands_[sample.device]->set(sample, scale);
+}
+
+void SceneGraph::set_values_shown(bool shown) {
+  for (auto& hand : hands_) hand->set_values_shown(shown);
 }
 
 void SceneGraph::update_content() {

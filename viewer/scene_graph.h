@@ -11,7 +11,7 @@
 #include <osg/ref_ptr>
 
 #include "idl/messages.h"
-#include "viewer/force_arrow.h"
+#include "viewer/hand_view.h"
 #include "viewer/medium_surface.h"
 #include "viewer/mesh.h"
 #include "viewer/particle_cloud.h"
@@ -33,11 +33,14 @@ class SceneGraph {
   void set_frame(const ParticleFrame& frame);
   // Poses of bodies that the scene lacks, and poses that are no poses, are passed over.
   void set_poses(const BodyPoses& poses);
-  // Draws the force on the hand as an arrow at the proxy's handle. Devices from kMaxDevices on are passed over.
+  // Draws what the hand feels at the proxy's handle. Devices from kMaxDevices on are passed over.
   void set_proxy(const ProxySample& sample);
 
-  // Hides the arrow: no force is known. device below kMaxDevices.
-  void hide_proxy(std::uint32_t device) { arrows_[device]->hide(); }
+  // Nothing is known of the hand. device below kMaxDevices.
+  void hide_proxy(std::uint32_t device) { hands_[device]->hide(); }
+  // Writes forces and torques beside their arrows.
+  void set_values_shown(bool shown);
+  const HandView& hand(std::uint32_t device) const { return *hands_[device]; }
   // The size of the picture [pixels], and whether the surfaces of media must be cheap.
   void set_picture(int width, int height, bool quick);
   // Takes what the camera sees: media are looked for where they can be.
@@ -68,6 +71,7 @@ class SceneGraph {
   void add_media();
   void update_content();
   void place_ground();
+  static constexpr double kSmallestTorque = 0.02;  // [N m]
 
   osg::ref_ptr<osg::Group> root_;
   osg::ref_ptr<osg::Group> surfaces_;
@@ -77,8 +81,9 @@ class SceneGraph {
   osg::ref_ptr<PictureCopy> picture_copy_;  // behind clear media
   std::array<std::unique_ptr<MediumSurface>, 2> media_;
   std::vector<PlacedBody> bodies_;
-  std::array<std::unique_ptr<ForceArrow>, kMaxDevices> arrows_;
-  ForceScale force_scale_;
+  std::array<std::unique_ptr<HandView>, kMaxDevices> hands_;
+  std::vector<ProxyDescription> proxies_;  // of devices below kMaxDevices
+  ForceScale force_scale_, torque_scale_{kSmallestTorque};
   osg::BoundingBoxd domain_;
   osg::BoundingBoxd first_frame_;          // the box around its particles; invalid before it comes
   std::vector<osg::Vec3d> first_outline_;  // points of it

@@ -27,14 +27,17 @@ bool is_paused(const FeedView& view) {
   return server != view.status.end() && server->second.state == "paused";
 }
 
-std::optional<double> largest_force(const FeedView& view) {
-  std::optional<double> largest;
+// Fills in what the hand feels that feels most.
+void read_hands(const FeedView& view, HudData& d) {
+  const auto larger = [](std::optional<double>& kept, double value) { kept = std::max(kept.value_or(0), value); };
   for (const auto& proxy : view.proxies) {
     if (!proxy) continue;
     const auto& f = proxy->wrench.force;
-    largest = std::max(largest.value_or(0), std::hypot(f[0], f[1], f[2]));
+    const auto& t = proxy->wrench.torque;
+    larger(d.force, std::hypot(f[0], f[1], f[2]));
+    larger(d.torque, std::hypot(t[0], t[1], t[2]));
+    larger(d.contact, proxy->blend[0]);
   }
-  return largest;
 }
 
 // Returns how fast a count grows, per second, over the last second or more.
@@ -167,7 +170,7 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
   if (!view.two_servers.empty()) d.note = view.two_servers;
   if (surfaces_told_ && surfaces_.busy()) d.surfaces_built = surfaces_.share_done();
   if (!view.notice.empty()) d.note = view.notice;
-  d.force = largest_force(view);
+  read_hands(view, d);
   d.arrow_force = stage_.scene().arrow_force();
   d.arrow_length = stage_.scene().arrow_length();
   figures_ = d;
@@ -232,6 +235,7 @@ void Session::act(Action action) {
       break;
     case Action::figures:
       stage_.hud().show_next_detail();
+      stage_.scene().set_values_shown(stage_.hud().visible());
       break;
   }
 }

@@ -31,6 +31,20 @@ TEST(HudText, TimesHaveTheUnitThatSuits) {
   EXPECT_EQ(format_time(1.26), "1.3 s");
 }
 
+TEST(HudText, AHandThatIsHeldBackIsNamedWithItsCause) {
+  std::map<std::string, Status> status;
+  status["haptic_bridge 0"].state = "engaged";
+  HudData data;
+  data.connected = true;
+  data.frame_age = 0.01;
+  read_status(status, data);
+  EXPECT_EQ(hud_banner(data), "");
+  status["haptic_bridge 1"].state = "locked";
+  status["haptic_bridge 1"].text = "the dead-man switch is open";
+  read_status(status, data);
+  EXPECT_EQ(hud_banner(data), "haptic_bridge 1 is locked: the dead-man switch is open");
+}
+
 TEST(HudText, TheWorstBridgeIsShown) {
   std::map<std::string, Status> status;
   status["haptic_bridge 0"].metrics = {{"rate_hz", 1000}, {"lateness_p99_us", 20}, {"sample_age_p50_ms", 3}};

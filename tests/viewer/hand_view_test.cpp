@@ -1,0 +1,129 @@
+// The hand in pictures of scenes that are made from formulas.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/viewer/picture_tools.h"
+#include "tests/viewer/synthetic_scene.h"
+#include "viewer/stage.h"
+
+namespace palp::test {
+namespace {
+
+// The paddle is held by device 0, at rest where the simulation has it.
+SyntheticScene held_paddle() {
+  SyntheticScene s = synthetic_scene();
+  s.scene.proxies = {{0, 2, s.poses.pose[0]}};
+  s.poses.sim_time = s.proxy.sim_time;
+  s.proxy.flags = kEngaged | kHealthy;
+  s.proxy.device_pose = s.proxy.proxy_pose;
+  s.proxy.wrench = {};
+  return s;
+}
+
+void set(Stage& stage, const SyntheticScene& s) {
+  stage.hud().set_visible(false);
+  set_scene(stage, s.scene);
+  stage.scene().set_poses(s.poses);
+  stage.scene().set_frame(s.frame);
+  stage.scene().set_proxy(s.proxy);
+  stage.go_home();
+}
+
+Picture picture_of(const SyntheticScene& s) {
+  Stage stage(small_stage(640, 480));
+  set(stage, s);
+  return shoot(stage);
+}
+
+// Where two pictures differ.
+Spot difference(const Picture& a, const Picture& b) {
+  Spot spot;
+  for (int y = 0; y < a.height; ++y) {
+    for (int x = 0; x < a.width; ++x) {
+      const Pixel p = at(a, x, y), q = at(b, x, y);
+      if (std::abs(p.r - q.r) + std::abs(p.g - q.g) + std::abs(p.b - q.b) < 12) continue;
+      ++spot.pixels;
+      spot.middle += osg::Vec2d(x + 0.5, y + 0.5);
+    }
+  }
+  if (spot.pixels > 0) spot.middle /= spot.pixels;
+  return spot;
+}
+
+TEST(HandView, TheToolIsShownWhereTheHandWantsIt) {
+  SyntheticScene s = held_paddle();
+  const Picture rest = picture_of(s);
+  s.proxy.device_pose.position[0] -= 0.09;
+  Stage stage(small_stage(640, 480));
+  set(stage, s);
+  const Spot seen = difference(rest, shoot(stage));
+  EXPECT_TRUE(stage.scene().hand(0).wish_shown());
+  ASSERT_GT(seen.pixels, 800);
+  // the wished paddle, from the top of its handle to the bottom of its blade, and the line from it to the tool
+  const auto& p = s.proxy.device_pose.position;
+  const osg::Vec2d middle = stage.project({p[0] + 0.01, p[1], p[2] - 0.03});
+  EXPECT_LT((seen.middle - middle).length(), 30) << seen.middle.x() << ' ' << seen.middle.y();
+}
+
+TEST(HandView, NoWishIsShownWhereThereIsNone) {
+  const Picture rest = picture_of(held_paddle());
+  SyntheticScene near = held_paddle(), loose = held_paddle(), senseless = held_paddle();
+  near.proxy.device_pose.position[0] += 0.001;
+  loose.proxy.device_pose.position[0] += 0.1;
+  loose.proxy.flags = kHealthy;
+  senseless.proxy.device_pose.position[0] = std::nan("");
+  for (const SyntheticScene& s : {near, loose, senseless}) EXPECT_EQ(differing(rest, picture_of(s)), 0);
+}
+
+TEST(HandView, ATorqueBendsAroundTheHandle) {
+  SyntheticScene s = held_paddle();
+  const Picture rest = picture_of(s);
+  s.proxy.wrench.torque = {0, 0, 0.4};
+  Stage stage(small_stage(640, 480));
+  set(stage, s);
+  stage.scene().set_values_shown(false);
+  const Spot seen = find(shoot(stage), orange);
+  ASSERT_GT(seen.pixels, 150);
+  const auto& p = s.proxy.proxy_pose.position;
+  EXPECT_LT((seen.middle - stage.project({p[0], p[1], p[2]})).length(), 40);
+  s.proxy.wrench.torque[1] = std::nan("");
+  EXPECT_EQ(differing(rest, picture_of(s)), 0);
+}
+
+TEST(HandView, ForcesHaveTheirValuesBesideThem) {
+  SyntheticScene s = held_paddle();
+  s.proxy.wrench.force = {1.9, 0, 0.4};
+  Stage stage(small_stage(640, 480));
+  set(stage, s);
+  const Picture with = shoot(stage);
+  stage.scene().set_values_shown(false);
+  const Spot words = difference(with, shoot(stage));
+  EXPECT_GT(words.pixels, 60);
+  const osg::Vec3d force(1.9, 0, 0.4);
+  const auto& p = s.proxy.proxy_pose.position;
+  const osg::Vec3d tip =
+      osg::Vec3d(p[0], p[1], p[2]) + force * (stage.scene().arrow_length() / stage.scene().arrow_force());
+  const osg::Vec2d gap = words.middle - stage.project(tip);
+  EXPECT_GT(gap.x(), 0);
+  EXPECT_LT(gap.length(), 70) << "pixels";
+}
+
+TEST(HandView, HandsHaveColorsOfTheirOwn) {
+  SyntheticScene s = held_paddle();
+  s.proxy.wrench.force = {2, 0, 0};
+  Stage stage(small_stage(640, 480));
+  set(stage, s);
+  const Picture first = shoot(stage);
+  stage.scene().hide_proxy(0);
+  s.proxy.device = 1;
+  stage.scene().set_proxy(s.proxy);
+  const Picture second = shoot(stage);
+  const auto& p = s.proxy.proxy_pose.position;
+  const osg::Vec2d middle = stage.project({p[0] + 0.5 * stage.scene().arrow_length(), p[1], p[2]});
+  EXPECT_GT(at(first, middle).r, at(first, middle).b + 60);
+  EXPECT_GT(at(second, middle).b, at(second, middle).r + 60);
+}
+
+}  // namespace
+}  // namespace palp::test

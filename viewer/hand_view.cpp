@@ -1,0 +1,183 @@
+#include "viewer/hand_view.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <osg/BlendFunc>
+#include <osg/CullFace>
+#include <osg/Depth>
+#include <osg/Geometry>
+#include <osg/LineWidth>
+
+#include "viewer/arrays.h"
+#include "viewer/font.h"
+#include "viewer/pose_matrix.h"
+#include "viewer/shaders.h"
+
+namespace palp {
+namespace {
+
+// Orange first: the colour that one hand alone has always had. All differ for eyes that see less of red and green.
+const std::array<osg::Vec4f, kMaxDevices> kColors{
+    osg::Vec4f(1.00f, 0.56f, 0.13f, 1), osg::Vec4f(0.35f, 0.70f, 1.00f, 1), osg::Vec4f(0.95f, 0.90f, 0.35f, 1),
+    osg::Vec4f(0.85f, 0.45f, 0.75f, 1), osg::Vec4f(0.20f, 0.75f, 0.60f, 1), osg::Vec4f(0.85f, 0.85f, 0.90f, 1),
+    osg::Vec4f(0.55f, 0.45f, 0.95f, 1), osg::Vec4f(0.75f, 0.55f, 0.35f, 1)};
+const osg::Vec4f kWords(0.96f, 0.97f, 0.99f, 1);
+constexpr float kWordSize = 15;  // [pixels]
+
+// Over the scene's radius: how far off a hand must be for its wish to show at all, and to show wholly; and what a
+// radian counts for.
+constexpr double kWishFrom = 0.01, kWishWhole = 0.05, kWishPerRadian = 0.08;
+constexpr int kWishBin = 13, kValueBin = 14;
+
+osg::ref_ptr<osgText::Text> make_value(osgText::Font* font) {
+  osg::ref_ptr<osgText::Text> text = new osgText::Text;
+  if (font != nullptr) text->setFont(font);
+  text->setShaderTechnique(osgText::NO_TEXT_SHADER);
+  text->setFontResolution(static_cast<unsigned>(kWordSize), static_cast<unsigned>(kWordSize));
+  text->setCharacterSizeMode(osgText::Text::SCREEN_COORDS);
+  text->setCharacterSize(kWordSize);
+  text->setAxisAlignment(osgText::Text::SCREEN);
+  text->setAlignment(osgText::Text::LEFT_CENTER);
+  text->setColor(kWords);
+  text->setDataVariance(osg::Object::DYNAMIC);
+  text->setCullingActive(false);
+  osg::StateSet* state = text->getOrCreateStateSet();
+  state->setMode(GL_DEPTH_TEST, osg::StateAttribute::OFF);
+  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
+  state->setRenderBinDetails(kValueBin, "RenderBin");
+  return text;
+}
+
+osg::ref_ptr<osg::Geometry> unit_line(const osg::Vec4f& color) {
+  osg::ref_ptr<osg::Geometry> line = new osg::Geometry;
+  line->setUseVertexBufferObjects(true);
+  line->setVertexArray(array_of<osg::Vec3Array>({{0, 0, 0}, {0, 0, 1}}));
+  line->setColorArray(array_of<osg::Vec4Array>({color}), osg::Array::BIND_OVERALL);
+  line->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, 2));
+  line->setCullingActive(false);
+  osg::StateSet* state = line->getOrCreateStateSet();
+  state->setAttributeAndModes(new osg::LineWidth(2));
+  state->setMode(GL_DEPTH_TEST, osg::StateAttribute::OFF);
+  state->setRenderBinDetails(kWishBin, "RenderBin");
+  return line;
+}
+
+osg::Vec3d vector_of(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
+HandView::HandView(std::uint32_t device)
+    : root_(new osg::Group),
+      force_(kColors[device % kMaxDevices]),
+      torque_(kColors[device % kMaxDevices]),
+      values_(new osg::Group),
+      wish_(new osg::Group),
+      wished_tool_(new osg::MatrixTransform),
+      line_(new osg::MatrixTransform) {
+  const osg::ref_ptr<osgText::Font> font = find_font();
+  force_value_ = make_value(font);
+  torque_value_ = make_value(font);
+  values_->addChild(force_value_);
+  values_->addChild(torque_value_);
+
+  const osg::Vec4f color = kColors[device % kMaxDevices];
+  osg::StateSet* state = wished_tool_->getOrCreateStateSet();
+  state->setAttributeAndModes(load_program("wish", {"mesh.vert", "mesh.frag", "lighting.glsl"}));
+  state->setAttributeAndModes(new osg::CullFace(osg::CullFace::BACK));
+  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
+  state->setAttributeAndModes(new osg::Depth(osg::Depth::ALWAYS, 0, 1, false));
+  state->addUniform(new osg::Uniform("glass", 0.30f));
+  state->addUniform(new osg::Uniform("tint", osg::Vec4f(color.x(), color.y(), color.z(), 0.6f)));
+  state->addUniform(new osg::Uniform("presence", 1.0f));
+  state->setRenderBinDetails(kWishBin, "RenderBin");
+  line_->addChild(unit_line(color));
+  wish_->addChild(wished_tool_);
+  wish_->addChild(line_);
+
+  root_->addChild(force_.node());
+  root_->addChild(torque_.node());
+  root_->addChild(wish_);
+  root_->addChild(values_);
+  hide();
+}
+
+void HandView::clear() {
+  wished_tool_->removeChildren(0, wished_tool_->getNumChildren());
+  tool_.reset();
+  from_handle_.reset();
+  hide();
+}
+
+void HandView::add_tool_part(const osg::Geometry& part) {
+  osg::ref_ptr<osg::Geometry> copy = new osg::Geometry(part, osg::CopyOp::SHALLOW_COPY);
+  copy->setStateSet(nullptr);
+  wished_tool_->addChild(copy);
+}
+
+void HandView::set_tool_pose(const osg::Matrixd& pose, double sim_time) {
+  tool_ = pose;
+  tool_time_ = sim_time;
+}
+
+void HandView::hide() {
+  force_.hide();
+  torque_.hide();
+  wish_->setNodeMask(0);
+  force_value_->setNodeMask(0);
+  torque_value_->setNodeMask(0);
+}
+
+void HandView::show_value(osgText::Text& text, const osg::Vec3d& place, const std::string& words, bool shown) {
+  text.setNodeMask(shown ? ~0u : 0u);
+  if (!shown) return;
+  text.setPosition(place);
+  // a gap between arrow and value that has the width of a letter on any screen
+  const std::string spaced = "  " + words;
+  if (text.getText().createUTF8EncodedString() != spaced) text.setText(spaced, osgText::String::ENCODING_UTF8);
+}
+
+void HandView::set(const ProxySample& sample, const HandScale& scale) {
+  const osg::Vec3d handle = vector_of(sample.proxy_pose.position);
+  const osg::Vec3d force = vector_of(sample.wrench.force), torque = vector_of(sample.wrench.torque);
+  const double newtons = force.length(), length = scale.arrow_length * newtons / scale.full_force;
+  force_.set(handle, force, length, 0.016 * scale.scene_radius);
+  show_value(*force_value_, handle + force * (newtons > 0 ? length / newtons : 0), fmt::format("{:.2f} N", newtons),
+             force_.visible());
+
+  const double share = torque.length() / scale.full_torque, radius = 0.12 * scale.scene_radius;
+  torque_.set(handle, torque, share, radius);
+  show_value(*torque_value_, handle + osg::Vec3d(0, 0, radius), fmt::format("{:.3g} N m", torque.length()),
+             torque_.visible());
+  set_wish(sample, scale);
+}
+
+void HandView::set_wish(const ProxySample& sample, const HandScale& scale) {
+  wish_->setNodeMask(0);
+  osg::Matrixd handle, wished;
+  if ((sample.flags & kEngaged) == 0 || !pose_matrix(sample.proxy_pose, handle) ||
+      !pose_matrix(sample.device_pose, wished))
+    return;
+  if (const double error = std::abs(sample.sim_time - tool_time_);
+      tool_ && (!from_handle_ || error <= from_handle_error_)) {
+    from_handle_ = *tool_ * osg::Matrixd::inverse(handle);
+    from_handle_error_ = error;
+  }
+  const osg::Vec3d gap = wished.getTrans() - handle.getTrans();
+  const osg::Quat turn = (osg::Matrixd::inverse(handle) * wished).getRotate();
+  const double angle = 2 * std::acos(std::clamp(std::abs(turn.w()), 0.0, 1.0));
+  const double off = gap.length() / scale.scene_radius + kWishPerRadian * angle;
+  const double presence = std::clamp((off - kWishFrom) / (kWishWhole - kWishFrom), 0.0, 1.0);
+  if (!(presence > 0)) return;
+  wish_->setNodeMask(~0u);
+  wished_tool_->setNodeMask(from_handle_ ? ~0u : 0u);
+  if (from_handle_) wished_tool_->setMatrix(*from_handle_ * wished);
+  wished_tool_->getStateSet()->getUniform("presence")->set(static_cast<float>(presence));
+  line_->setNodeMask(gap.length2() > 0 ? ~0u : 0u);
+  line_->setMatrix(osg::Matrixd::scale(1, 1, gap.length()) * osg::Matrixd::rotate(osg::Vec3d(0, 0, 1), gap) *
+                   osg::Matrixd::translate(handle.getTrans()));
+}
+
+}  // namespace palp
