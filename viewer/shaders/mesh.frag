@@ -10,6 +10,7 @@ in vec3 eye_normal;
 in vec4 color;
 
 vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim);
+vec3 environment(vec3 direction);
 
 void main() {
   vec3 to_eye = normalize(-eye_position);
@@ -19,8 +20,10 @@ void main() {
   float alpha = color.a;
   if (glass > 0.0) {
     float grazing = 1.0 - max(dot(normal, to_eye), 0.0);
-    alpha = glass + (0.55 - glass) * grazing * grazing * grazing;
-    lit = mix(lit, mix(vec3(0.80, 0.87, 0.93), tint.rgb, tint.a), 0.5);
+    float steep = grazing * grazing * grazing;
+    alpha = glass + (0.55 - glass) * steep;
+    vec3 reflected = sqrt(min(environment(reflect(-to_eye, normal)), vec3(1.0)));
+    lit = mix(mix(lit, reflected, 0.75), tint.rgb, 0.5 * tint.a);
   }
   if (ghost > 0.0) alpha = ghost;
   gl_FragColor = vec4(lit, alpha * presence);
