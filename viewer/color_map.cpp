@@ -98,9 +98,11 @@ ValueRange suitable_range(ScalarField field, std::span<const float> values, doub
     const double half = nice_ceiling(off);
     return {rest_density - half, rest_density + half};
   }
-  const double step = nice_ceiling(std::max(high - low, 1e-6 * std::max(std::abs(high), 1.0)) / 5);
-  const double from = round_to(low, step, false);
-  return {from, std::max(round_to(high, step, true), from + step)};
+  // about a field that is the same everywhere; differences below this [Pa], [K] mean nothing
+  const double least = std::max(1.0, 1e-6 * std::abs(high)), wider = std::max(0.0, least - (high - low)) / 2;
+  const double step = nice_ceiling((high - low + 2 * wider) / 5);
+  const double from = round_to(low - wider, step, false);
+  return {from, std::max(round_to(high + wider, step, true), from + step)};
 }
 
 const ValueRange& SteadyRange::update(ScalarField field, const ValueRange& suitable) {

@@ -40,6 +40,8 @@ void read_hands(const FeedView& view, HudData& d) {
   }
 }
 
+bool is_zero(float value) { return value == 0; }
+
 // Returns how fast a count grows, per second, over the last second or more.
 double rate_of(std::deque<std::pair<std::int64_t, std::uint64_t>>& history, std::int64_t now_ns, std::uint64_t count) {
   history.emplace_back(now_ns, count);
@@ -71,7 +73,11 @@ void Session::ask_for_field() {
 // Returns why the particles do not have the colours that the user asked for, or nothing.
 std::string Session::field_note(std::int64_t now_ns) {
   if (std::exchange(just_asked_, false)) asked_at_ns_ = now_ns;
-  if (!frame_ || color_ == ScalarField::none || frame_->field == color_) return {};
+  if (!frame_ || color_ == ScalarField::none) return {};
+  if (frame_->field == color_) {
+    const bool nothing = color_ == ScalarField::temperature && std::ranges::all_of(frame_->scalars, is_zero);
+    return nothing ? "this scene has no temperatures" : "";
+  }
   if (now_ns - asked_at_ns_ < kAnswerNs && !field_came_) return {};
   const std::string sent = frame_->field == ScalarField::none ? "no field" : std::string(legend_name(frame_->field));
   return fmt::format("asked: {}, the server sends {}{}", legend_name(color_), sent,

@@ -44,6 +44,9 @@ TEST(ColorMap, RangesEndAtRoundNumbersAndHoldTheValues) {
   const ValueRange none = suitable_range(ScalarField::speed, bad, 0);
   EXPECT_LT(none.low, none.high);
   EXPECT_LT(suitable_range(ScalarField::pressure, std::vector<float>(5, 7.0f), 0).low, 7.1);
+  const ValueRange alike = suitable_range(ScalarField::temperature, std::vector<float>(5, 293.0f), 0);
+  EXPECT_GE(alike.high - alike.low, 1) << "noise of a microkelvin is no picture";
+  EXPECT_LE(alike.high - alike.low, 2);
 }
 
 TEST(ColorMap, AFewOutliersDoNotStretchTheRange) {

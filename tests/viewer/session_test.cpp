@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <vector>
 
@@ -76,6 +77,17 @@ TEST_F(SessionTest, AFieldThatAnotherViewerAskedForIsNamed) {
   hear_frame(ScalarField::density);
   EXPECT_EQ(banner_after(0.5), "asked: speed, the server sends density (asked by another)");
   EXPECT_EQ(asked_, std::vector<std::string>{"speed"}) << "two viewers must not outbid each other for ever";
+}
+
+TEST_F(SessionTest, ASceneWithoutTemperaturesSaysSo) {
+  start(ScalarField::temperature);
+  wait_for_surfaces();
+  hear_frame(ScalarField::temperature);
+  EXPECT_EQ(banner_after(0.5), "");
+  ParticleFrame cold = *view_.frame;
+  std::ranges::fill(cold.scalars, 0.0f);
+  view_.frame = std::make_shared<const ParticleFrame>(cold);
+  EXPECT_EQ(banner_after(0.5), "this scene has no temperatures");
 }
 
 TEST_F(SessionTest, AViewerThatAskedForNothingShowsHowThingsLook) {
