@@ -18,7 +18,7 @@ constexpr double kTintRadius = 1.2;   // sums over wider spheres have less grain
 constexpr double kReach = 2.4;        // of the smoothing
 constexpr double kRange = 3.0;        // of distances that belong to one surface
 constexpr double kClampRange = 0.8;   // of distances behind a point that it may be pulled back to
-constexpr double kClosing = 1.6;      // the gaps between the beads of an outline
+constexpr double kClosing = 0.7;      // widest gap between the beads of an outline: tints still reach its middle
 constexpr double kSkin = 2.0;         // the depth that gives an opaque medium its colour
 constexpr double kTintShare = 0.5;    // of the surface's size: tints are smooth
 constexpr double kClearDepth = 0.06;  // [m] of a clear medium that gives light its colour
@@ -58,6 +58,7 @@ MediumSurface::MediumSurface(Medium medium, osg::Node* particles, osg::Texture1D
       shading_(screen_rectangle()),
       picture_scissor_(new osg::Scissor) {
   root_->getOrCreateStateSet()->addUniform(new osg::Uniform("is_clear", medium == Medium::clear));
+  root_->getStateSet()->addUniform(new osg::Uniform("closing_taps", 1));
   add_depth_pass(particles);
   add_tint_pass(particles);
   root_->addChild(smoothing_);
@@ -183,21 +184,27 @@ void MediumSurface::set_size(int width, int height, const SurfaceQuality& qualit
   state->addUniform(new osg::Uniform("surface_size", surface));
 }
 
-void MediumSurface::set_seen(const osg::BoundingBoxd& box, const osg::Matrixd& view_projection) {
+void MediumSurface::set_seen(const osg::BoundingBoxd& box, const osg::Matrixd& view, const osg::Matrixd& projection) {
   root_->setNodeMask(box.valid() ? ~0u : 0u);
   if (!box.valid()) return;
   // the box's corners in the picture, 0 .. 1; one at or behind the eye may be seen anywhere
   double low[2] = {1, 1}, high[2] = {0, 0};
+  double nearest = 1e30;
   for (unsigned i = 0; i < 8; ++i) {
     osg::Vec3d corner = box.corner(i);
     for (unsigned k = 0; k < 3; ++k) corner[static_cast<int>(k)] += ((i >> k & 1u) != 0 ? 2 : -2) * spacing_;
-    const osg::Vec4d p = osg::Vec4d(corner, 1) * view_projection;
+    const osg::Vec4d p = osg::Vec4d(corner, 1) * view * projection;
+    nearest = std::min(nearest, p.w());
     for (int k = 0; k < 2; ++k) {
       const double at = p.w() > 1e-6 ? std::clamp(0.5 * (p[k] / p.w() + 1), 0.0, 1.0) : 0;
       low[k] = std::min(low[k], at);
       high[k] = std::max(high[k], p.w() > 1e-6 ? at : 1.0);
     }
   }
+  // an empty texel need not look farther than the widest gap is seen
+  const double gap = 0.5 * passes_[0].texture->getTextureHeight() * projection(1, 1) * kClosing * spacing_;
+  const double texels = std::ceil(gap / std::max(nearest, spacing_));
+  root_->getStateSet()->getUniform("closing_taps")->set(static_cast<int>(std::min<double>(texels, quality_.most_taps)));
   const auto confine = [&](osg::Scissor& scissor, double width, double height) {
     const auto x = static_cast<int>(std::floor(low[0] * width)), y = static_cast<int>(std::floor(low[1] * height));
     scissor.setScissor(x, y, static_cast<int>(std::ceil(high[0] * width)) - x,

@@ -42,7 +42,7 @@ class MediumSurface {
   // The size of the picture [pixels].
   void set_size(int width, int height, const SurfaceQuality& quality);
   // Confines the work to where the box of the particles is seen. An invalid box: nothing is drawn.
-  void set_seen(const osg::BoundingBoxd& box, const osg::Matrixd& view_projection);
+  void set_seen(const osg::BoundingBoxd& box, const osg::Matrixd& view, const osg::Matrixd& projection);
 
  private:
   struct Pass {

@@ -139,8 +139,8 @@ void SceneGraph::set_picture(int width, int height, bool quick) {
   picture_copy_->set_size(width, height);
 }
 
-void SceneGraph::set_view(const osg::Matrixd& view_projection) {
-  for (std::size_t i = 0; i < media_.size(); ++i) media_[i]->set_seen(cloud_.box(kSurfaceMedia[i]), view_projection);
+void SceneGraph::set_view(const osg::Matrixd& view, const osg::Matrixd& projection) {
+  for (std::size_t i = 0; i < media_.size(); ++i) media_[i]->set_seen(cloud_.box(kSurfaceMedia[i]), view, projection);
   picture_copy_->setNodeMask(cloud_.box(Medium::clear).valid() ? ~0u : 0u);
 }
 

@@ -44,7 +44,7 @@ class SceneGraph {
   // The size of the picture [pixels], and whether the surfaces of media must be cheap.
   void set_picture(int width, int height, bool quick);
   // Takes what the camera sees: media are looked for where they can be.
-  void set_view(const osg::Matrixd& view_projection);
+  void set_view(const osg::Matrixd& view, const osg::Matrixd& projection);
   void set_color(ScalarField field) { cloud_.set_color(field); }
   // Draws the particles of every body instead of surfaces, from the next frame on.
   void set_draw_all(bool all);

@@ -158,7 +158,7 @@ void Stage::draw(const std::function<void(Picture&&)>& read) {
   const double near = std::max(far - 14 * radius, 0.02 * radius);
   viewer_->getCamera()->setProjectionMatrixAsPerspective(kFieldOfView, static_cast<double>(width()) / height(), near,
                                                          far);
-  scene_.set_view(viewer_->getCamera()->getViewMatrix() * viewer_->getCamera()->getProjectionMatrix());
+  scene_.set_view(viewer_->getCamera()->getViewMatrix(), viewer_->getCamera()->getProjectionMatrix());
   read_back_->wanted = read ? &read : nullptr;
   viewer_->renderingTraversals();
   read_back_->wanted = nullptr;

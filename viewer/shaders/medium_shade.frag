@@ -95,6 +95,7 @@ void main() {
   vec3 to_eye = normalize(-p);
   if (dot(normal, to_eye) < 0.0) normal = -normal;
   vec4 tint = texture2D(tints, gl_FragCoord.xy / target_size);
+  if (!is_clear && tint.a < 1e-7) discard;
   vec3 lit;
   if (is_clear) {
     lit = clear_medium(p, normal, to_eye, tint);

@@ -8,6 +8,7 @@ uniform float reach;          // of the filter [m]
 uniform float range;          // of distances that belong to one surface [m]
 uniform float clamp_range;    // neighbours farther behind than this count as no farther [m]
 uniform float closing;        // widest gap that is closed [m]; 0: none
+uniform int closing_taps;     // to each side, that reach across the widest gap
 uniform int most_taps;        // to each side
 
 float texels(float size, float depth) { return 0.5 * target_height * gl_ProjectionMatrix[1][1] * size / depth; }
@@ -17,8 +18,8 @@ vec2 at(int i) { return texelFetch(surface, ivec2(gl_FragCoord.xy) + along * i, 
 vec2 closed() {
   vec2 a = vec2(0.0), b = vec2(0.0);
   int i = 0, j = 0;
-  while (i < most_taps && a.x <= 0.0) a = at(++i);
-  while (j < most_taps && b.x <= 0.0 && a.x > 0.0) b = at(-(++j));
+  while (i < closing_taps && a.x <= 0.0) a = at(++i);
+  while (j < closing_taps && b.x <= 0.0 && a.x > 0.0) b = at(-(++j));
   if (a.x <= 0.0 || b.x <= 0.0 || abs(a.x - b.x) > range) return vec2(0.0);
   return float(i + j) <= texels(closing, a.x) ? mix(a, b, float(i) / float(i + j)) : vec2(0.0);
 }
