@@ -122,10 +122,15 @@ void MediumSurface::make_smoothing() {
       osg::StateSet* state = add("medium_smooth.frag", "medium smoothing");
       state->addUniform(new osg::Uniform("along", upward ? 0 : 1, upward ? 1 : 0));
       state->addUniform(new osg::Uniform("most_taps", quality_.most_taps));
+      // the second round is finer: it smooths the steps between the taps of the first
+      state->addUniform(number("reach", kReach * spacing_ / (1 << round)));
       state->addUniform(number("closing", round == 0 ? kClosing * spacing_ : 0));
     }
   }
-  add("medium_clean.frag", "medium clean-up")->addUniform(new osg::Uniform("most_taps", quality_.clean_taps));
+  osg::StateSet* state = add("medium_clean.frag", "medium clean-up");
+  state->addUniform(new osg::Uniform("most_taps", quality_.clean_taps));
+  // streaks of a large picture are wider
+  state->addUniform(new osg::Uniform("stride", std::clamp(static_cast<int>(quality_.scale * height_ / 500), 1, 3)));
   shading_->getStateSet()->setTextureAttribute(0, passes_.back().texture);
 }
 
@@ -154,7 +159,6 @@ void MediumSurface::set_spacing(double spacing) {
   osg::StateSet* all = root_->getStateSet();
   set(all, "range", kRange);
   set(all, "clamp_range", kClampRange);
-  set(all, "reach", kReach);
   set(all, "skin", kSkin);
   set(all, "sink", kRadius - kTop);
   set(passes_[0].camera->getStateSet(), "radius", kRadius);

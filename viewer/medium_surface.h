@@ -24,7 +24,7 @@ struct SurfaceQuality {
   double scale = 1;    // texels of the surface a pixel of the picture, along each side
   int rounds = 2;      // of smoothing, each along both axes
   int most_taps = 24;  // of the filter to each side
-  int clean_taps = 2;
+  int clean_taps = 3;
 };
 
 inline constexpr SurfaceQuality kFineSurface{};

@@ -5,6 +5,7 @@ uniform sampler2D surface;
 uniform float range;        // [m]
 uniform float clamp_range;  // [m]
 uniform int most_taps;      // to each side
+uniform int stride;         // [texels] between them
 
 vec2 at(ivec2 offset) { return texelFetch(surface, ivec2(gl_FragCoord.xy) + offset, 0).rg; }
 
@@ -16,7 +17,7 @@ void main() {
     for (int y = -most_taps; y <= most_taps; ++y) {
       for (int x = 0; x <= most_taps; ++x) {
         if (x == 0 && y <= 0) continue;
-        vec2 a = at(ivec2(x, y)), b = at(-ivec2(x, y));
+        vec2 a = at(stride * ivec2(x, y)), b = at(-stride * ivec2(x, y));
         if (min(a.x, b.x) < middle.x - range || min(a.x, b.x) <= 0.0) continue;
         a.x = min(a.x, middle.x + clamp_range);
         b.x = min(b.x, middle.x + clamp_range);
