@@ -29,7 +29,7 @@ constexpr float kWordSize = 15;  // [pixels]
 
 // Over the scene's radius: how far off a hand must be for its wish to show at all, and to show wholly; and what a
 // radian counts for.
-constexpr double kWishFrom = 0.01, kWishWhole = 0.05, kWishPerRadian = 0.08;
+constexpr double kWishFrom = 0.03, kWishWhole = 0.08, kWishPerRadian = 0.08;
 constexpr int kWishBin = 13, kValueBin = 14;
 
 osg::ref_ptr<osgText::Text> make_value(osgText::Font* font) {
@@ -88,7 +88,7 @@ HandView::HandView(std::uint32_t device)
   state->setAttributeAndModes(load_program("wish", {"mesh.vert", "mesh.frag", "lighting.glsl"}));
   state->setAttributeAndModes(new osg::CullFace(osg::CullFace::BACK));
   state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
-  state->setAttributeAndModes(new osg::Depth(osg::Depth::ALWAYS, 0, 1, false));
+  state->setAttributeAndModes(new osg::Depth(osg::Depth::LESS, 0, 1, false));
   state->addUniform(new osg::Uniform("glass", 0.30f));
   state->addUniform(new osg::Uniform("tint", osg::Vec4f(color.x(), color.y(), color.z(), 0.6f)));
   state->addUniform(new osg::Uniform("presence", 1.0f));
