@@ -25,7 +25,6 @@ const std::array<osg::Vec4f, kMaxDevices> kColors{
     osg::Vec4f(0.85f, 0.45f, 0.75f, 1), osg::Vec4f(0.20f, 0.75f, 0.60f, 1), osg::Vec4f(0.85f, 0.85f, 0.90f, 1),
     osg::Vec4f(0.55f, 0.45f, 0.95f, 1), osg::Vec4f(0.75f, 0.55f, 0.35f, 1)};
 const osg::Vec4f kWords(0.96f, 0.97f, 0.99f, 1);
-constexpr float kWordSize = 15;  // [pixels]
 
 // Over the scene's radius: how far off a hand must be for its wish to show at all, and to show wholly; and what a
 // radian counts for.
@@ -36,9 +35,7 @@ osg::ref_ptr<osgText::Text> make_value(osgText::Font* font) {
   osg::ref_ptr<osgText::Text> text = new osgText::Text;
   if (font != nullptr) text->setFont(font);
   text->setShaderTechnique(osgText::NO_TEXT_SHADER);
-  text->setFontResolution(static_cast<unsigned>(kWordSize), static_cast<unsigned>(kWordSize));
   text->setCharacterSizeMode(osgText::Text::SCREEN_COORDS);
-  text->setCharacterSize(kWordSize);
   text->setAxisAlignment(osgText::Text::SCREEN);
   text->setAlignment(osgText::Text::LEFT_CENTER);
   text->setColor(kWords);
@@ -117,6 +114,14 @@ void HandView::add_tool_part(const osg::Geometry& part) {
   wished_tool_->addChild(copy);
 }
 
+void HandView::set_value_size(float pixels) {
+  if (force_value_->getCharacterHeight() == pixels) return;
+  for (osgText::Text* text : {force_value_.get(), torque_value_.get()}) {
+    text->setFontResolution(static_cast<unsigned>(pixels), static_cast<unsigned>(pixels));
+    text->setCharacterSize(pixels);
+  }
+}
+
 void HandView::set_tool_pose(const osg::Matrixd& pose, double sim_time) {
   tool_ = pose;
   tool_time_ = sim_time;
@@ -149,7 +154,7 @@ void HandView::set(const ProxySample& sample, const HandScale& scale) {
 
   const double share = torque.length() / scale.full_torque, radius = 0.12 * scale.scene_radius;
   torque_.set(handle, torque, share, radius);
-  show_value(*torque_value_, handle + osg::Vec3d(0, 0, radius), fmt::format("{:.3g} N m", torque.length()),
+  show_value(*torque_value_, handle + osg::Vec3d(0, 0, radius), fmt::format("{:.3f} N m", torque.length()),
              torque_.visible());
   set_wish(sample, scale);
 }

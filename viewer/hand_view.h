@@ -41,6 +41,7 @@ class HandView {
   // No force is known.
   void hide();
   void set_values_shown(bool shown) { values_->setNodeMask(shown ? ~0u : 0u); }
+  void set_value_size(float pixels);
   bool wish_shown() const { return wish_->getNodeMask() != 0; }
 
  private:

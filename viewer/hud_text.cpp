@@ -68,7 +68,7 @@ std::vector<HudRow> hud_rows(const HudData& d) {
   if (d.bridge_data_age) bridge += fmt::format("  ·  {} old", format_time(*d.bridge_data_age));
   rows.push_back({"bridge", bridge.empty() ? kUnknown : bridge, d.bridge_late && *d.bridge_late > kLateBridge});
   std::string force = d.force ? fmt::format("{:.2f} N", *d.force) : kUnknown;
-  if (d.force && d.torque) force += fmt::format("  ·  {:.3g} N m", *d.torque);
+  if (d.force && d.torque) force += fmt::format("  ·  {:.3f} N m", *d.torque);
   rows.push_back({"force", force, false, true});
   rows.push_back({"contact", d.contact ? fmt::format("{:.0f} % rigid", 100 * *d.contact) : kUnknown});
   const std::string scale = fmt::format("{:g} N = {:.0f} mm", d.arrow_force, 1e3 * d.arrow_length);

@@ -134,6 +134,8 @@ void SceneGraph::add_media() {
 
 void SceneGraph::set_picture(int width, int height, bool quick) {
   cloud_.set_picture_height(height);
+  const float words = std::round(std::clamp(static_cast<float>(height) / 46, 11.0f, 40.0f));
+  for (auto& hand : hands_) hand->set_value_size(words);
   const SurfaceQuality quality = quick ? quick_surface(width, height) : kFineSurface;
   for (auto& medium : media_) medium->set_size(width, height, quality);
   picture_copy_->set_size(width, height);

@@ -16,7 +16,7 @@ constexpr int kSegments = 72, kSides = 10;
 constexpr double kWholeBend = 300 * M_PI / 180;
 constexpr double kThickness = 0.06;  // radius of the tube over that of the bend
 constexpr double kHeadRadius = 0.17, kHeadLength = 0.38;
-constexpr double kLeastShare = 0.03;
+constexpr double kLeastShare = 0.08;  // a head without a bend is no arrow
 
 // A tube of radius kThickness around a circle of radius 1 about z, from x on, its triangles in the order of the bend.
 osg::ref_ptr<osg::Geometry> tube(osg::DrawArrays* triangles, const osg::Vec4f& color) {
