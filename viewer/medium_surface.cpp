@@ -20,6 +20,7 @@ constexpr double kRange = 3.0;        // of distances that belong to one surface
 constexpr double kClampRange = 0.8;   // of distances behind a point that it may be pulled back to
 constexpr double kClosing = 0.7;      // widest gap between the beads of an outline: tints still reach its middle
 constexpr double kSkin = 2.0;         // the depth that gives an opaque medium its colour
+constexpr double kLift = 0.5;         // off the surface, where its light is asked for
 constexpr double kTintShare = 0.5;    // of the surface's size: tints are smooth
 constexpr double kClearDepth = 0.06;  // [m] of a clear medium that gives light its colour
 constexpr double kHaze = 0.12;        // [m] of a clear medium that scatters half of the light
@@ -160,6 +161,7 @@ void MediumSurface::set_spacing(double spacing) {
   set(all, "range", kRange);
   set(all, "clamp_range", kClampRange);
   set(all, "skin", kSkin);
+  set(all, "lift", kLift);
   set(all, "sink", kRadius - kTop);
   set(passes_[0].camera->getStateSet(), "radius", kRadius);
   set(passes_[1].camera->getStateSet(), "radius", kTintRadius);

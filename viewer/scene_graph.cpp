@@ -48,7 +48,7 @@ osg::ref_ptr<osg::Node> make_background() {
 osg::ref_ptr<osg::Geometry> make_ground() {
   osg::ref_ptr<osg::Geometry> geometry = quad({-1, -1}, {1, 1}, 0);
   osg::StateSet* state = geometry->getOrCreateStateSet();
-  state->setAttributeAndModes(load_program("ground", {"ground.vert", "ground.frag"}));
+  state->setAttributeAndModes(load_program("ground", {"ground.vert", "ground.frag", "lighting.glsl"}));
   blend_over(state);
   state->setRenderBinDetails(kGroundBin, "RenderBin");
   state->addUniform(new osg::Uniform("footprint", osg::Vec4f(0, 0, 1, 1)));
@@ -111,6 +111,7 @@ SceneGraph::SceneGraph()
   root_->addChild(ground_);
   root_->addChild(surfaces_);
   add_media();
+  add_shadows();
   for (std::uint32_t device = 0; device < kMaxDevices; ++device) {
     hands_[device] = std::make_unique<HandView>(device);
     root_->addChild(hands_[device]->node());
@@ -132,6 +133,14 @@ void SceneGraph::add_media() {
   root_->addChild(particles);
 }
 
+void SceneGraph::add_shadows() {
+  shadow_map_.add_surfaces(surfaces_);
+  // light goes through glass and clear liquids
+  for (const Medium medium : {Medium::beads, Medium::opaque}) shadow_map_.add_points(cloud_.points(medium));
+  shadow_map_.give_to(*root_->getOrCreateStateSet());
+  root_->addChild(shadow_map_.node());
+}
+
 void SceneGraph::set_picture(int width, int height, bool quick) {
   cloud_.set_picture_height(height);
   const float words = std::round(std::clamp(static_cast<float>(height) / 46, 11.0f, 40.0f));
@@ -139,10 +148,12 @@ void SceneGraph::set_picture(int width, int height, bool quick) {
   const SurfaceQuality quality = quick ? quick_surface(width, height) : kFineSurface;
   for (auto& medium : media_) medium->set_size(width, height, quality);
   picture_copy_->set_size(width, height);
+  shadow_map_.set_size(quick ? 512 : 2048);
 }
 
 void SceneGraph::set_view(const osg::Matrixd& view, const osg::Matrixd& projection) {
   for (std::size_t i = 0; i < media_.size(); ++i) media_[i]->set_seen(cloud_.box(kSurfaceMedia[i]), view, projection);
+  shadow_map_.set_view(content_, view);
   picture_copy_->setNodeMask(cloud_.box(Medium::clear).valid() ? ~0u : 0u);
 }
 
@@ -164,6 +175,7 @@ void SceneGraph::set_scene(const SceneDescription& scene) {
   }
   cloud_.set_scene(scene);
   for (auto& medium : media_) medium->set_spacing(scene.spacing);
+  shadow_map_.set_spacing(scene.spacing);
   for (auto& hand : hands_) hand->clear();
   proxies_ = scene.proxies;
   std::erase_if(proxies_, [](const ProxyDescription& proxy) { return proxy.device >= kMaxDevices; });
@@ -193,9 +205,11 @@ void SceneGraph::set_surface(std::size_t index, const BodyMesh& mesh) {
   };
   add(mesh.solid, solid_);
   add(mesh.glass, glass_);
+  if (mesh.glass) mesh.glass->setNodeMask(~kCastsShadow);
   if (mesh.edges) {
     mesh.edges->setStateSet(edges_);
     body.place->addChild(mesh.edges);
+    mesh.edges->setNodeMask(~kCastsShadow);
   }
   update_content();
 }

@@ -15,6 +15,7 @@
 #include "viewer/medium_surface.h"
 #include "viewer/mesh.h"
 #include "viewer/particle_cloud.h"
+#include "viewer/shadow_map.h"
 
 namespace palp {
 
@@ -69,6 +70,7 @@ class SceneGraph {
   };
 
   void add_media();
+  void add_shadows();
   void update_content();
   void place_ground();
   static constexpr double kSmallestTorque = 0.02;  // [N m]
@@ -80,6 +82,7 @@ class SceneGraph {
   ParticleCloud cloud_;
   osg::ref_ptr<PictureCopy> picture_copy_;  // behind clear media
   std::array<std::unique_ptr<MediumSurface>, 2> media_;
+  ShadowMap shadow_map_;
   std::vector<PlacedBody> bodies_;
   std::array<std::unique_ptr<HandView>, kMaxDevices> hands_;
   std::vector<ProxyDescription> proxies_;  // of devices below kMaxDevices

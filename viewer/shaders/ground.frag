@@ -5,6 +5,10 @@ uniform vec2 fade;        // distance from the footprint's centre: full, gone [m
 uniform float cell;       // grid [m]
 
 in vec2 world;
+in vec3 eye_position;
+
+uniform mat4 osg_ViewMatrix;
+float key_share(vec3 eye_point, vec3 normal);
 
 float lines(float size, float width) {
   vec2 g = world / size;
@@ -21,7 +25,9 @@ void main() {
   vec2 outside = max(max(footprint.xy - world, world - footprint.zw), vec2(0.0));
   float reach = 0.16 * length(footprint.zw - footprint.xy);
   float near = clamp(1.0 - length(outside) / reach, 0.0, 1.0);
-  float shadow = 0.55 * near * near * near;
+  // a soft one all around, and that of the key light
+  float thrown = 0.45 * (1.0 - key_share(eye_position, mat3(osg_ViewMatrix)[2]));
+  float shadow = max(0.40 * near * near * near, thrown);
   float line = max(0.22 * lines(cell, 1.2), 0.42 * lines(5.0 * cell, 1.4));
   float alpha = max(shadow, line * (1.0 - shadow)) * visible;
   vec3 color = mix(vec3(0.02, 0.022, 0.026), vec3(0.62, 0.68, 0.76), line * (1.0 - shadow));

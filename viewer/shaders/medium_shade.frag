@@ -11,11 +11,13 @@ uniform vec2 surface_size;  // [texels]
 uniform vec2 tints_size;
 uniform vec2 value_range;
 uniform float range;  // of distances that belong to one surface [m]
+uniform float lift;   // [m] off the surface, where its light is asked for
 uniform float haze;   // [m] of a clear medium through which half of the light is scattered
 uniform bool by_scalar;
 uniform bool is_clear;
 
-vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim);
+vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim, float share);
+float key_share(vec3 eye_point, vec3 normal);
 vec3 environment(vec3 direction);
 vec3 key_light();
 
@@ -75,7 +77,7 @@ vec3 clear_medium(vec3 p, vec3 normal, vec3 to_eye, vec4 tint) {
   if (linear_depth(texture2D(scene_depth, bent).r) < -p.z) bent = uv;
   vec3 through = behind(bent) * exp(-absorbed);
   vec3 own = exp(-tint.rgb / max(tint.a, 1e-6) * 0.5 * haze);
-  vec3 scattered = shade(sqrt(own), normal, to_eye, 0.0, 0.0);
+  vec3 scattered = shade(sqrt(own), normal, to_eye, 0.0, 0.0, key_share(p + lift * normal, normal));
   float hazy = 1.0 - exp2(-thick / haze);
   float facing = clamp(dot(normal, to_eye), 0.0, 1.0);
   float grazing = 1.0 - facing;
@@ -105,7 +107,7 @@ void main() {
     float t = clamp((s.y - value_range.x) / (value_range.y - value_range.x), 0.0, 1.0);
     vec3 own = sqrt(tint.rgb / max(tint.a, 1e-6));
     vec3 color = by_scalar ? textureLod(color_map, (t * 255.0 + 0.5) / 256.0, 0.0).rgb : own;
-    lit = shade(color, normal, to_eye, by_scalar ? 0.10 : 0.22, 0.08);
+    lit = shade(color, normal, to_eye, by_scalar ? 0.10 : 0.22, 0.08, key_share(p + lift * normal, normal));
   }
   float ndc = (gl_ProjectionMatrix[2][2] * p.z + gl_ProjectionMatrix[3][2]) / -p.z;
   gl_FragDepth = clamp(0.5 * ndc + 0.5, 0.0, 1.0);

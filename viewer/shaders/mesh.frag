@@ -9,14 +9,15 @@ in vec3 eye_position;
 in vec3 eye_normal;
 in vec4 color;
 
-vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim);
+vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim, float share);
+float key_share(vec3 eye_point, vec3 normal);
 vec3 environment(vec3 direction);
 
 void main() {
   vec3 to_eye = normalize(-eye_position);
   vec3 normal = normalize(eye_normal);
   if (dot(normal, to_eye) < 0.0) normal = -normal;
-  vec3 lit = shade(mix(color.rgb, tint.rgb, tint.a), normal, to_eye, 0.18, 0.10);
+  vec3 lit = shade(mix(color.rgb, tint.rgb, tint.a), normal, to_eye, 0.18, 0.10, key_share(eye_position, normal));
   float alpha = color.a;
   if (glass > 0.0) {
     float grazing = 1.0 - max(dot(normal, to_eye), 0.0);

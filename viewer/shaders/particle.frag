@@ -6,7 +6,8 @@ flat in vec3 center;
 flat in vec3 color;
 flat in float pixel_radius;
 
-vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim);
+vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim, float share);
+float key_share(vec3 eye_point, vec3 normal);
 
 void main() {
   vec2 q = vec2(2.0, -2.0) * gl_PointCoord + vec2(-1.0, 1.0);
@@ -18,5 +19,5 @@ void main() {
   gl_FragDepth = clamp(0.5 * ndc + 0.5, 0.0, 1.0);
   // the rim fades where there are several samples a pixel (alpha to coverage)
   float coverage = clamp((1.0 - sqrt(r2)) * pixel_radius + 0.25, 0.0, 1.0);
-  gl_FragColor = vec4(shade(color, normal, vec3(0.0, 0.0, 1.0), 0.30, 0.10), coverage);
+  gl_FragColor = vec4(shade(color, normal, vec3(0.0, 0.0, 1.0), 0.30, 0.10, key_share(p, normal)), coverage);
 }
