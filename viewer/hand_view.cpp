@@ -41,10 +41,6 @@ osg::ref_ptr<osgText::Text> make_value(osgText::Font* font) {
   text->setColor(kWords);
   text->setDataVariance(osg::Object::DYNAMIC);
   text->setCullingActive(false);
-  osg::StateSet* state = text->getOrCreateStateSet();
-  state->setMode(GL_DEPTH_TEST, osg::StateAttribute::OFF);
-  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
-  state->setRenderBinDetails(kValueBin, "RenderBin");
   return text;
 }
 
@@ -77,6 +73,11 @@ HandView::HandView(std::uint32_t device)
   const osg::ref_ptr<osgText::Font> font = find_font();
   force_value_ = make_value(font);
   torque_value_ = make_value(font);
+  // a text's own state is its font's, and made anew with every size
+  osg::StateSet* over_all = values_->getOrCreateStateSet();
+  over_all->setMode(GL_DEPTH_TEST, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
+  over_all->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
+  over_all->setRenderBinDetails(kValueBin, "RenderBin", osg::StateSet::OVERRIDE_RENDERBIN_DETAILS);
   values_->addChild(force_value_);
   values_->addChild(torque_value_);
 

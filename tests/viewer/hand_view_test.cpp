@@ -109,6 +109,29 @@ TEST(HandView, ForcesHaveTheirValuesBesideThem) {
   EXPECT_LT(gap.length(), 70) << "pixels";
 }
 
+TEST(HandView, NothingHidesAValue) {
+  int pixels[2];
+  for (const bool behind : {false, true}) {
+    SyntheticScene s = held_paddle();
+    s.proxy.wrench.force = {1.9, 0, 0.4};
+    if (behind) {
+      BodyDescription wall;
+      wall.kind = BodyKind::rigid;
+      wall.color = {0.1f, 0.1f, 0.1f};
+      add_box(wall, {-0.2, -0.14, -0.01}, {0.3, -0.13, 0.25}, true, true);
+      s.scene.bodies.push_back(wall);
+      s.poses.body.push_back(3);
+      s.poses.pose.push_back({});
+    }
+    Stage stage(small_stage(640, 480));
+    set(stage, s);
+    const Picture with = shoot(stage);
+    stage.scene().set_values_shown(false);
+    pixels[behind] = difference(with, shoot(stage)).pixels;
+  }
+  EXPECT_GT(pixels[1], 0.8 * pixels[0]);
+}
+
 TEST(HandView, HandsHaveColorsOfTheirOwn) {
   SyntheticScene s = held_paddle();
   s.proxy.wrench.force = {2, 0, 0};
