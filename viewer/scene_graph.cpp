@@ -184,6 +184,7 @@ void SceneGraph::set_scene(const SceneDescription& scene) {
   seen_frame_ = false;
   first_frame_.init();
   first_outline_.clear();
+  roamed_.clear();
   domain_ = domain_of(scene);
   update_content();
 }
@@ -268,9 +269,27 @@ void SceneGraph::set_values_shown(bool shown) {
   for (auto& hand : hands_) hand->set_values_shown(shown);
 }
 
+std::vector<osg::Vec3d> SceneGraph::tools() const {
+  std::vector<osg::Vec3d> corners;
+  for (const ProxyDescription& proxy : proxies_) {
+    if (proxy.body >= bodies_.size()) continue;
+    const PlacedBody& body = bodies_[proxy.body];
+    if (!body.box.valid() || body.place->getNodeMask() == 0) continue;
+    if (!domain_.contains(body.place->getMatrix().getTrans())) continue;
+    for (unsigned i = 0; i < 8; ++i) corners.push_back(osg::Vec3d(body.box.corner(i)) * body.place->getMatrix());
+  }
+  return corners;
+}
+
+void SceneGraph::widen_outline(const std::vector<osg::Vec3d>& points) {
+  roamed_.insert(roamed_.end(), points.begin(), points.end());
+  outline_.insert(outline_.end(), points.begin(), points.end());
+}
+
 void SceneGraph::update_content() {
   osg::BoundingBoxd box = first_frame_;
   outline_ = first_outline_;
+  outline_.insert(outline_.end(), roamed_.begin(), roamed_.end());
   for (const PlacedBody& body : bodies_) {
     if (!body.box.valid() || body.place->getNodeMask() == 0) continue;
     for (unsigned i = 0; i < 8; ++i) box.expandBy(osg::Vec3d(body.box.corner(i)) * body.place->getMatrix());

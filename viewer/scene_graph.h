@@ -57,6 +57,10 @@ class SceneGraph {
   const osg::BoundingBoxd& content() const { return content_; }
   // Points all over what content() is around: enough of them to frame it.
   const std::vector<osg::Vec3d>& outline() const { return outline_; }
+  // The corners of the tools that hands hold, where they are now and within the domain.
+  std::vector<osg::Vec3d> tools() const;
+  // Adds points to the outline until the next scene.
+  void widen_outline(const std::vector<osg::Vec3d>& points);
   // The force [N] and length [m] of the longest arrow.
   double arrow_force() const { return force_scale_.full_scale(); }
   double arrow_length() const { return 0.55 * content_.radius(); }
@@ -90,6 +94,7 @@ class SceneGraph {
   osg::BoundingBoxd domain_;
   osg::BoundingBoxd first_frame_;          // the box around its particles; invalid before it comes
   std::vector<osg::Vec3d> first_outline_;  // points of it
+  std::vector<osg::Vec3d> roamed_;         // where tools have been out of the picture
   osg::BoundingBoxd content_;
   std::vector<osg::Vec3d> outline_;
   bool seen_frame_ = false;

@@ -143,10 +143,28 @@ void Stage::go_home_unless_moved() {
   if (viewer_->getCameraManipulator()->getMatrix() == home_) go_home();
 }
 
+// Steps back when a tool leaves the picture, unless someone has moved the camera. It never steps forth again, so a hand
+// that goes to and fro does not shake the picture.
+void Stage::keep_tools_in_picture() {
+  if (viewer_->getCameraManipulator()->getMatrix() != home_) return;
+  // the picture that is about to be drawn; how near and far it reaches does not matter
+  const double aspect = static_cast<double>(width()) / height();
+  const osg::Matrixd all = osg::Matrixd::inverse(home_) * osg::Matrixd::perspective(kFieldOfView, aspect, 1, 2);
+  const std::vector<osg::Vec3d> corners = scene_.tools();
+  const bool left = std::ranges::any_of(corners, [&](const osg::Vec3d& corner) {
+    const osg::Vec4d p = osg::Vec4d(corner, 1) * all;
+    return p.w() <= 0 || std::max(std::abs(p.x()), std::abs(p.y())) > p.w();
+  });
+  if (!left) return;
+  scene_.widen_outline(corners);
+  go_home();
+}
+
 void Stage::draw(const std::function<void(Picture&&)>& read) {
   hud_.set_size(width(), height());
   const bool automatic = surfaces_ == Surfaces::automatic;
   scene_.set_picture(width(), height(), automatic ? software_rendered() : surfaces_ == Surfaces::quick);
+  keep_tools_in_picture();
   // The events first, then the depth range that suits where they have put the camera.
   viewer_->advance();
   viewer_->eventTraversal();

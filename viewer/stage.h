@@ -63,6 +63,7 @@ class Stage {
 
  private:
   class ReadBack;
+  void keep_tools_in_picture();
   void open_window(const StageOptions& options);
 
   SceneGraph scene_;

@@ -352,5 +352,30 @@ TEST(Image, HomeShowsAllOfTheScene) {
   EXPECT_GT(std::max((seen.xMax() - seen.xMin()) / 320, (seen.yMax() - seen.yMin()) / 240), 0.80);
 }
 
+TEST(Image, TheCameraStepsBackForAToolThatLeavesThePicture) {
+  Stage stage(small_stage());
+  SyntheticScene s = synthetic_scene();
+  s.scene.proxies = {{0, 2, s.poses.pose[0]}};
+  s.scene.bounds_max[2] = 0.6;
+  set(stage, s, ScalarField::none);
+  shoot(stage);
+  const double before = (eye_of(stage) - stage.scene().content().center()).length();
+  const auto show_at = [&](double z) {
+    s.poses.pose[0].position[2] = z;
+    stage.scene().set_poses(s.poses);
+    shoot(stage);
+    shoot(stage);
+    return stage.project({s.poses.pose[0].position[0], s.poses.pose[0].position[1], z + 0.06});
+  };
+  const osg::Vec2d top = show_at(0.4);
+  EXPECT_TRUE(top.y() < 240 && top.y() > 120) << top.y();
+  EXPECT_GT((eye_of(stage) - stage.scene().content().center()).length(), 1.1 * before);
+  const osg::Vec3d eye = eye_of(stage);
+  show_at(0.105);
+  EXPECT_EQ(eye_of(stage), eye) << "it does not step forth again";
+  show_at(30);
+  EXPECT_EQ(eye_of(stage), eye) << "a tool out of the domain is a fault";
+}
+
 }  // namespace
 }  // namespace palp::test
