@@ -42,7 +42,8 @@ SceneDescription table_with(const char* above) {
 ParticleFrame dough_frame() {
   ParticleFrame frame;
   for (int i = 0; i < 12 * 12 * 6; ++i) {
-    for (const double x : {-0.0275 + 0.005 * (i % 12), -0.0275 + 0.005 * (i / 12 % 12), 0.0625 + 0.005 * (i / 144)})
+    const int row = i / 12 % 12, layer = i / 144;
+    for (const double x : {-0.0275 + 0.005 * (i % 12), -0.0275 + 0.005 * row, 0.0625 + 0.005 * layer})
       frame.positions.push_back(static_cast<float>(x));
   }
   return frame;
@@ -54,7 +55,7 @@ Picture picture_of(const char* above, osg::Vec2d* shaded, osg::Vec2d* lit) {
   set_scene(stage, table_with(above));
   if (std::string(above) == "dough") stage.scene().set_frame(dough_frame());
   stage.go_home();
-  const Picture picture = shoot(stage);
+  Picture picture = shoot(stage);
   // where the key light (lighting.glsl) throws the middle of what hovers, and its mirror image
   const double run = 0.06 / 0.76;
   *shaded = stage.project({0.42 * run, 0.50 * run, 0});
