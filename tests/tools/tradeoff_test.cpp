@@ -77,6 +77,17 @@ class TradeoffRun : public testing::Test {
   ScratchFolder folder_;
 };
 
+// On a machine that is lent for a time what was measured is kept.
+TEST_F(TradeoffRun, LeavesOutPointsThatHadNoTime) {
+  std::vector<std::string> options = measured("level|60 mm, H 3");
+  options.insert(options.end(), {"--points-seconds", "0.001"});
+  const Outcome outcome = run(options);
+  ASSERT_EQ(outcome.status, 0) << outcome.output;
+  EXPECT_NE(outcome.output.find("were left out after"), std::string::npos) << outcome.output;
+  const Json result = Json::parse(text_of(folder_ / "out/small_tray/cpu/results.json"));
+  EXPECT_EQ(result["points"].size(), 1u) << "the first is run in any case";
+}
+
 TEST_F(TradeoffRun, MeasuresStoresAndGoesOnWhereItWas) {
   const Outcome first = run(measured("level|60 mm, H 3"));
   ASSERT_EQ(first.status, 0) << first.output;

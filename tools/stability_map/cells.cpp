@@ -80,8 +80,8 @@ std::vector<Family> families() {
 }
 // clang-format on
 
-// Returns random products (palp-stability --random) that were faults once. Each stands for a cause that was mended, which
-// must not come back.
+// Returns random products (palp-stability --random) that were faults once. Each stands for a cause that was mended,
+// which must not come back.
 std::vector<std::string> found_by_chance() {
   // clang-format off
   return {
