@@ -9,7 +9,7 @@
 #include "viewer/home_view.h"
 #include "viewer/stage.h"
 
-namespace palp::test {
+namespace palp::test::image_test {
 namespace {
 
 constexpr double kBigSpacing = 0.05;
@@ -378,4 +378,4 @@ TEST(Image, TheCameraStepsBackForAToolThatLeavesThePicture) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::image_test

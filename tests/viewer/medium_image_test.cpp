@@ -10,7 +10,7 @@
 #include "tests/viewer/synthetic_scene.h"
 #include "viewer/stage.h"
 
-namespace palp::test {
+namespace palp::test::medium_image_test {
 namespace {
 
 void set(Stage& stage, const SyntheticScene& s, ScalarField field = ScalarField::none) {
@@ -184,4 +184,4 @@ TEST(MediumImage, ThePictureMayChangeItsSize) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::medium_image_test

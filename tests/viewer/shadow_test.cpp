@@ -7,7 +7,7 @@
 #include "tests/viewer/synthetic_scene.h"
 #include "viewer/stage.h"
 
-namespace palp::test {
+namespace palp::test::shadow_test {
 namespace {
 
 BodyDescription box(const char* name, std::array<double, 3> low, std::array<double, 3> high) {
@@ -87,4 +87,4 @@ TEST(Shadow, ALitTableHasNoSpecks) {
 }
 
 }  // namespace
-}  // namespace palp::test
+}  // namespace palp::test::shadow_test
