@@ -113,18 +113,22 @@ std::vector<ContactPoint> touching_points(const Body& body) {
 // Finds rigid bodies and their obstacles that begin inside one another.
 void check_pressed(const Scene& scene, const std::vector<std::optional<Solid>>& solids, Pairs& pairs) {
   const auto solid = [](const Body& body) { return body.type == BodyKind::rigid || body.type == BodyKind::fixed; };
-  for (std::uint32_t a = 0; a < scene.bodies.size(); ++a)
+  for (std::uint32_t a = 0; a < scene.bodies.size(); ++a) {
+    const Body& one = scene.bodies[a];
+    if (!solid(one)) continue;
+    const std::vector<ContactPoint> points = touching_points(one);
     for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
-      const Body &one = scene.bodies[a], &other = scene.bodies[b];
-      if (a == b || !solids[b] || !solid(one) || !solid(other)) continue;
+      const Body& other = scene.bodies[b];
+      if (a == b || !solids[b] || !solid(other)) continue;
       if (one.type == BodyKind::fixed && other.type == BodyKind::fixed) continue;
       const Eigen::Isometry3d to_solid = into_solid(other, *solids[b]);
-      for (const ContactPoint& point : touching_points(one)) {
+      for (const ContactPoint& point : points) {
         const Eigen::Vector3d at = one.position + one.orientation * point.position;
         const double margin = kPressed * scene.spacing - point.radius;
         if (margin > 0 && well_inside(*solids[b], to_solid * at, margin)) pairs.overlap(a, b, at);
       }
     }
+  }
 }
 
 void check_apart(const Scene& scene, const std::vector<std::optional<Solid>>& solids, ThreadTeam& team,

@@ -91,14 +91,19 @@ TEST(HandView, ATorqueBendsAroundTheHandle) {
   EXPECT_EQ(differing(rest, picture_of(s)), 0);
 }
 
+// Returns what the values add to the stage's picture, and hides them.
+Spot values_in(Stage& stage) {
+  const Picture with = shoot(stage);
+  stage.scene().set_values_shown(false);
+  return difference(with, shoot(stage));
+}
+
 TEST(HandView, ForcesHaveTheirValuesBesideThem) {
   SyntheticScene s = held_paddle();
   s.proxy.wrench.force = {1.9, 0, 0.4};
   Stage stage(small_stage(640, 480));
   set(stage, s);
-  const Picture with = shoot(stage);
-  stage.scene().set_values_shown(false);
-  const Spot words = difference(with, shoot(stage));
+  const Spot words = values_in(stage);
   EXPECT_GT(words.pixels, 60);
   const osg::Vec3d force(1.9, 0, 0.4);
   const auto& p = s.proxy.proxy_pose.position;
@@ -125,9 +130,7 @@ TEST(HandView, NothingHidesAValue) {
     }
     Stage stage(small_stage(640, 480));
     set(stage, s);
-    const Picture with = shoot(stage);
-    stage.scene().set_values_shown(false);
-    pixels[behind] = difference(with, shoot(stage)).pixels;
+    pixels[behind] = values_in(stage).pixels;
   }
   EXPECT_GT(pixels[1], 0.8 * pixels[0]);
 }
