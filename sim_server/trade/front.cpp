@@ -91,13 +91,6 @@ std::optional<TradePoint> cheapest_within(const std::vector<TradePoint>& points,
   std::optional<TradePoint> best;
   for (const TradePoint& point : points)
     if (point.error <= error) keep_better(best, point, is_cheaper);
-  for (const auto& [a, b] : stretches(points)) {
-    const double from = std::max(a.error, kLeastError), to = std::max(b.error, kLeastError);
-    if (!is_between(error, from, to)) continue;
-    TradePoint cut = along(a, b, spacing_at(a.spacing, from, b.spacing, to, error));
-    cut.error = error;  // but for rounding it is
-    keep_better(best, cut, is_cheaper);
-  }
   return best;
 }
 

@@ -1,5 +1,7 @@
 // The front of a trade: which points are better than others, and the best one for what is asked. Between neighbouring
-// spacings with the same settings cost and error are power laws of the spacing, so the choice is a continuous one.
+// spacings with the same settings the cost is a power law of the spacing, and the error about one: it strays with how a
+// tool's surface lies to the particles, by a quarter where it was looked at. So a budget chooses between spacings, too,
+// an error only what was measured.
 #pragma once
 
 #include <optional>
@@ -28,7 +30,7 @@ std::optional<TradePoint> moved_along(const std::vector<TradePoint>& points, con
 // none is so cheap. Of equal errors the cheaper one is taken.
 std::optional<TradePoint> least_error_within(const std::vector<TradePoint>& points, double step);
 
-// Returns the cheapest point on the curve whose error is at most `error`; nothing where none is so accurate.
+// Returns the cheapest of the points whose error is at most `error`; nothing where none is so accurate.
 std::optional<TradePoint> cheapest_within(const std::vector<TradePoint>& points, double error);
 
 }  // namespace palp
