@@ -138,6 +138,11 @@ TEST_F(TradeoffRun, MeasuresStoresAndGoesOnWhereItWas) {
   const double wave_speed = judged["points"][0]["errors"]["wave_speed"];
   EXPECT_GT(wave_speed, 0);
   EXPECT_LT(wave_speed, 0.3);  // a lattice with H = 2 dx is that stiff
+  std::vector<std::string> without = elsewhere;
+  without.insert(without.end(), {"--no-waves", "--out", folder_ / "still"});
+  ASSERT_EQ(run(without).status, 0);
+  EXPECT_TRUE(Json::parse(text_of(folder_ / "still/small_tray/cpu/results.json"))["points"][0]["errors"]["wave_speed"]
+                  .is_null());
   elsewhere.insert(elsewhere.end(), {"--duration", "0.05"});
   EXPECT_NE(run(elsewhere).output.find("another scene, path or duration"), std::string::npos);
 }

@@ -111,7 +111,7 @@ class Runner:
         wanted = timed and result["status"] == "done" and point["precision"] == "float" and "asked" not in point
         if wanted and "calm_step_s" not in result["summary"]:  # a run of the reference has none
             result["summary"]["calm_step_s"] = self._calm_step(point, out / "calm.json")
-            if self.options.grid == "full":
+            if self.options.grid == "full" and not self.options.no_waves:
                 result["waves"] = self._wave_speeds(point, out)
             (out / "result.json").write_text(json.dumps(result))
         return result
