@@ -66,8 +66,8 @@ inline CLI::Option* add_quantity_option(CLI::App& app, const std::string& name, 
 // Adds --budget and --error, of which one may be given, and none of `others` with it.
 inline void add_choice_options(CLI::App& app, ChoiceRequest& request, const std::vector<CLI::Option*>& others) {
   CLI::Option* budget = add_quantity_option(app, "--budget", request.budget, parse_duration,
-                                            "choose spacing and numerics with the least error whose step, in the "
-                                            "median, takes so long on this machine: 500us, 0.5ms");
+                                            "choose spacing and numerics with the least error whose step, on the "
+                                            "mean, takes so long on this machine: 500us, 0.5ms");
   CLI::Option* error = add_quantity_option(app, "--error", request.error, parse_share,
                                            "choose the cheapest spacing and numerics whose force is expected to err "
                                            "by no more than this share: 5%, 0.05");

@@ -82,7 +82,7 @@ std::unique_ptr<Simulation> choose_simulation(const std::string& scene_file, con
 
 std::string told(const NumericsChoice& choice) {
   return fmt::format(
-      "chosen for {}: a spacing of {:.4g} mm{}{}; expected: a step of {} (median; 99 % within {}), an error of {} of "
+      "chosen for {}: a spacing of {:.4g} mm{}{}; expected: a step of {} (mean; 99 % within {}), an error of {} of "
       "the force; by the curve of {}{} in {} of {}, this machine ({}) being {:.2f} times as fast; the same again: "
       "--spacing {:.6g}{}{}",
       choice.asked, 1e3 * choice.spacing, choice.settings.empty() ? "" : " with ", fmt::join(choice.settings, ", "),

@@ -12,9 +12,8 @@ namespace palp {
 
 // The purpose that numerics are chosen for: one of the two.
 struct ChoiceRequest {
-  // The most that a haptic step may take [s], as a median: a late step is made up for within a few periods, so the
-  // typical one decides whether a server keeps up, and it is what fractions of a second can tell; the 99 % of a machine
-  // with other work is that work's.
+  // The most that a haptic step may take [s], on the mean: a late step is made up for within a few periods, so the mean
+  // decides whether a server keeps up. The median does not: it jumps by half, once every other step lists neighbours.
   std::optional<double> budget;
   std::optional<double> error;  // the most that the force may be off, rms over rms
   bool asked() const { return budget || error; }

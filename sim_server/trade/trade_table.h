@@ -12,7 +12,7 @@ namespace palp {
 struct TradePoint {
   double spacing = 0;                 // [m]
   std::vector<std::string> settings;  // TABLE.KEY=VALUE as in SceneOverrides, in the order of their keys
-  double step = 0;                    // median of a haptic step while the hand moves [s]
+  double step = 0;                    // mean of the haptic steps while the hand moves [s]
   double step_p99 = 0;                // [s]
   double calm_step = 0;               // median while each hand holds still, as calibration.h measures it [s]
   double error = 0;                   // rms of the force's error over the rms of the force

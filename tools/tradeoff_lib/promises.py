@@ -1,7 +1,7 @@
 """Whether --budget and --error keep their word: what palp-run was asked for, what it promised and what came out."""
 
 from tradeoff_lib import judge
-from tradeoff_lib.report import cost_and_error, front_of, promise_line, told_apart
+from tradeoff_lib.report import cost_and_error, front_of, mean_step, promise_line, told_apart
 
 WITHIN = 0.2  # what is asked for may be exceeded by this share
 BUDGETS = (0.7, 1.4, 3.0)  # of the front's middle step
@@ -13,7 +13,7 @@ def questions(one):
     """What to ask for, as an option with its value in seconds or as a share: budgets and errors around the middle of a
     measured front, within it."""
     least = told_apart(one["reference"]["uncertainty"])
-    front = [(p["summary"]["step_median_s"], cost_and_error(p, least)[1]) for p in front_of(one)]
+    front = [(mean_step(p["summary"]), cost_and_error(p, least)[1]) for p in front_of(one)]
     step, error = front[len(front) // 2]
     slowest, worst = front[-1][0], front[0][1]
     return ([("--budget", share * step) for share in BUDGETS if share * step < slowest]
@@ -31,9 +31,9 @@ def keep(runner, one, reference, say):
         if result["status"] == "done":
             summary, chosen = result["summary"], result["summary"]["chosen"]
             error = judge.errors(runner.series(point), reference.limit, reference.grid)["force"]["rms"]
-            measured = summary["step_median_s"] if option == "--budget" else error
+            measured = mean_step(summary) if option == "--budget" else error
             entry = {"asked": asked, "spacing_m": chosen["spacing_m"], "set": chosen["set"],
-                     "promised_step_s": chosen["expected_step_s"], "step_median_s": summary["step_median_s"],
+                     "promised_step_s": chosen["expected_step_s"], "step_s": mean_step(summary),
                      "promised_error": chosen["expected_error"], "error": error, "quiet": result["quiet"],
                      "kept": measured <= (1 + WITHIN) * value}
         found.append(entry)

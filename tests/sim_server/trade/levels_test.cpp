@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Two runs of the same setting differ by less than this share in their step's median on a quiet machine, and in their
+// Two runs of the same setting differ by less than this share in their mean step on a quiet machine, and in their
 // error.
 constexpr double kRepeats = 0.05;
 
