@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "config/error.h"
 #include "config/quantity.h"
 #include "sim_server/scene/scene_files.h"
 #include "sim_server/trade/calibration.h"
@@ -33,6 +34,15 @@ void expect(const MeasuredChoice& chosen, NumericsChoice& choice) {
   choice.speed = chosen.speed;
 }
 
+// Throws ConfigError where an error is asked for that the reference of the curve could not tell.
+void expect_told_apart(const std::string& scene_file, const ChoiceRequest& request, const SceneCurve& curve) {
+  if (!request.error || *request.error >= curve.uncertainty) return;
+  throw ConfigError(fmt::format(
+      "{}: an error of {} cannot be told: the force of {} that errors were measured against is itself known within {} "
+      "only; ask for that at least, or give a budget",
+      scene_file, share_text(*request.error), curve.measured_with, share_text(curve.uncertainty)));
+}
+
 // The candidate that was made last, and what its scene will say of the choice: known once it was timed, when the
 // simulation already holds the scene.
 struct Made {
@@ -55,6 +65,7 @@ std::unique_ptr<Simulation> choose_simulation(const std::string& scene_file, con
   frame.measured_with = curve.measured_with;
   frame.own_curve = curve.own;
   frame.uncertainty = curve.uncertainty;
+  expect_told_apart(scene_file, request, curve);
   Made made;
   const auto make = [&](const TradePoint& point) {
     made = {};  // before the next one needs its memory
@@ -83,13 +94,14 @@ std::unique_ptr<Simulation> choose_simulation(const std::string& scene_file, con
 std::string told(const NumericsChoice& choice) {
   return fmt::format(
       "chosen for {}: a spacing of {:.4g} mm{}{}; expected: a step of {} (mean; 99 % within {}), an error of {} of "
-      "the force; by the curve of {}{} in {} of {}, this machine ({}) being {:.2f} times as fast; the same again: "
+      "the force, which is itself known within {}; by the curve of {}{} in {} of {}, this machine ({}) being {:.2f} "
+      "times as fast; the same again: "
       "--spacing {:.6g}{}{}",
       choice.asked, 1e3 * choice.spacing, choice.settings.empty() ? "" : " with ", fmt::join(choice.settings, ", "),
       duration_text(choice.expected_step), duration_text(choice.expected_step_p99), share_text(choice.expected_error),
-      choice.measured_with, choice.own_curve ? "" : ", whose medium is the same,", choice.table, choice.table_date,
-      choice.machine_class, choice.speed, choice.spacing, choice.settings.empty() ? "" : " --set ",
-      fmt::join(choice.settings, " --set "));
+      share_text(choice.uncertainty), choice.measured_with, choice.own_curve ? "" : ", whose medium is the same,",
+      choice.table, choice.table_date, choice.machine_class, choice.speed, choice.spacing,
+      choice.settings.empty() ? "" : " --set ", fmt::join(choice.settings, " --set "));
 }
 
 Json json_of(const std::shared_ptr<const NumericsChoice>& choice) {

@@ -14,6 +14,8 @@ def questions(one):
     measured front, within it."""
     least = told_apart(one["reference"]["uncertainty"])
     front = [(mean_step(p["summary"]), cost_and_error(p, least)[1]) for p in front_of(one)]
+    if not front:
+        return []
     step, error = front[len(front) // 2]
     slowest, worst = front[-1][0], front[0][1]
     return ([("--budget", share * step) for share in BUDGETS if share * step < slowest]

@@ -7,7 +7,7 @@ import re
 from tradeoff_lib import levels
 from tradeoff_lib.judge import number, share
 from tradeoff_lib.measures import JND, TOLERANCE, dominators
-from tradeoff_lib.scenes import ALPHA, LEVELS, MEDIA, Unknown
+from tradeoff_lib.scenes import ALPHA, LEVELS, MEDIA, METHOD, Unknown
 
 # Okabe and Ito's palette, as tools/plot.py has it
 LABEL_AT = {"fast": (7, 4), "balanced": (-12, 9), "accurate": (7, -12)}  # apart where two levels cost the same [points]
@@ -168,11 +168,11 @@ def all_page(results, folder):
     (folder / "trade.json").write_text(json.dumps({"results": chosen}, indent=1) + "\n")
 
 
-def front_of(one):
-    """The points of the measured front, the cheapest first: of those at the scene's own haptic rate and in single precision,
-    which is what programs run."""
-    able = [p for p in one["points"] if p["errors"] and p["errors"]["force"]["rms"] is not None
-            and p["precision"] == "float" and "scene.rate_hz" not in p["set"]]
+def front_of(one, method="accurate"):
+    """The points of a method's measured front, the cheapest first: of those at the scene's own haptic rate and in single
+    precision, which is what programs run. A scene keeps its method, so none gives way to one of the other."""
+    able = [p for p in one["points"] if p["errors"] and p["errors"]["force"]["rms"] is not None and p["precision"] == "float"
+            and "scene.rate_hz" not in p["set"] and p["set"].get(METHOD, "accurate") == method]
     least = told_apart(one["reference"]["uncertainty"])
     front = [p for p, by in zip(able, dominators([cost_and_error(p, least) for p in able])) if by is None]
     front.sort(key=lambda p: mean_step(p["summary"]))
@@ -198,8 +198,10 @@ def numbers_of_level(p):
 
 
 def levels_by_rule(one):
-    """The point of the front that each level should be."""
+    """The point of the front that each level should be; none where only method paper was run."""
     front, least = front_of(one), told_apart(one["reference"]["uncertainty"])
+    if not front:
+        return {}
     chosen = levels.by_rule([(mean_step(p["summary"]), cost_and_error(p, least)[1]) for p in front])
     return {level: front[k] for level, k in chosen.items()}
 
@@ -225,10 +227,11 @@ def store(one, folder):
     known = ref["uncertainty"] is not None and ref["uncertainty"] <= JND
     whole["scenes"][one["scene"]] = {
         "medium": one["medium"], "reference": {"uncertainty": ref["uncertainty"], "note": ref["note"]},
-        "rule": "points that no other beats in both mean step time and force error (rms over rms, below 30 Hz; "
+        "rule": "points that no other of the same method beats in both mean step time and force error (rms over rms, below 30 Hz; "
                 f"below {share(least)} errors are not told apart), "
                 f"measured along the path of {one['duration_s']:g} s",
-        "points": [stored_point(p, least) for p in front_of(one)],
+        "points": [stored_point(p, least) for p in sorted(front_of(one) + front_of(one, "paper"),
+                                                          key=lambda p: mean_step(p["summary"]))],
         "levels": {p["level"]: stored_point(p, least)
                    for p in one["points"] if p["level"] and p["errors"] and known},
         "levels_by_rule": {level: p["label"] for level, p in levels_by_rule(one).items()}}

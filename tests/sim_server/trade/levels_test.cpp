@@ -80,12 +80,19 @@ std::vector<std::string> outdated_levels(const TradeScene& scene) {
   return faults;
 }
 
-// Returns a sentence for each stored point that another one dominates: what is stored is the front.
+// Returns the method that a point was measured with; a scene keeps its own.
+std::string method_of(const TradePoint& point) {
+  for (const std::string& setting : point.settings)
+    if (key_of(setting) == "scene.method") return value_of(setting);
+  return to_string(Method::accurate);
+}
+
+// Returns a sentence for each stored point that another one of its method dominates: what is stored is the front.
 std::vector<std::string> beaten_points(const TradeScene& scene) {
   std::vector<std::string> faults;
   for (const TradePoint& a : scene.points)
     for (const TradePoint& b : scene.points)
-      if (dominates(b, a))
+      if (method_of(a) == method_of(b) && dominates(b, a))
         faults.push_back(
             fmt::format("{}: the point at {} m is beaten by that at {} m", scene.name, a.spacing, b.spacing));
   return faults;
