@@ -85,6 +85,14 @@ PALP_HD inline Vec3 pair_force(const Mat3& S, const Vec3& X, real hold, const Ve
   return mat_vec(S, X) + hold * x;
 }
 
+// Returns S of pair_force() of one side, where change is F - A. In one expression Eigen would keep the address of
+// `change`, and a GPU's compiler the whole of what that is part of in memory.
+PALP_HD inline Mat3 pair_factor(const Mat3& P, const Mat3& L, real hold, const Mat3& change) {
+  Mat3 S = P * L;
+  S -= hold * change;
+  return S;
+}
+
 // Returns beta E d_i.x_ji of matter that yields, which must not keep it from flowing [Pa m^2].
 PALP_HD inline real yielding_hold(const Material& m, const Mat3& F, const Vec3& X_ji, const Vec3& x_ji) {
   const real r2 = x_ji.squaredNorm(), most = kHourglassShare * m.yield * r2;
@@ -163,7 +171,7 @@ struct ElasticStrain {
     elastic.rotation[i] = d.q;
     elastic.gradient[i] = d.F;
     if (elastic.integrity != nullptr) P *= elastic.integrity[i];
-    elastic.stress[i] = P * L - hold_of(m) * d.change;
+    elastic.stress[i] = pair_factor(P, L, hold_of(m), d.change);
     if (elastic.stretch != nullptr && m.tear > real(0))
       elastic.stretch[i] = greatest_stretch(d.F, real(1) + real(0.5) * m.tear);
   }

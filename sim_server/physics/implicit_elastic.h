@@ -218,7 +218,7 @@ struct StrainChange {
     if (elastic.projection != nullptr) A = elastic.projection[i] * A;  // motion out of the plane turns it
     const Mat3 T = m.shear * (A + A.transpose()) + m.lame * A.trace() * Mat3::Identity();
     const Mat3 P = elastic.projection != nullptr ? Mat3(R * (elastic.projection[i] * T)) : Mat3(R * T);
-    elastic.stress[i] = P * L - hold_of(m) * change;
+    elastic.stress[i] = pair_factor(P, L, hold_of(m), change);
   }
 };
 

@@ -60,11 +60,16 @@ PALP_HD inline Packed greatest_stretch(const Mat3& F, real threshold) {
   const real square = threshold * threshold;
   if (!(C.squaredNorm() > square * square)) return pack(Vec3(0, 0, 0), 0);
   const PrincipalAxes principal = principal_axes(C);
-  int most = 0;
-  for (int a = 1; a < 3; ++a)
-    if (principal.value[a] > principal.value[most]) most = a;
-  if (!(principal.value[most] > square)) return pack(Vec3(0, 0, 0), 0);
-  return pack(principal.axis.col(most), Eigen::numext::sqrt(principal.value[most]));
+  // no index is a variable: a GPU's compiler would keep all axes in memory
+  real most = principal.value[0];
+  Vec3 axis = principal.axis.col(0);
+  for (int a = 1; a < 3; ++a) {
+    if (!(principal.value[a] > most)) continue;
+    most = principal.value[a];
+    axis = principal.axis.col(a);
+  }
+  if (!(most > square)) return pack(Vec3(0, 0, 0), 0);
+  return pack(axis, Eigen::numext::sqrt(most));
 }
 
 }  // namespace palp

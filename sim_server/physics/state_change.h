@@ -285,7 +285,7 @@ struct BondStrain {
     F += R * (Mat3::Identity() - change.projection[i]);
     change.rotation[i] = q;
     const Material& m = medium.material[change.tag[i].material()];
-    change.stress[i] = change.soft[i] * (elastic_stress(m, F, R) * L - m.hourglass * F);
+    change.stress[i] = change.soft[i] * pair_factor(elastic_stress(m, F, R), L, m.hourglass, F);
   }
 };
 
