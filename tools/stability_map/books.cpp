@@ -6,6 +6,7 @@
 
 #include "sim_server/physics/fluid_guard.h"
 #include "sim_server/probes/penetration.h"
+#include "sim_server/solver/constants.h"
 #include "sim_server/solver/rigid_motion.h"
 
 namespace palp::stability {
@@ -41,10 +42,10 @@ bool is_soft(const Body& body) { return body.type == BodyKind::fluid || body.typ
 
 }  // namespace
 
-Books::Books(Simulation& simulation, double sound_speed)
+Books::Books(Simulation& simulation, const Plan& plan)
     : simulation_(simulation),
       scene_(simulation.scene()),
-      sound_speed_(sound_speed),
+      sound_speed_(plan.sound_speed),
       tool_(scene_.bodies.size(), false) {
   for (const Proxy& proxy : scene_.proxies) tool_[proxy.body] = true;
   for (const Body& body : scene_.bodies)
@@ -52,7 +53,8 @@ Books::Books(Simulation& simulation, double sound_speed)
   gone_.assign(scene_.position.size(), 0);
   simulation_.snapshot(snapshot_);
   sub_step_ = 1 / (scene_.config.rate_hz * simulation.sub_steps());
-  weigh(sound_speed);
+  weigh(plan.sound_speed);
+  follow_waves(plan);
   if (scene_.config.method == Method::accurate) released_ += stored_by_guard();
   for (const Vector3d& v : scene_.velocity) fastest_ = std::max(fastest_, v.norm());
   start_ = last_ = sums(simulation_.output());
@@ -92,6 +94,19 @@ void Books::weigh(double sound_speed) {
     // particle more
     const double tension = std::max(m.surface_tension, m.adhesion);
     released_ += 6 * tension * (std::pow(volume, 2.0 / 3) + scene_.spacing * scene_.spacing);
+  }
+}
+
+// Sets how far waves go in a sub-step, in spacings. An implicit solve damps its waves, and needs no allowance.
+void Books::follow_waves(const Plan& plan) {
+  waves_.assign(scene_.bodies.size(), 0);
+  for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
+    const Body& body = scene_.bodies[b];
+    const MaterialConfig& m = scene_.config.materials[body.material];
+    double speed = 0;
+    if (body.type == BodyKind::fluid) speed = sound_speed_in(scene_, plan, m);
+    if (body.type == BodyKind::elastic && plan.elastic_rounds == 0) speed = pressure_wave_speed(m);
+    waves_[b] = speed * sub_step_ / scene_.spacing;
   }
 }
 
@@ -138,6 +153,7 @@ double Books::stored_by_pushing(std::size_t b) const {
 void Books::add_particles(std::size_t b, Sums& out) {
   const Body& body = scene_.bodies[b];
   const double density = scene_.config.materials[body.material].density;
+  double moving = 0, strained = 0;  // kinetic energy, and what it swings with
   for (std::size_t i = body.first; i < body.first + body.count; ++i) {
     if (!snapshot_.inactive.empty() && snapshot_.inactive[i] != 0) {
       out.potential += gone_[i];
@@ -153,9 +169,12 @@ void Books::add_particles(std::size_t b, Sums& out) {
     out.kinetic += kinetic;
     out.potential += potential;
     out.stored += stored;
+    moving += kinetic;
+    strained += stored;
     out.momentum += m * v;
     out.momenta += m * v.norm();
   }
+  out.swing += waves_[b] * std::sqrt(moving * strained);
 }
 
 Books::Sums Books::sums(const StepOutput& output) {
@@ -222,7 +241,7 @@ void Books::check(const StepOutput& output) {
   const double created = after - before - work_ - released_;
   const double scale =
       start_.kinetic + start_.stored + now.kinetic + now.stored + turned_over_ + work_absolute_ + released_;
-  balance_.energy = std::max(balance_.energy, created / (share * scale + noise_ + 1e-30));
+  balance_.energy = std::max(balance_.energy, created / (share * scale + now.swing + noise_ + 1e-30));
   if (closed_) {
     const double missing = (now.momentum - start_.momentum - impulse_).norm();
     balance_.momentum = std::max(balance_.momentum,

@@ -70,7 +70,7 @@ void judge(const StepOutput& output, const Books& books, CellResult& result) {
 }
 
 void run(const Setup& setup, const Plan& plan, Simulation& simulation, int steps, CellResult& result) {
-  Books books(simulation, plan.sound_speed);
+  Books books(simulation, plan);
   HandPath hand(setup, simulation.scene());
   const int every = std::max(1, steps / kChecks);
   bool ok = true;
