@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <osg/BlendFunc>
@@ -29,6 +30,9 @@ const osg::Vec4f kWords(0.96f, 0.97f, 0.99f, 1);
 // Over the scene's radius: how far off a hand must be for its wish to show at all, and to show wholly; and what a
 // radian counts for.
 constexpr double kWishFrom = 0.03, kWishWhole = 0.08, kWishPerRadian = 0.08;
+// Between an arrow and its value; so it has the width of a letter on any screen.
+constexpr std::string_view kGap = "  ";
+constexpr double kLongestValue = 7;  // over the height of its letters
 constexpr int kWishBin = 13, kValueBin = 14;
 
 osg::ref_ptr<osgText::Text> make_value(osgText::Font* font) {
@@ -59,6 +63,10 @@ osg::ref_ptr<osg::Geometry> unit_line(const osg::Vec4f& color) {
 }
 
 osg::Vec3d vector_of(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+
+void write(osgText::Text& text, const std::string& words) {
+  if (text.getText().createUTF8EncodedString() != words) text.setText(words, osgText::String::ENCODING_UTF8);
+}
 
 }  // namespace
 
@@ -132,17 +140,30 @@ void HandView::hide() {
   force_.hide();
   torque_.hide();
   wish_->setNodeMask(0);
-  force_value_->setNodeMask(0);
-  torque_value_->setNodeMask(0);
+  force_words_.clear();
+  torque_words_.clear();
 }
 
-void HandView::show_value(osgText::Text& text, const osg::Vec3d& place, const std::string& words, bool shown) {
-  text.setNodeMask(shown ? ~0u : 0u);
-  if (!shown) return;
-  text.setPosition(place);
-  // a gap between arrow and value that has the width of a letter on any screen
-  const std::string spaced = "  " + words;
-  if (text.getText().createUTF8EncodedString() != spaced) text.setText(spaced, osgText::String::ENCODING_UTF8);
+void HandView::set_values(const WrenchD& wrench) {
+  force_words_ = fmt::format("{:.2f} N", vector_of(wrench.force).length());
+  torque_words_ = fmt::format("{:.3f} N m", vector_of(wrench.torque).length());
+}
+
+std::string HandView::values() const { return force_words_.empty() ? "" : force_words_ + "  ·  " + torque_words_; }
+
+// A force that points at the eye ends where its handle is seen, and with it the torque: then both values are lines of
+// one text.
+void HandView::arrange_values(const osg::Matrixd& to_pixels) {
+  const bool force = force_.visible() && !force_words_.empty(), torque = torque_.visible() && !torque_words_.empty();
+  const osg::Vec3d gap =
+      osg::Vec3d(torque_value_->getPosition()) * to_pixels - osg::Vec3d(force_value_->getPosition()) * to_pixels;
+  const double letter = force_value_->getCharacterHeight();
+  const bool meet = force && torque && std::abs(gap.y()) < 1.5 * letter && std::abs(gap.x()) < kLongestValue * letter;
+  force_value_->setNodeMask(force ? ~0u : 0u);
+  torque_value_->setNodeMask(torque && !meet ? ~0u : 0u);
+  const auto spaced = [](const std::string& words) { return fmt::format("{}{}", kGap, words); };
+  if (force) write(*force_value_, meet ? spaced(force_words_) + "\n" + spaced(torque_words_) : spaced(force_words_));
+  if (torque) write(*torque_value_, spaced(torque_words_));
 }
 
 void HandView::set(const ProxySample& sample, const HandScale& scale) {
@@ -150,13 +171,11 @@ void HandView::set(const ProxySample& sample, const HandScale& scale) {
   const osg::Vec3d force = vector_of(sample.wrench.force), torque = vector_of(sample.wrench.torque);
   const double newtons = force.length(), length = scale.arrow_length * newtons / scale.full_force;
   force_.set(handle, force, length, 0.016 * scale.scene_radius);
-  show_value(*force_value_, handle + force * (newtons > 0 ? length / newtons : 0), fmt::format("{:.2f} N", newtons),
-             force_.visible());
+  force_value_->setPosition(handle + force * (newtons > 0 ? length / newtons : 0));
 
   const double share = torque.length() / scale.full_torque, radius = 0.12 * scale.scene_radius;
   torque_.set(handle, torque, share, radius);
-  show_value(*torque_value_, handle + osg::Vec3d(0, 0, radius), fmt::format("{:.3f} N m", torque.length()),
-             torque_.visible());
+  torque_value_->setPosition(handle + osg::Vec3d(0, 0, radius));
   set_wish(sample, scale);
 }
 

@@ -38,21 +38,27 @@ class HandView {
   // Takes where the tool is.
   void set_tool_pose(const osg::Matrixd& pose, double sim_time);
   void set(const ProxySample& sample, const HandScale& scale);
+  // Writes this beside the arrows until it is told anew: what is felt changes faster than one can read.
+  void set_values(const WrenchD& wrench);
   // No force is known.
   void hide();
   void set_values_shown(bool shown) { values_->setNodeMask(shown ? ~0u : 0u); }
   void set_value_size(float pixels);
+  // Keeps the two values from being written over each other in the picture. to_pixels: from the world.
+  void arrange_values(const osg::Matrixd& to_pixels);
+  // Returns what stands beside the arrows, as the figures write it: "1.23 N  ·  0.456 N m".
+  std::string values() const;
   bool wish_shown() const { return wish_->getNodeMask() != 0; }
 
  private:
   void set_wish(const ProxySample& sample, const HandScale& scale);
-  void show_value(osgText::Text& text, const osg::Vec3d& place, const std::string& words, bool shown);
 
   osg::ref_ptr<osg::Group> root_;
   ForceArrow force_;
   TorqueArrow torque_;
   osg::ref_ptr<osg::Group> values_;
   osg::ref_ptr<osgText::Text> force_value_, torque_value_;
+  std::string force_words_, torque_words_;
   osg::ref_ptr<osg::Group> wish_;  // the tool where the hand wants it, and a line from there to the tool
   osg::ref_ptr<osg::MatrixTransform> wished_tool_, line_;
   std::optional<osg::Matrixd> tool_;         // its pose

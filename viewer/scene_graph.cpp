@@ -142,6 +142,8 @@ void SceneGraph::add_shadows() {
 }
 
 void SceneGraph::set_picture(int width, int height, bool quick) {
+  width_ = width;
+  height_ = height;
   cloud_.set_picture_height(height);
   const float words = std::round(std::clamp(static_cast<float>(height) / 46, 11.0f, 40.0f));
   for (auto& hand : hands_) hand->set_value_size(words);
@@ -154,6 +156,8 @@ void SceneGraph::set_picture(int width, int height, bool quick) {
 void SceneGraph::set_view(const osg::Matrixd& view, const osg::Matrixd& projection) {
   for (std::size_t i = 0; i < media_.size(); ++i) media_[i]->set_seen(cloud_.box(kSurfaceMedia[i]), view, projection);
   shadow_map_.set_view(content_, view);
+  const osg::Matrixd to_pixels = view * projection * osg::Matrixd::scale(0.5 * width_, 0.5 * height_, 1);
+  for (auto& hand : hands_) hand->arrange_values(to_pixels);
   picture_copy_->setNodeMask(cloud_.box(Medium::clear).valid() ? ~0u : 0u);
 }
 

@@ -39,7 +39,8 @@ class SceneGraph {
 
   // Nothing is known of the hand. device below kMaxDevices.
   void hide_proxy(std::uint32_t device) { hands_[device]->hide(); }
-  // Writes forces and torques beside their arrows.
+  // Writes this force and torque beside the arrows of a device below kMaxDevices, until it is told anew.
+  void set_values(std::uint32_t device, const WrenchD& wrench) { hands_[device]->set_values(wrench); }
   void set_values_shown(bool shown);
   const HandView& hand(std::uint32_t device) const { return *hands_[device]; }
   // The size of the picture [pixels], and whether the surfaces of media must be cheap.
@@ -98,6 +99,7 @@ class SceneGraph {
   osg::BoundingBoxd content_;
   std::vector<osg::Vec3d> outline_;
   bool seen_frame_ = false;
+  int width_ = 1, height_ = 1;  // of the picture [pixels]
 };
 
 }  // namespace palp

@@ -176,7 +176,10 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
   if (!view.two_servers.empty()) d.note = view.two_servers;
   if (surfaces_told_ && surfaces_.busy()) d.surfaces_built = surfaces_.share_done();
   if (!view.notice.empty()) d.note = view.notice;
+  // one sample for the figures and for what stands beside the arrows, so that they say the same
   read_hands(view, d);
+  for (std::uint32_t device = 0; device < kMaxDevices; ++device)
+    if (const auto& proxy = view.proxies[device]) stage_.scene().set_values(device, proxy->wrench);
   d.arrow_force = stage_.scene().arrow_force();
   d.arrow_length = stage_.scene().arrow_length();
   figures_ = d;

@@ -27,6 +27,7 @@ void set(Stage& stage, const SyntheticScene& s) {
   stage.scene().set_poses(s.poses);
   stage.scene().set_frame(s.frame);
   stage.scene().set_proxy(s.proxy);
+  stage.scene().set_values(s.proxy.device, s.proxy.wrench);
   stage.go_home();
 }
 
@@ -112,6 +113,22 @@ TEST(HandView, ForcesHaveTheirValuesBesideThem) {
   const osg::Vec2d gap = words.middle - stage.project(tip);
   EXPECT_GT(gap.x(), 0);
   EXPECT_LT(gap.length(), 70) << "pixels";
+}
+
+TEST(HandView, ValuesAreNotWrittenOverEachOther) {
+  int pixels[3];
+  for (int k = 0; k < 3; ++k) {
+    SyntheticScene s = held_paddle();
+    // the arrow's tip is where the value of the torque stands
+    if (k != 0) s.proxy.wrench.force = {0, 0, 0.11};
+    if (k != 1) s.proxy.wrench.torque = {0, 0, 0.4};
+    Stage stage(small_stage(640, 480));
+    set(stage, s);
+    pixels[k] = values_in(stage).pixels;
+  }
+  EXPECT_GT(pixels[0], 60);
+  EXPECT_GT(pixels[1], 60);
+  EXPECT_GT(pixels[2], 0.9 * (pixels[0] + pixels[1]));
 }
 
 TEST(HandView, NothingHidesAValue) {

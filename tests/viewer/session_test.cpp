@@ -126,6 +126,32 @@ TEST_F(SessionTest, APausedServerHasNoPace) {
   EXPECT_EQ(simulated.find("1.00"), std::string::npos) << simulated;
 }
 
+// The arrows follow every sample, and numbers that one can read stand still for a while: all of them say the same.
+TEST_F(SessionTest, TheValuesBesideTheArrowsAreThoseOfTheFigures) {
+  start(ScalarField::none);
+  wait_for_surfaces();
+  const auto figures = [this] {
+    for (const HudRow& row : hud_rows(session_->figures()))
+      if (row.label == "force") return row.value;
+    return std::string();
+  };
+  view_.proxies[1] = synthetic_scene().proxy;
+  view_.proxies[1]->device = 1;
+  for (const double torque : {0.490, 0.435, 0.381}) {
+    view_.proxies[1]->wrench.torque = {0, 0, torque};
+    now_ += kSecond / 10;
+    session_->update(view_, now_);
+    EXPECT_EQ(stage_.scene().hand(1).values(), figures());
+  }
+  now_ += kSecond;
+  session_->update(view_, now_);
+  EXPECT_EQ(figures(), "2.05 N  ·  0.381 N m");
+  EXPECT_EQ(stage_.scene().hand(1).values(), figures());
+  view_.proxies[1].reset();
+  session_->update(view_, now_);
+  EXPECT_EQ(stage_.scene().hand(1).values(), "") << "the hand has gone";
+}
+
 // A surface of millions of triangles: the session goes on at once, says how far it is, and can be dropped.
 TEST_F(SessionTest, ALargeSurfaceIsBuiltBesideThePictures) {
   Session& session = start(ScalarField::none);
