@@ -12,22 +12,24 @@ namespace palp {
 namespace {
 
 // Lengths in particle spacings.
-constexpr double kRadius = 0.78;      // of the spheres: neighbours overlap well
-constexpr double kTop = 0.5;          // of a sphere above its centre: half of a particle
-constexpr double kTintRadius = 1.2;   // sums over wider spheres have less grain
-constexpr double kReach = 2.4;        // of the smoothing
-constexpr double kRange = 3.0;        // of distances that belong to one surface
-constexpr double kClampRange = 0.8;   // of distances behind a point that it may be pulled back to
-constexpr double kClosing = 0.7;      // widest gap between the beads of an outline: tints still reach its middle
-constexpr double kSkin = 2.0;         // the depth that gives an opaque medium its colour
-constexpr double kLift = 0.5;         // off the surface, where its light is asked for
-constexpr double kTintShare = 0.5;    // of the surface's size: tints are smooth
+constexpr double kRadius = 0.78;     // of the spheres: neighbours overlap well
+constexpr double kTop = 0.5;         // of a sphere above its centre: half of a particle
+constexpr double kTintRadius = 1.2;  // sums over wider spheres have less grain
+constexpr double kReach = 2.4;       // of the smoothing
+constexpr double kRange = 3.0;       // of distances that belong to one surface
+constexpr double kClampRange = 0.8;  // of distances behind a point that it may be pulled back to
+constexpr double kSpread = 0.6;      // of what particles cover, where the outline is looked for
+constexpr double kSkin = 2.0;        // the depth that gives an opaque medium its colour
+constexpr double kLift = 0.5;        // off the surface, where its light is asked for
+constexpr double kTintShare = 0.5;   // of the surface's size: tints are smooth
+constexpr double kOutlineShare = 0.5;
 constexpr double kClearDepth = 0.06;  // [m] of a clear medium that gives light its colour
 constexpr double kHaze = 0.12;        // [m] of a clear medium that scatters half of the light
 
 // The order of drawing in the picture: after what is solid, before glass.
 constexpr int kOpaqueBin = 2, kClearBin = 4;
 constexpr int kPassesOfOne = 32;
+constexpr std::size_t kTint = 1, kOutline = 3, kBeforeSmoothing = 4;  // among the passes
 
 double overlap_share() { return 1 / (4.0 / 3.0 * M_PI * kTintRadius * kTintRadius * kTintRadius); }
 
@@ -49,7 +51,7 @@ void draw_points(osg::StateSet& state, const char* fragment, const char* name) {
 SurfaceQuality quick_surface(int width, int height) {
   constexpr double kMostTexels = 640.0 * 360.0;
   const double scale = std::sqrt(kMostTexels / std::max(1.0, static_cast<double>(width) * height));
-  return {std::clamp(scale, 0.5, 1.0), 1, 8, 1};
+  return {std::clamp(scale, 0.5, 1.0), 1, 8, 1, 8};
 }
 
 MediumSurface::MediumSurface(Medium medium, osg::Node* particles, osg::Texture1D* color_map, const PictureCopy* copy)
@@ -59,9 +61,11 @@ MediumSurface::MediumSurface(Medium medium, osg::Node* particles, osg::Texture1D
       shading_(screen_rectangle()),
       picture_scissor_(new osg::Scissor) {
   root_->getOrCreateStateSet()->addUniform(new osg::Uniform("is_clear", medium == Medium::clear));
-  root_->getStateSet()->addUniform(new osg::Uniform("closing_taps", 1));
+  root_->getStateSet()->addUniform(new osg::Uniform("outline_taps", 1));
+  root_->getStateSet()->addUniform(number("outline_stride", 1));
   add_depth_pass(particles);
   add_tint_pass(particles);
+  add_outline_passes();
   root_->addChild(smoothing_);
   make_shading(color_map, copy);
   root_->setNodeMask(0);
@@ -104,11 +108,31 @@ void MediumSurface::add_tint_pass(osg::Node* particles) {
   root_->addChild(pass.camera);
 }
 
+void MediumSurface::add_outline_passes() {
+  for (const bool upward : {false, true}) {
+    osg::ref_ptr<osg::Texture2D> from = upward ? passes_.back().texture : passes_[0].texture;
+    Pass& pass = add_pass(GL_RGBA32F_ARB, GL_RGBA, false, kOutlineShare);
+    if (upward) {
+      pass.texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
+      pass.texture->setFilter(osg::Texture::MAG_FILTER, osg::Texture::LINEAR);
+    }
+    osg::StateSet* state = pass.camera->getStateSet();
+    state->setAttributeAndModes(load_program("medium outline", {"screen.vert", "medium_outline.frag"}));
+    state->setTextureAttribute(0, from);
+    state->addUniform(new osg::Uniform("covered", 0));
+    state->addUniform(new osg::Uniform("along", upward ? 0 : 1, upward ? 1 : 0));
+    state->addUniform(new osg::Uniform("by_distance", !upward));
+    pass.camera->addChild(screen_rectangle());
+    root_->addChild(pass.camera);
+  }
+}
+
 void MediumSurface::make_smoothing() {
   smoothing_->removeChildren(0, smoothing_->getNumChildren());
-  passes_.resize(2);
+  passes_.resize(kBeforeSmoothing);
   const auto add = [this](const char* fragment, const char* name) {
-    osg::ref_ptr<osg::Texture2D> from = passes_.size() == 2 ? passes_[0].texture : passes_.back().texture;
+    osg::ref_ptr<osg::Texture2D> from =
+        passes_.size() == kBeforeSmoothing ? passes_[0].texture : passes_.back().texture;
     Pass& pass = add_pass(GL_RG32F, GL_RG, false, 1);
     osg::StateSet* state = pass.camera->getStateSet();
     state->setAttributeAndModes(load_program(name, {"screen.vert", fragment}));
@@ -125,7 +149,9 @@ void MediumSurface::make_smoothing() {
       state->addUniform(new osg::Uniform("most_taps", quality_.most_taps));
       // the second round is finer: it smooths the steps between the taps of the first
       state->addUniform(number("reach", kReach * spacing_ / (1 << round)));
-      state->addUniform(number("closing", round == 0 ? kClosing * spacing_ : 0));
+      state->addUniform(new osg::Uniform("fills", round == 0));
+      state->setTextureAttribute(1, passes_[kOutline].texture);
+      state->addUniform(new osg::Uniform("outline", 1));
     }
   }
   osg::StateSet* state = add("medium_clean.frag", "medium clean-up");
@@ -140,12 +166,13 @@ void MediumSurface::make_shading(osg::Texture1D* color_map, const PictureCopy* c
   state->setAttributeAndModes(load_program("medium", {"screen.vert", "medium_shade.frag", "lighting.glsl"}));
   state->setAttributeAndModes(picture_scissor_);
   state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
-  state->setTextureAttribute(1, passes_[1].texture);
+  state->setTextureAttribute(1, passes_[kTint].texture);
   state->setTextureAttribute(2, copy->color());
   state->setTextureAttribute(3, copy->depth());
   state->setTextureAttribute(4, color_map);
+  state->setTextureAttribute(5, passes_[kOutline].texture);
   int unit = 0;
-  for (const char* name : {"surface", "tints", "scene_color", "scene_depth", "color_map"})
+  for (const char* name : {"surface", "tints", "scene_color", "scene_depth", "color_map", "outline"})
     state->addUniform(new osg::Uniform(name, unit++));
   state->addUniform(number("haze", kHaze));
   state->setRenderBinDetails(medium_ == Medium::clear ? kClearBin : kOpaqueBin, "RenderBin");
@@ -162,9 +189,10 @@ void MediumSurface::set_spacing(double spacing) {
   set(all, "clamp_range", kClampRange);
   set(all, "skin", kSkin);
   set(all, "lift", kLift);
+  set(all, "spread", kSpread);
   set(all, "sink", kRadius - kTop);
   set(passes_[0].camera->getStateSet(), "radius", kRadius);
-  set(passes_[1].camera->getStateSet(), "radius", kTintRadius);
+  set(passes_[kTint].camera->getStateSet(), "radius", kTintRadius);
   width_ = 0;  // passes that depend on it are made anew
 }
 
@@ -180,8 +208,8 @@ void MediumSurface::set_size(int width, int height, const SurfaceQuality& qualit
     resize_pass(*pass.camera, *pass.texture, texels(width), texels(height));
     pass.camera->getStateSet()->getUniform("target_height")->set(static_cast<float>(texels(height)));
   }
-  const osg::Vec2f surface = size_of(*passes_[0].texture), tints = size_of(*passes_[1].texture);
-  passes_[1]
+  const osg::Vec2f surface = size_of(*passes_[0].texture), tints = size_of(*passes_[kTint].texture);
+  passes_[kTint]
       .camera->getStateSet()
       ->getUniform("surface_per_target")
       ->set(osg::Vec2f(surface.x() / tints.x(), surface.y() / tints.y()));
@@ -207,10 +235,12 @@ void MediumSurface::set_seen(const osg::BoundingBoxd& box, const osg::Matrixd& v
       high[k] = std::max(high[k], p.w() > 1e-6 ? at : 1.0);
     }
   }
-  // an empty texel need not look farther than the widest gap is seen
-  const double gap = 0.5 * passes_[0].texture->getTextureHeight() * projection(1, 1) * kClosing * spacing_;
-  const double texels = std::ceil(gap / std::max(nearest, spacing_));
-  root_->getStateSet()->getUniform("closing_taps")->set(static_cast<int>(std::min<double>(texels, quality_.most_taps)));
+  // how far the outline spreads what is nearest; farther things spread less
+  const double spread = 0.5 * passes_[kOutline].texture->getTextureHeight() * projection(1, 1) * kSpread * spacing_;
+  const double reach = std::max(std::ceil(2.2 * spread / std::max(nearest, spacing_)), 2.0);
+  const double taps = std::min<double>(reach, quality_.outline_taps);
+  root_->getStateSet()->getUniform("outline_taps")->set(static_cast<int>(taps));
+  root_->getStateSet()->getUniform("outline_stride")->set(static_cast<float>(std::min(reach / taps, 2.0)));
   const auto confine = [&](osg::Scissor& scissor, double width, double height) {
     const auto x = static_cast<int>(std::floor(low[0] * width)), y = static_cast<int>(std::floor(low[1] * height));
     scissor.setScissor(x, y, static_cast<int>(std::ceil(high[0] * width)) - x,

@@ -25,6 +25,7 @@ struct SurfaceQuality {
   int rounds = 2;      // of smoothing, each along both axes
   int most_taps = 24;  // of the filter to each side
   int clean_taps = 3;
+  int outline_taps = 16;  // to each side
 };
 
 inline constexpr SurfaceQuality kFineSurface{};
@@ -55,6 +56,7 @@ class MediumSurface {
   Pass& add_pass(GLenum internal_format, GLenum format, bool with_depth, double share);
   void add_depth_pass(osg::Node* particles);
   void add_tint_pass(osg::Node* particles);
+  void add_outline_passes();
   void make_smoothing();
   void make_shading(osg::Texture1D* color_map, const PictureCopy* copy);
 
@@ -62,7 +64,7 @@ class MediumSurface {
   osg::ref_ptr<osg::Group> root_;
   osg::ref_ptr<osg::Group> smoothing_;  // its passes follow the quality
   osg::ref_ptr<osg::Geometry> shading_;
-  std::vector<Pass> passes_;  // depth, tint, then those of the smoothing
+  std::vector<Pass> passes_;  // depth, tint, outline along both axes, then those of the smoothing
   double spacing_ = 0.01;
   int width_ = 0, height_ = 0;
   SurfaceQuality quality_;

@@ -67,6 +67,56 @@ TEST(MediumImage, ALiquidIsOneSmoothSurface) {
   }
 }
 
+// A block of beads in the air.
+SyntheticScene block(const char* name) {
+  SyntheticScene s = synthetic_scene();
+  s.scene.bodies.resize(1);
+  s.scene.bodies[0].name = name;
+  s.scene.bodies[0].color = {0.95f, 0.95f, 0.95f};
+  s.poses = {};
+  s.frame.positions.clear();
+  for (int i = 0; i < 14 * 10 * 6; ++i) {
+    const int at[3] = {i % 14, i / 14 % 10, i / 140};
+    for (const int k : at) s.frame.positions.push_back(static_cast<float>(kSpacing * k));
+  }
+  const std::size_t count = s.frame.positions.size() / 3;
+  s.frame.scalars.assign(count, 0.2f);
+  s.scene.particle_count = s.scene.bodies[0].count = static_cast<std::uint32_t>(count);
+  return s;
+}
+
+// How far the upper outline of what is bright is from a straight line between two places [pixels, root mean square].
+double waviness(const Picture& picture, const osg::Vec2d& a, const osg::Vec2d& b) {
+  double n = 0, x1 = 0, y1 = 0, x2 = 0, xy = 0, y2 = 0;
+  for (int x = static_cast<int>(std::min(a.x(), b.x())); x < static_cast<int>(std::max(a.x(), b.x())); ++x) {
+    int y = picture.height - 1;
+    while (y > 0 && at(picture, x, y).g < 90) --y;
+    n += 1, x1 += x, y1 += y, x2 += x * x, xy += x * y, y2 += y * y;
+  }
+  const double slope = (xy - x1 * y1 / n) / (x2 - x1 * x1 / n);
+  return std::sqrt(std::max(0.0, (y2 - y1 * y1 / n - slope * (xy - x1 * y1 / n)) / n));
+}
+
+TEST(MediumImage, AnOutlineIsALineAndNotARowOfBeads) {
+  const SyntheticScene s = block("batter");
+  for (const Surfaces quality : {Surfaces::quick, Surfaces::fine}) {
+    StageOptions options = small_stage(640, 480);
+    options.surfaces = quality;
+    Stage stage(options);
+    set(stage, s);
+    const Picture surface = shoot(stage);
+    // the far upper edge, but for its ends
+    const osg::Vec2d a = stage.project({2 * kSpacing, 9.5 * kSpacing, 5.5 * kSpacing});
+    const osg::Vec2d b = stage.project({11 * kSpacing, 9.5 * kSpacing, 5.5 * kSpacing});
+    const double smooth = waviness(surface, a, b);
+    stage.scene().set_beads(true);
+    stage.scene().set_frame(s.frame);
+    const double beads = waviness(shoot(stage), a, b);
+    EXPECT_GT(beads, 1.5) << "pixels";
+    EXPECT_LT(smooth, 0.6) << "pixels; rounding alone is 0.3";
+  }
+}
+
 TEST(MediumImage, WhatLiesInAClearLiquidIsSeenAndInAnOpaqueOneNot) {
   for (const char* name : {"water", "batter"}) {
     Picture pictures[2];

@@ -3,6 +3,7 @@
 // and absorbed, and what it reflects.
 uniform sampler2D surface;
 uniform sampler2D tints;
+uniform sampler2D outline;  // as medium_outline.frag has it
 uniform sampler2D scene_color;
 uniform sampler2D scene_depth;
 uniform sampler1D color_map;
@@ -16,14 +17,16 @@ uniform float haze;   // [m] of a clear medium through which half of the light i
 uniform bool by_scalar;
 uniform bool is_clear;
 
+const float kInside = 0.8;       // of the surroundings are covered where the beads of an outline are not seen any more
+const float kMostInward = 24.0;  // [pixels]
+
 vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim, float share);
 float key_share(vec3 eye_point, vec3 normal);
 vec3 environment(vec3 direction);
 vec3 key_light();
 
-// The surface between texels, made of those at about the nearest distance; x is 0 where there is none. z: how much of
-// the place it takes up.
-vec3 surface_at(vec2 place) {
+// The surface between texels, made of those at about the nearest distance; x is 0 where there is none.
+vec2 surface_at(vec2 place) {
   ivec2 i = ivec2(floor(place - 0.5));
   vec2 t = place - 0.5 - vec2(i);
   vec2 s[4] = vec2[4](texelFetch(surface, i, 0).rg, texelFetch(surface, i + ivec2(1, 0), 0).rg,
@@ -38,7 +41,7 @@ vec3 surface_at(vec2 place) {
     sum += w[k] * s[k];
     weights += w[k];
   }
-  return weights > 0.3 ? vec3(sum / weights, smoothstep(0.3, 0.7, weights)) : vec3(0.0);
+  return weights > 0.0 ? sum / weights : vec2(0.0);
 }
 
 vec3 eye_point(vec2 place, float depth) {
@@ -46,11 +49,9 @@ vec3 eye_point(vec2 place, float depth) {
   return vec3(ndc * depth / vec2(gl_ProjectionMatrix[0][0], gl_ProjectionMatrix[1][1]), -depth);
 }
 
-// The smaller of the differences to both sides, so that an edge does not bend the normal on its near side. sides: counts
-// those where the surface goes on.
-vec3 slope(vec2 place, vec3 p, vec2 offset, inout int sides) {
+// The smaller of the differences to both sides, so that an edge does not bend the normal on its near side.
+vec3 slope(vec2 place, vec3 p, vec2 offset) {
   float after = surface_at(place + offset).x, before = surface_at(place - offset).x;
-  sides += int(after > 0.0) + int(before > 0.0);
   vec3 forth = eye_point(place + offset, after) - p, back = p - eye_point(place - offset, before);
   if (after <= 0.0) return before <= 0.0 ? vec3(offset, 0.0) : back;
   return before > 0.0 && abs(back.z) < abs(forth.z) ? back : forth;
@@ -87,12 +88,19 @@ vec3 clear_medium(vec3 p, vec3 normal, vec3 to_eye, vec4 tint) {
 }
 
 void main() {
+  float enclosed = texture2D(outline, gl_FragCoord.xy / target_size).r;
+  // the outline fades over its last pixel
+  float coverage = clamp((enclosed - 0.5) / max(fwidth(enclosed), 0.01) + 0.5, 0.0, 1.0);
+  if (coverage <= 0.0) discard;
   vec2 place = gl_FragCoord.xy * surface_size / target_size;
-  vec3 s = surface_at(place);
+  // at the outline the surface is that a little inside, as there each bead turns away from the eye
+  vec2 inward = vec2(dFdx(enclosed), dFdy(enclosed));
+  float way = clamp(kInside - enclosed, 0.0, kInside) / max(dot(inward, inward), 1e-6);
+  vec2 inside = place + min(way, kMostInward / max(length(inward), 1e-3)) * inward * surface_size / target_size;
+  vec2 s = surface_at(inside);
   if (s.x <= 0.0) discard;
-  vec3 p = eye_point(place, s.x);
-  int sides = 0;
-  vec3 right = slope(place, p, vec2(1.0, 0.0), sides), up = slope(place, p, vec2(0.0, 1.0), sides);
+  vec3 q = eye_point(inside, s.x), p = eye_point(place, s.x);
+  vec3 right = slope(inside, q, vec2(1.0, 0.0)), up = slope(inside, q, vec2(0.0, 1.0));
   vec3 normal = normalize(cross(right, up));
   vec3 to_eye = normalize(-p);
   if (dot(normal, to_eye) < 0.0) normal = -normal;
@@ -111,7 +119,5 @@ void main() {
   }
   float ndc = (gl_ProjectionMatrix[2][2] * p.z + gl_ProjectionMatrix[3][2]) / -p.z;
   gl_FragDepth = clamp(0.5 * ndc + 0.5, 0.0, 1.0);
-  // the outline fades over its last texel
-  float coverage = s.z * clamp(0.3 * float(sides) - 0.2, 0.1, 1.0);
   gl_FragColor = vec4(lit, coverage);
 }

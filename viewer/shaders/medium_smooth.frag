@@ -1,33 +1,31 @@
 #version 330 compatibility
 // A narrow-range filter along one axis (Truong and Yuksel, 2018): means over neighbours at about the same distance, so
-// that beads become a surface and edges stay. Between two beads of an outline the gap is closed, too.
+// that beads become a surface and edges stay. What the outline encloses between beads is filled, too.
 uniform sampler2D surface;
+uniform sampler2D outline;    // as medium_outline.frag has it
+uniform bool fills;           // what the outline encloses
 uniform ivec2 along;          // one texel
 uniform float target_height;  // [texels]
 uniform float reach;          // of the filter [m]
 uniform float range;          // of distances that belong to one surface [m]
 uniform float clamp_range;    // neighbours farther behind than this count as no farther [m]
-uniform float closing;        // widest gap that is closed [m]; 0: none
-uniform int closing_taps;     // to each side, that reach across the widest gap
 uniform int most_taps;        // to each side
 
 float texels(float size, float depth) { return 0.5 * target_height * gl_ProjectionMatrix[1][1] * size / depth; }
 
 vec2 at(int i) { return texelFetch(surface, ivec2(gl_FragCoord.xy) + along * i, 0).rg; }
 
-vec2 closed() {
-  vec2 a = vec2(0.0), b = vec2(0.0);
-  int i = 0, j = 0;
-  while (i < closing_taps && a.x <= 0.0) a = at(++i);
-  while (j < closing_taps && b.x <= 0.0 && a.x > 0.0) b = at(-(++j));
-  if (a.x <= 0.0 || b.x <= 0.0 || abs(a.x - b.x) > range) return vec2(0.0);
-  return float(i + j) <= texels(closing, a.x) ? mix(a, b, float(i) / float(i + j)) : vec2(0.0);
+// Somewhat more than the outline encloses, so that slopes at it have neighbours.
+vec2 filled() {
+  vec3 o = texture2D(outline, gl_FragCoord.xy / vec2(textureSize(surface, 0))).rgb;
+  return o.x > 0.3 ? o.yz / o.x : vec2(0.0);
 }
 
 void main() {
   vec2 middle = at(0);
+  if (middle.x <= 0.0 && fills) middle = filled();
   if (middle.x <= 0.0) {
-    gl_FragColor = vec4(closing > 0.0 ? closed() : vec2(0.0), 0.0, 1.0);
+    gl_FragColor = vec4(0.0, 0.0, 0.0, 1.0);
     return;
   }
   float size = max(texels(reach, middle.x), 1.0);
