@@ -206,7 +206,11 @@ class Cpu {
   void for_each_block(const char* name, std::uint32_t n, const F& f) {
     if (n == 0) return;
     note(name);
-    for (std::uint32_t i = 0; i < n; ++i) f(i, SerialTeam{});
+    team_.for_each(n, 1, [&f](std::size_t i) { f(static_cast<std::uint32_t>(i), SerialTeam{}); });
+  }
+  template <class F>
+  void for_each_large(const char* name, std::uint32_t n, const F& f) {
+    for_each_block(name, n, f);
   }
 
   const std::uint32_t* allocate_sort(std::uint32_t particles, std::uint32_t cells, double) {

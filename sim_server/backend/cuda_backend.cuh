@@ -182,7 +182,14 @@ class Cuda {
   void for_each_block(const char* name, std::uint32_t n, const F& f) {
     if (n == 0) return;
     note(name);
-    launch(name, run_block<F>, std::uint64_t(n) * BlockTeam::kThreads, BlockTeam::kThreads, f);
+    launch(name, run_block<256, F>, std::uint64_t(n) * 256, 256, f);
+  }
+  // For few items of which each may have as many parts as the scene has particles.
+  template <class F>
+  void for_each_large(const char* name, std::uint32_t n, const F& f) {
+    if (n == 0) return;
+    note(name);
+    launch(name, run_block<1024, F>, std::uint64_t(n) * 1024, 1024, f);
   }
 
   // neighbors: the number that a particle has on its lattice.

@@ -98,8 +98,8 @@ struct GroupTeam {
 };
 
 // A team of all threads of a block, which share one item.
+template <int kThreads>
 struct BlockTeam {
-  static constexpr int kThreads = 256;
   PALP_HD std::uint32_t lane() const {
 #ifdef __CUDA_ARCH__
     return threadIdx.x;
@@ -157,10 +157,10 @@ __global__ void __launch_bounds__(kTeamThreads) run_group(std::uint32_t n, F f, 
   if (i < n && (sleepers == nullptr || !sleepers[i].asleep())) f(i, GroupTeam<L>{});
 }
 
-template <class F>
-__global__ void __launch_bounds__(BlockTeam::kThreads) run_block(F f) {
+template <int kThreads, class F>
+__global__ void __launch_bounds__(kThreads) run_block(F f) {
   wait_for_previous_kernel();
-  f(blockIdx.x, BlockTeam{});
+  f(blockIdx.x, BlockTeam<kThreads>{});
 }
 
 }  // namespace palp

@@ -75,7 +75,6 @@ struct ClosestApproach {
 struct ElasticPush;
 
 struct ContactViews {
-  std::uint32_t pairs = 0;  // pairs of rigid and fixed bodies; those of soft parts follow
   std::uint32_t elastic_parts = 0, frozen_parts = 0;
   bool elastic_on_rigid = false;  // elastic bodies may touch rigid ones, which share their mass among these contacts
   bool single_pass = false;       // no rigid body is in so many pairs that their loads have to be compared first

@@ -83,6 +83,60 @@ struct ElasticTouching {
   // Returns true where contact stays as it is, because the body that the part is of sleeps (elastic_sleep.h).
   PALP_HD bool sleeps(const SoftPart& part) const { return elastic.tag[part.first].asleep(); }
 
+  // The ball around the particles of a part, and how fast the fastest of them is.
+  struct Ball {
+    Vec3 center;
+    real radius, speed;
+  };
+
+  // All of a team take part and get the answer.
+  template <class Team>
+  PALP_HD Ball ball_of(const SoftPart& part, Team team) const {
+    const std::uint32_t middle = part.first + part.count / 2;
+    const Vec3 X = elastic.rest[middle].xyz(), u = elastic.u[middle].xyz();
+    real far2 = 0, fast2 = 0;
+    for (std::uint32_t i = part.first + team.lane(); i < part.first + part.count; i += team.size()) {
+      const Vec3 apart = nearest_image(all.grid, elastic.rest[i].xyz() - X + (elastic.u[i].xyz() - u));
+      const real distance2 = apart.squaredNorm(), speed2 = elastic.v[i].xyz().squaredNorm();
+      if (far2 < distance2) far2 = distance2;
+      if (fast2 < speed2) fast2 = speed2;
+    }
+    return {X + u, Eigen::numext::sqrt(team.max(far2)), Eigen::numext::sqrt(team.max(fast2))};
+  }
+
+  // Returns true where no particle of a part can be near the body, as find() would tell one by one.
+  PALP_HD bool far(const Ball& ball, const BodyState& field, const Mat3& R, const ContactBody& shape) const {
+    const Vec3 x = nearest_image(all.grid, ball.center - field.x);
+    const Vec3 z = shape.R.transpose() * (R.transpose() * x - shape.c);
+    const real speed = ball.speed + field.v.norm() + field.w.norm() * (x.norm() + ball.radius);
+    const real margin = ball.radius + medium.spacing + real(3) * all.dt * speed;
+    for (int a = 0; a < 3; ++a)
+      if (z[a] < shape.low[a] - margin || z[a] > shape.high[a] + margin) return true;
+    return false;
+  }
+
+  // Calls f(k, pair, field, R) for each pair k of a part whose body may be near, as for_each_pair does, and left(k,
+  // pair) for those whose body was near in the last sub-step alone.
+  template <class Team, class F, class G>
+  PALP_HD void for_each_near(const SoftPart& part, Team team, F&& f, G&& left) const {
+    const Ball ball = ball_of(part, team);
+    for_each_pair(all, part, [&](std::uint32_t k, const ContactPair& pair, const BodyState& field, const Mat3& R) {
+      if (!far(ball, field, R, all.contact.shape[pair.shape_b]))
+        f(k, pair, field, R);
+      else if (all.contact.by.wrench[k].near)
+        left(k, pair);
+    });
+  }
+
+  // Forgets the contact of a part with a body that it has left. All of a team take part.
+  template <class Team>
+  PALP_HD void forget(const SoftPart& part, std::uint32_t k, const ContactPair& pair, Team team) const {
+    for (std::uint32_t p = team.lane(); p < part.count; p += team.size())
+      all.contact.state[pair.first + p] = no_contact();
+    team.sum(real(0));  // by now all have read that it was near
+    if (team.leader()) all.contact.by.wrench[k] = no_wrench();
+  }
+
   PALP_HD real mass(std::uint32_t i) const {
     return medium.material[elastic.tag[i].material()].density * elastic.rest[i].w;
   }
@@ -94,13 +148,15 @@ struct ElasticTouching {
     return find_soft_touch(all, particle, pair, all.body[pair.b], R, half, {half, 1}, place, state);
   }
 
-  // Returns N of a body.
-  PALP_HD real contacts_of(std::uint32_t body) const {
+  // Returns N of a body. All of a team take part and get the answer, which no order of adding up changes.
+  template <class Team>
+  PALP_HD real contacts_of(std::uint32_t body, Team team) const {
     if (!all.contact.elastic_on_rigid || all.body[body].kind != BodyKind::rigid) return real(0);
     const PairWrenches& by = all.contact.by;
     real sum = 0;
-    for (std::uint32_t p = by.of_body[body]; p < by.of_body[body + 1]; ++p) sum += by.wrench[by.part[p] / 2].contacts;
-    return sum;
+    for (std::uint32_t p = by.of_body[body] + team.lane(); p < by.of_body[body + 1]; p += team.size())
+      sum += by.wrench[by.part[p] / 2].contacts;
+    return team.sum(sum);
   }
 
   // How a body would move, and yields, at a touch.
@@ -196,7 +252,9 @@ struct CountElasticContacts {
       count = team.sum(count);
       if (team.leader()) contact.by.wrench[k].contacts = count;
     };
-    for_each_pair(touching.all, part, count_in);
+    touching.for_each_near(part, team, count_in, [&](std::uint32_t k, const ContactPair&) {
+      if (team.leader()) contact.by.wrench[k].contacts = real(0);
+    });
   }
 };
 
@@ -232,15 +290,17 @@ struct ElasticContact {
     const ContactViews& contact = touching.all.contact;
     const SoftPart part = contact.elastic_part[index];
     if (touching.sleeps(part)) return;
-    for_each_pair(touching.all, part,
-                  [&](std::uint32_t k, const ContactPair& pair, const BodyState& field, const Mat3& R) {
-                    const real contacts = touching.contacts_of(pair.b);
-                    sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
-                      const Vec3 f = force_on(i, pair, field, R, contacts, place, arm);
-                      touching.bodies.force[i] = pack(touching.bodies.force[i].xyz() + f, 0);
-                      return f;
-                    });
-                  });
+    const auto push = [&](std::uint32_t k, const ContactPair& pair, const BodyState& field, const Mat3& R) {
+      const real contacts = touching.contacts_of(pair.b, team);
+      sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
+        const Vec3 f = force_on(i, pair, field, R, contacts, place, arm);
+        touching.bodies.force[i] = pack(touching.bodies.force[i].xyz() + f, 0);
+        return f;
+      });
+      if (team.leader()) contact.by.wrench[k].near = true;
+    };
+    touching.for_each_near(part, team, push,
+                           [&](std::uint32_t k, const ContactPair& pair) { touching.forget(part, k, pair, team); });
   }
 };
 
@@ -270,50 +330,59 @@ struct BeginElasticContact {
     return (size > holds ? holds / size : real(1)) * sticks;
   }
 
+  // Adds the contact of a part's particle p with the body of a pair.
+  PALP_HD void add(const SoftPart& part, std::uint32_t p, const ContactPair& pair, const BodyState& field,
+                   const Mat3& R, real contacts) const {
+    const PairPoints& all = touching.all;
+    const std::uint32_t i = part.first + p, place = pair.first + p;
+    const real dt = all.dt;
+    ContactState& state = all.contact.state[place];
+    ElasticPush& out = all.contact.elastic_push[place - all.contact.first_soft];
+    const PairPoints::Touch t = touching.find(i, pair, R, place, state);
+    if (!t.near) {
+      out = no_elastic_push();
+      return;
+    }
+    ElasticTouching::Candidate c = touching.candidate(i, t, field, R, contacts);
+    const bool stays = c.push * dt > -kLongestGap * touching.medium.spacing * c.q;
+    if (!(c.push > real(0)) && !(touching.lasts(out, field) && stays)) {
+      const real owed = out.owed;
+      out = no_elastic_push();
+      out.owed = owed;
+      state.anchor = {0, 0, 0, 0};
+      return;
+    }
+    const Vec3 n = t.n;
+    out.push = c.push * n;
+    if (pair.law.friction > real(0))
+      out.push += friction(pair, R, out, c, state);
+    else
+      c.q_slip = real(0);
+    out.n = n;
+    out.arm = t.other;
+    out.resists = c.q;
+    out.k_slip = c.k_slip;
+    out.resists_slip = c.q_slip;
+    solve.hold[i] += dt * ((c.q - c.q_slip) * n * n.transpose() + c.q_slip * Mat3::Identity());
+    const Packed r = solve.residual[i];
+    solve.residual[i] = pack(r.xyz() + dt * out.push, r.w);
+  }
+
   template <class Team>
   PALP_HD void operator()(std::uint32_t index, Team team) const {
-    const PairPoints& all = touching.all;
-    const SoftPart part = all.contact.elastic_part[index];
+    const ContactViews& contact = touching.all.contact;
+    const SoftPart part = contact.elastic_part[index];
     if (touching.sleeps(part)) return;
-    const real dt = all.dt;
-    for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) {
-      const std::uint32_t i = part.first + p;
-      Mat3 hold = Mat3::Zero();
-      Vec3 impulse(0, 0, 0);
-      for_each_pair(all, part, [&](std::uint32_t, const ContactPair& pair, const BodyState& field, const Mat3& R) {
-        const std::uint32_t place = pair.first + p;
-        ContactState& state = all.contact.state[place];
-        ElasticPush& out = all.contact.elastic_push[place - all.contact.first_soft];
-        const PairPoints::Touch t = touching.find(i, pair, R, place, state);
-        ElasticTouching::Candidate c{};
-        if (t.near) c = touching.candidate(i, t, field, R, touching.contacts_of(pair.b));
-        const bool stays = c.push * dt > -kLongestGap * touching.medium.spacing * c.q;
-        const bool bears = touching.lasts(out, field) && stays;
-        if (!t.near || !(c.push > real(0) || bears)) {
-          const real owed = t.near ? out.owed : real(0);
-          out = no_elastic_push();
-          out.owed = owed;
-          if (t.near) state.anchor = {0, 0, 0, 0};
-          return;
-        }
-        const Vec3 n = t.n;
-        out.push = c.push * n;
-        if (pair.law.friction > real(0))
-          out.push += friction(pair, R, out, c, state);
-        else
-          c.q_slip = real(0);
-        out.n = n;
-        out.arm = t.other;
-        out.resists = c.q;
-        out.k_slip = c.k_slip;
-        out.resists_slip = c.q_slip;
-        hold += dt * ((c.q - c.q_slip) * n * n.transpose() + c.q_slip * Mat3::Identity());
-        impulse += dt * out.push;
-      });
-      solve.hold[i] = hold;
-      const Packed r = solve.residual[i];
-      solve.residual[i] = pack(r.xyz() + impulse, r.w);
-    }
+    for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) solve.hold[part.first + p] = Mat3::Zero();
+    const auto begin = [&](std::uint32_t, const ContactPair& pair, const BodyState& field, const Mat3& R) {
+      const real contacts = touching.contacts_of(pair.b, team);
+      for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) add(part, p, pair, field, R, contacts);
+    };
+    // EndElasticContact forgets the rest of a contact that ends so
+    touching.for_each_near(part, team, begin, [&](std::uint32_t, const ContactPair& pair) {
+      for (std::uint32_t p = team.lane(); p < part.count; p += team.size())
+        contact.elastic_push[pair.first + p - contact.first_soft] = no_elastic_push();
+    });
   }
 };
 
@@ -345,7 +414,7 @@ struct EndElasticContact {
     const ContactViews& contact = touching.all.contact;
     const SoftPart part = contact.elastic_part[index];
     if (touching.sleeps(part)) return;
-    for_each_pair(touching.all, part, [&](std::uint32_t k, const ContactPair& pair, const BodyState&, const Mat3& R) {
+    const auto end = [&](std::uint32_t k, const ContactPair& pair, const BodyState&, const Mat3& R) {
       sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
         ElasticPush& push = contact.elastic_push[place - contact.first_soft];
         if (push.n.isZero(0)) return Vec3(0, 0, 0);
@@ -354,7 +423,10 @@ struct EndElasticContact {
         solve.outer[i] = pack(solve.outer[i].xyz() + touching.all.dt * f, 0);
         return f;
       });
-    });
+      if (team.leader()) contact.by.wrench[k].near = true;
+    };
+    touching.for_each_near(part, team, end,
+                           [&](std::uint32_t k, const ContactPair& pair) { touching.forget(part, k, pair, team); });
   }
 };
 

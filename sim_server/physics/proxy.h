@@ -133,6 +133,7 @@ PALP_HD inline Resistance resistance_of(const PairWrenches& contact, std::uint32
   if (contact.resistance == nullptr) return sum;
   for (std::uint32_t p = contact.of_body[body]; p < contact.of_body[body + 1]; ++p) {
     const std::uint32_t pair = contact.part[p] / 2;
+    if (pair >= contact.rigid_pairs) break;
     if (contact.held[pair] == kNone || !contact.wrench[pair].near) continue;
     const Resistance& of_pair = contact.resistance[contact.held[pair]];
     sum.vv += of_pair.vv;

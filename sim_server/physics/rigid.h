@@ -59,11 +59,13 @@ PALP_HD inline Resistance no_resistance() {
   return {Mat3::Zero(), Mat3::Zero(), Mat3::Zero(), Vec3(0, 0, 0), Vec3(0, 0, 0)};
 }
 
-// The wrenches of all pairs, and the list of each body's pairs; null without such contact.
+// The wrenches of all pairs, and the list of each body's pairs; null without such contact. Pairs of rigid and fixed
+// bodies come first, then those of soft bodies' parts, also in each body's list.
 struct PairWrenches {
+  std::uint32_t rigid_pairs = 0;  // of rigid and fixed bodies
   PairWrench* wrench = nullptr;
   Resistance* resistance = nullptr;        // of each pair of a proxy and a fixed body
-  const std::uint32_t* held = nullptr;     // by pair: index in resistance, kNone
+  const std::uint32_t* held = nullptr;     // by rigid pair: index in resistance, kNone
   const std::uint32_t* of_body = nullptr;  // [bodies + 1] by body: index of its first entry in part
   const std::uint32_t* part = nullptr;     // pair * 2, and 1 more where the body is b
 };

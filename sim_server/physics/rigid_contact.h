@@ -62,6 +62,7 @@ struct RigidContact {
     const PairWrenches& by = all.contact.by;
     real sum = 0, sum2 = 0;
     for (std::uint32_t p = by.of_body[index]; p < by.of_body[index + 1]; ++p) {
+      if (by.part[p] / 2 >= by.rigid_pairs) break;
       const real depth = by.wrench[by.part[p] / 2].depth;
       sum += depth;
       sum2 += depth * depth;

@@ -89,7 +89,7 @@ ContactStore::ContactStore(const Scene& scene, const Plan& plan) : shape_of_(sce
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
     if (plan.changes[b]) add_soft_parts(scene, plan, b, plan.slot_first[b], frozen_part, parts);
   of_body.push_back(0);
-  if (held_pairs > 0) held.resize(pair.size(), kNone);
+  if (held_pairs > 0) held.resize(rigid_pairs, kNone);
   for (const std::vector<std::uint32_t>& list : parts) {
     part.insert(part.end(), list.begin(), list.end());
     of_body.push_back(static_cast<std::uint32_t>(part.size()));

@@ -157,7 +157,7 @@ void heat_stages(B& back_end, const Plan& plan, const StepViews& v) {
   const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
   const BodyState* bodies = v.body.body;
   if (v.heat.views.zones > 0)
-    back_end.for_each_block("heat zones", v.heat.views.zones,
+    back_end.for_each_large("heat zones", v.heat.views.zones,
                             MeasureHeatZones{v.state, v.grid, bodies, v.heat.views, v.particles});
   for (int s = 0; s < plan.heat_steps; ++s) {
     back_end.for_each_team("heat", v.particles,
@@ -227,7 +227,7 @@ void implicit_elastic_stages(B& back_end, const StepViews& v, real elapsed) {
     back_end.for_each_block("elastic contact", touching, BeginElasticContact{elastic_touching(v, elapsed), v.implicit});
   }
   if (touching > 0 && v.implicit.free_bodies > 0)
-    back_end.for_each_block("implicit rigid", v.implicit.free_bodies, BeginRigid{v.elastic, v.implicit, v.body});
+    back_end.for_each_large("implicit rigid", v.implicit.free_bodies, BeginRigid{v.elastic, v.implicit, v.body});
   back_end.for_each("implicit begin", n, BeginSolve{v.implicit}, sleepers);
   for (std::uint32_t round = 0; round < v.implicit.rounds; ++round) {
     back_end.for_each_group("implicit strain", n, StrainChange{v.elastic, v.implicit, v.medium, round}, sleepers);
@@ -238,7 +238,7 @@ void implicit_elastic_stages(B& back_end, const StepViews& v, real elapsed) {
   if (touching > 0)
     back_end.for_each_block("elastic contact", touching, EndElasticContact{elastic_touching(v, elapsed), v.implicit});
   if (v.implicit.free_bodies > 0)
-    back_end.for_each_block("implicit momenta", v.implicit.free_bodies, ConserveMomenta{v.elastic, v.implicit, v.body});
+    back_end.for_each_large("implicit momenta", v.implicit.free_bodies, ConserveMomenta{v.elastic, v.implicit, v.body});
   back_end.for_each("implicit end", n, EndImplicit{v.elastic, v.implicit, v.body, v.medium}, sleepers);
 }
 
@@ -272,9 +272,9 @@ void particle_stages(B& back_end, const Plan& plan, const StepViews& v, real ela
 template <class B>
 void contact_stages(B& back_end, const StepViews& v) {
   const PairPoints points{v.contact, v.body.body, v.grid, v.input.forcing, v.medium.dt};
-  if (v.contact.pairs > 0 && !v.contact.single_pass)
-    back_end.for_each_block("contact depth", v.contact.pairs, MeasureContact{points});
-  if (v.contact.pairs > 0) back_end.for_each_block("contact", v.contact.pairs, RigidContact{points});
+  const std::uint32_t pairs = v.contact.by.rigid_pairs;
+  if (!v.contact.single_pass) back_end.for_each_block("contact depth", pairs, MeasureContact{points});
+  back_end.for_each_block("contact", pairs, RigidContact{points});
   if (v.contact.frozen_parts > 0)
     back_end.for_each_block("frozen contact", v.contact.frozen_parts, FrozenContact{points, v.change.views, v.medium});
 }
@@ -294,7 +294,7 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
   if (plan.fields && !implicit) elastic_contact_stages(back_end, v, elapsed);
   if (implicit) implicit_elastic_stages(back_end, v, elapsed);
   if (plan.wrench)
-    back_end.for_each_block(
+    back_end.for_each_large(
         "wrench", v.list.reactive_count,
         ReduceWrench{v.body, v.contact.by, v.list.reactive, v.fluid.guard.by, v.elastic_sleepers()});
   if (plan.moving)
@@ -330,7 +330,7 @@ void sleep_stages(B& back_end, const Plan& plan, const StepViews& v) {
     back_end.for_each_group("sleep", blocks, JudgeMotion{v.state, v.grid, v.sleep, v.input.forcing});
   }
   const int ring = plan.fluid ? 2 : 1;  // fluid asks for the pressure that a body's particles show
-  back_end.for_each_block("sleep of bodies", v.elastic_sleep.units,
+  back_end.for_each_large("sleep of bodies", v.elastic_sleep.units,
                           JudgeElastic{v.state, v.elastic, v.implicit, v.elastic_sleep, v.sleep, v.grid, v.medium,
                                        v.body.body, v.list.rigid, v.list.rigid_count, v.input.forcing, ring});
   back_end.for_each_group(
@@ -347,7 +347,7 @@ void step(B& back_end, const Plan& plan, const StepViews& v, bool seldom) {
   for (int s = 0; s < plan.sub_steps; ++s)
     sub_step(back_end, plan, v, static_cast<real>((s + 1) * plan.dt), heat && s + 1 == plan.sub_steps);
   if (plan.elastic)
-    back_end.for_each_block("elastic bodies", static_cast<std::uint32_t>(plan.elastic_bodies.size()),
+    back_end.for_each_large("elastic bodies", static_cast<std::uint32_t>(plan.elastic_bodies.size()),
                             MeasureElastic{v.elastic, v.body, v.list.elastic});
   if (plan.sleeps && seldom) sleep_stages(back_end, plan, v);
   if (v.particles == 0) return;  // bodies are judged by the host

@@ -171,6 +171,41 @@ TEST(ElasticContact, AHandPressesAndDrawsATool) {
   EXPECT_LT(std::abs(across), 0.1 * up);
 }
 
+// A tool that leaves a rough block feels nothing of it any more, and when it comes back elsewhere nothing of where it
+// stuck before.
+TEST(ElasticContact, AToolThatLeavesIsForgotten) {
+  for (const ElasticSolver solver : {ElasticSolver::explicit_, ElasticSolver::implicit}) {
+    SCOPED_TRACE(solver == ElasticSolver::implicit ? "implicit" : "explicit");
+    SceneConfig config = soft_scene(0.5, 5e4);
+    config.numerics.elastic_solver = solver;
+    config.bodies = {plate(), at(body("block", BodyKind::elastic, box({0.16, 0.08, 0.03})), {0, 0, 0.015}),
+                     at(body("tool", BodyKind::rigid, sphere(0.03)), {-0.03, 0, 0.061})};
+    config.bodies[1].bonded_to = {"plate"};
+    ProxyConfig proxy;
+    proxy.body = "tool";
+    config.proxies.push_back(proxy);
+    const auto simulation = simulate(sampled(config));
+    StepInput input;
+    input[0].engaged = true;
+    input[0].gains = {1000, 20, 10, 0.2};
+    const auto felt_at = [&](const Vector3d& place) {
+      for (int k = 0; k < 300; ++k) {
+        input[0].state.position = place;
+        const StepOutput& out = simulation->step(input);
+        EXPECT_TRUE(out.health.ok) << out.health.cause;
+      }
+      return simulation->output().proxies[0].contact_force;
+    };
+    EXPECT_GT(felt_at({-0.03, 0, 0.057}).z(), 0.5);
+    EXPECT_EQ(felt_at({-0.03, 0, 0.4}).norm(), 0);
+    EXPECT_EQ(felt_at({0.03, 0, 0.4}).norm(), 0);
+    EXPECT_EQ(felt_at({0.03, 0, 0.065}).norm(), 0);
+    const Vector3d again = felt_at({0.03, 0, 0.057});
+    EXPECT_GT(again.z(), 0.5);
+    EXPECT_LT(std::hypot(again.x(), again.y()), 0.05 * again.z());
+  }
+}
+
 // A hand feels the same of a soft block through a tool of 1 g as through one of 100 g, and at rest nothing that moves:
 // a light tool's coupling, not its mass, resists contact.
 TEST(ElasticContact, ToolsOfAnyMassPressAlike) {
