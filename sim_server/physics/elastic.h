@@ -46,6 +46,7 @@ struct ElasticViews {
   Quat* rotation = nullptr;    // R
   Mat3* gradient = nullptr;    // F; R with method "paper"
   Mat3* stress = nullptr;      // factor of X_ji in the force: P L - beta E (F - I), or R (I + G) s with method "paper"
+  real* stored = nullptr;      // elastic energy, for output alone (MeasureStored) [J]
   // where a material yields, else null
   Mat3* plastic = nullptr;   // inverse of the plastic part of F
   real* hardened = nullptr;  // accumulated plastic strain
@@ -269,7 +270,8 @@ struct MoveElastic {
     if (tag.kind() != BodyKind::elastic) {
       const BodyState& body = bodies.body[tag.body()];
       const Vec3 r = body.q * bodies.local[i].xyz();
-      elastic.u[i] = pack(body.x + r - X.xyz(), 0);
+      // a fixed body stays where it is: computed anew its place would be rounded, and strain what holds on to it
+      if (tag.kind() != BodyKind::fixed) elastic.u[i] = pack(body.x + r - X.xyz(), 0);
       elastic.v[i] = pack(body.v + body.w.cross(r), 0);
       return;
     }
@@ -282,6 +284,48 @@ struct MoveElastic {
     // for the torque on the body as a whole
     const BodyState& body = bodies.body[tag.body()];
     bodies.local[i] = pack(body.q.conjugate() * (X.xyz() + u - body.x), 0);
+  }
+};
+
+// Measures the elastic energy of each particle, that against hourglass modes included, at the deformation that its last
+// forces were of; for output alone. Method "paper", whose forces are the gradient of no energy, has none.
+struct MeasureStored {
+  ElasticViews elastic;
+  CellGrid grid;
+  WendlandC2 kernel;
+  Medium medium;
+
+  // Returns the displacement that a particle had when forces last acted.
+  PALP_HD Vec3 before(std::uint32_t i) const { return elastic.u[i].xyz() - medium.dt * elastic.v[i].xyz(); }
+
+  // Returns sum V_j F |d_ij|^2.
+  PALP_HD real hourglass(std::uint32_t i, const Mat3& F) const {
+    real sum = 0;
+    for (std::uint32_t k = elastic.first[i]; k < elastic.first[i + 1]; ++k) {
+      if (!elastic.bonded(k)) continue;
+      const std::uint32_t j = elastic.neighbor[k];
+      const Packed X_j = elastic.rest[j];
+      const Vec3 X_ji = rest_separation(grid, elastic.rest[i], X_j);
+      const Vec3 d = mat_vec(F, X_ji) - X_ji - (before(j) - before(i));
+      sum += X_j.w * kernel.F(X_ji.norm()) * d.squaredNorm();
+    }
+    return sum;
+  }
+
+  PALP_HD void operator()(std::uint32_t i) const {
+    const Tag tag = elastic.tag[i];
+    elastic.stored[i] = 0;
+    if (elastic.correction == nullptr || tag.kind() != BodyKind::elastic) return;
+    const Material& m = medium.material[tag.material()];
+    const Mat3 F = elastic.gradient[i], R = elastic.rotation[i].toRotationMatrix();
+    real density = 0;
+    if (m.yield > real(0))
+      density = plastic_energy(m, F * elastic.plastic[i], R);
+    else
+      density = elastic_energy(m, F, R);
+    if (elastic.integrity != nullptr) density *= elastic.integrity[i];
+    if (hold_of(m) > real(0)) density += real(0.5) * hold_of(m) * hourglass(i, F);
+    elastic.stored[i] = elastic.rest[i].w * density;
   }
 };
 

@@ -93,22 +93,4 @@ ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
   if (!flat && !plan.tears) projection.clear();
 }
 
-void scatter_stored(const Scene& scene, const Plan& plan, const Medium& medium, const Deformation& deformation,
-                    std::vector<float>& out) {
-  out.assign(scene.position.size(), 0);
-  if (plan.method == Method::paper) return;
-  for (const std::uint32_t b : plan.elastic_bodies) {
-    const Body& body = scene.bodies[b];
-    const Material& m = medium.material[body.material];
-    for (std::uint32_t k = 0; k < body.count; ++k) {
-      const std::size_t i = plan.force_first[b] + k;
-      const Mat3 R = deformation.rotation[i].toRotationMatrix();
-      const Mat3& F = deformation.gradient[i];
-      const real density = m.yield > 0 ? plastic_energy(m, F * deformation.plastic[i], R) : elastic_energy(m, F, R);
-      const double integrity = deformation.integrity.empty() ? 1 : deformation.integrity[i];
-      out[body.first + k] = static_cast<float>(integrity * density * scene.volume[body.first + k]);
-    }
-  }
-}
-
 }  // namespace palp

@@ -21,17 +21,4 @@ struct ElasticStore {
   ElasticStore(const Scene& scene, const Plan& plan);
 };
 
-// The deformation of elastic particles, in the plan's order of forces.
-struct Deformation {
-  const std::vector<Mat3>& gradient;
-  const std::vector<Quat>& rotation;
-  const std::vector<Mat3>& plastic;    // empty where nothing yields
-  const std::vector<real>& integrity;  // empty where nothing tears
-};
-
-// Writes the elastic energy of each particle [J] in the scene's order, 0 for those that are not elastic and with method
-// "paper".
-void scatter_stored(const Scene& scene, const Plan& plan, const Medium& medium, const Deformation& deformation,
-                    std::vector<float>& out);
-
 }  // namespace palp

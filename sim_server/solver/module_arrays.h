@@ -43,6 +43,7 @@ void allocate_elastic(B& back_end, const Scene& scene, const Plan& plan, StepVie
   e.rotation = back_end.template allocate<Quat>("elastic rotation", n);
   e.gradient = back_end.template allocate<Mat3>("elastic gradient", n);
   e.stress = back_end.template allocate<Mat3>("elastic stress", n);
+  e.stored = back_end.template allocate<real>("elastic stored energy", n);
   if (plan.plastic) {
     e.plastic = back_end.template allocate<Mat3>("elastic plastic part", n);
     e.hardened = back_end.template allocate<real>("elastic plastic strain", n);
@@ -157,15 +158,14 @@ void reset_implicit(B& back_end, const Plan& plan, const ImplicitViews& s) {
 
 template <class B>
 void snapshot_elastic(B& back_end, const Scene& scene, const Plan& plan, const StepViews& v, Snapshot& out) {
-  const std::size_t n = plan.elastic_count;
-  std::vector<Quat> rotation(n);
-  std::vector<Mat3> gradient(n), plastic(plan.plastic ? n : 0);
-  std::vector<real> integrity(plan.tears ? n : 0);
-  back_end.download(rotation, v.elastic.rotation);
-  back_end.download(gradient, v.elastic.gradient);
-  if (plan.plastic) back_end.download(plastic, v.elastic.plastic);
-  if (plan.tears) back_end.download(integrity, v.elastic.integrity);
-  scatter_stored(scene, plan, v.medium, {gradient, rotation, plastic, integrity}, out.stored);
+  const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.elastic_support));
+  back_end.for_each("stored energy", v.elastic.count, MeasureStored{v.elastic, v.grid, kernel, v.medium});
+  std::vector<real> stored(plan.elastic_count);
+  back_end.download(stored, v.elastic.stored);
+  out.stored.assign(scene.position.size(), 0);
+  for (const std::uint32_t b : plan.elastic_bodies)
+    for (std::uint32_t k = 0; k < scene.bodies[b].count; ++k)
+      out.stored[scene.bodies[b].first + k] = static_cast<float>(stored[plan.force_first[b] + k]);
 }
 
 // The distance fields of bodies in the back end's memory.
@@ -208,7 +208,7 @@ struct ContactCounts {
 template <class B>
 ContactCounts allocate_contact(B& back_end, const ContactStore& store, const ContactFields& fields, const Plan& plan,
                                ContactViews& c) {
-  c.pairs = store.rigid_pairs;
+  c.by.rigid_pairs = store.rigid_pairs;
   c.elastic_parts = static_cast<std::uint32_t>(store.elastic_part.size());
   c.single_pass = store.single_pass;
   c.elastic_on_rigid = store.elastic_on_rigid;

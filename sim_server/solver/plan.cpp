@@ -273,7 +273,6 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan_sub_steps(scene, plan);
   check_motion(scene, plan);
   check_stiffness(scene, plan);
-  check_rounded_strain(scene, plan);
   plan_heat(scene, plan);
   plan_sleep(scene, plan);
   return plan;

@@ -75,24 +75,6 @@ void check_stiffness(const Scene& scene, const Plan& plan) {
       scene.config.path, 1e6 * plan.dt, noise, most, other));
 }
 
-void check_rounded_strain(const Scene& scene, const Plan& plan) {
-  // of the energy of a fall through a spacing. Bars of 1e5 Pa that hang from a tray a kilometre away created 9.6, 1.8
-  // and 0.4 times what may be at 2.8, 0.28 and 0.028 of it.
-  constexpr double kMost = 0.1;
-  if (!plan.elastic || plan.elastic_rounds > 0) return;
-  const double far = farthest(scene), rounding = far * kRounding, strain = rounding / scene.spacing;
-  for (const std::uint32_t b : plan.elastic_bodies) {
-    const MaterialConfig& m = scene.config.materials[scene.bodies[b].material];
-    const double stored = *m.young_modulus / 2 * strain * strain, fall = m.density / 2 * std::pow(falling(scene), 2);
-    if (stored <= kMost * fall) continue;
-    throw ConfigError(fmt::format(
-        "{}: bodies lie {:.3g} m from the origin, where places are rounded to {:.2g} um, which strains '{}' "
-        "by {:.2g} J/m^3, expected at most {:.2g} J/m^3, {:g} % of what a fall through one spacing gives it: move "
-        "the scene to the origin, raise the spacing, or lower young_modulus",
-        scene.config.path, far, 1e6 * rounding, m.name, stored, kMost * fall, 100 * kMost));
-  }
-}
-
 void check_weight(const Scene& scene, const Plan& plan) {
   constexpr double kMostStrain = 0.3;
   if (plan.method != Method::paper) return;

@@ -16,10 +16,6 @@ void check_motion(const Scene& scene, const Plan& plan);
 // Throws a ConfigError for explicit elasticity in so short sub-steps that their rounding moves bodies.
 void check_stiffness(const Scene& scene, const Plan& plan);
 
-// Throws a ConfigError for explicit elasticity so far from the origin that the rounding of places alone strains it by
-// more than a small part of what gravity does in any scene: bodies that it holds on to are rounded, and waves are fed.
-void check_rounded_strain(const Scene& scene, const Plan& plan);
-
 // Throws a ConfigError for solids that change state or hold on to others and that method "paper" could not bear: its
 // forces are the gradient of no energy, so that a solid which its weight crushes bounces ever higher.
 void check_weight(const Scene& scene, const Plan& plan);

@@ -144,6 +144,23 @@ TEST_P(ElasticIn, HangingColumnStretchesByItsWeight) {
                       quantity(carried, "N"), GetParam()}));
 }
 
+// Half a kilometre from the origin places are rounded to 6e-5 m, which must not strain what holds on to a fixed body.
+TEST_P(ElasticIn, HoldsStillFarFromTheOrigin) {
+  const Eigen::Vector3d far(500.003, 500.007, 500.001);
+  Scene scene = with_material(1e6, 0.3, 0, GetParam());
+  scene.config.domain_min = scene.bounds_min = far.array() - 1;
+  scene.config.domain_max = scene.bounds_max = far.array() + 1;
+  scene.config.numerics.elastic_solver = ElasticSolver::explicit_;
+  const Eigen::Vector3d size = Eigen::Vector3d(4, 3, 3) * kSpacing, end(size.x(), 0, 0);
+  const auto clamp = add_body(scene, "clamp", BodyKind::fixed, 0, far + end, far + end + size);
+  const auto bar = add_body(scene, "bar", BodyKind::elastic, 0, far, far + size);
+  scene.bodies[bar].bonded_to = {clamp};
+  const auto simulation = simulate(scene);
+  double fastest = 0;
+  for (int k = 0; k < 50; ++k) fastest = std::max(fastest, simulation->step({}).health.max_speed);
+  EXPECT_LT(fastest, 1e-3) << "strained by rounding it would swing at some 0.1 m/s";
+}
+
 // Far-fetched, but hands do such things: a block turned inside out finds back to its shape.
 TEST(ElasticBody, InvertedBlockRecovers) {
   Scene scene = with_material(1e4, 0.3, 10);
