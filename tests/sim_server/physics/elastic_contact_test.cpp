@@ -141,17 +141,22 @@ TEST(ElasticContact, NothingPassesThroughAThinPlate) {
   }
 }
 
-// A ball on a soft hand, pressed into a soft block that is bonded to a plate and drawn across it without friction, is
-// pushed up, and hardly to the side.
-TEST(ElasticContact, AHandPressesAndDrawsATool) {
-  SceneConfig config = soft_scene(0, 5e4);
+// A soft block that is bonded to a plate, beneath a ball in a hand.
+SceneConfig under_a_ball(double friction) {
+  SceneConfig config = soft_scene(friction, 5e4);
   config.bodies = {plate(), at(body("block", BodyKind::elastic, box({0.16, 0.08, 0.03})), {0, 0, 0.015}),
                    at(body("tool", BodyKind::rigid, sphere(0.03)), {-0.03, 0, 0.061})};
   config.bodies[1].bonded_to = {"plate"};
   ProxyConfig proxy;
   proxy.body = "tool";
   config.proxies.push_back(proxy);
-  const auto simulation = simulate(sampled(config));
+  return config;
+}
+
+// A ball on a soft hand, pressed into a soft block that is bonded to a plate and drawn across it without friction, is
+// pushed up, and hardly to the side.
+TEST(ElasticContact, AHandPressesAndDrawsATool) {
+  const auto simulation = simulate(sampled(under_a_ball(0)));
   StepInput input;
   input[0].engaged = true;
   input[0].gains = {1000, 20, 10, 0.2};
@@ -176,14 +181,8 @@ TEST(ElasticContact, AHandPressesAndDrawsATool) {
 TEST(ElasticContact, AToolThatLeavesIsForgotten) {
   for (const ElasticSolver solver : {ElasticSolver::explicit_, ElasticSolver::implicit}) {
     SCOPED_TRACE(solver == ElasticSolver::implicit ? "implicit" : "explicit");
-    SceneConfig config = soft_scene(0.5, 5e4);
+    SceneConfig config = under_a_ball(0.5);
     config.numerics.elastic_solver = solver;
-    config.bodies = {plate(), at(body("block", BodyKind::elastic, box({0.16, 0.08, 0.03})), {0, 0, 0.015}),
-                     at(body("tool", BodyKind::rigid, sphere(0.03)), {-0.03, 0, 0.061})};
-    config.bodies[1].bonded_to = {"plate"};
-    ProxyConfig proxy;
-    proxy.body = "tool";
-    config.proxies.push_back(proxy);
     const auto simulation = simulate(sampled(config));
     StepInput input;
     input[0].engaged = true;
