@@ -178,18 +178,16 @@ class Cuda {
     note(name);
     with_lanes(n, [&]<int L>() { launch(name, run_group<L, F>, std::uint64_t(n) * L, kTeamThreads, n, f, sleepers); });
   }
-  template <class F>
+  template <class F, int Threads = 256>
   void for_each_block(const char* name, std::uint32_t n, const F& f) {
     if (n == 0) return;
     note(name);
-    launch(name, run_block<256, F>, std::uint64_t(n) * 256, 256, f);
+    launch(name, run_block<Threads, F>, std::uint64_t(n) * Threads, Threads, f);
   }
   // For few items of which each may have as many parts as the scene has particles.
   template <class F>
   void for_each_large(const char* name, std::uint32_t n, const F& f) {
-    if (n == 0) return;
-    note(name);
-    launch(name, run_block<1024, F>, std::uint64_t(n) * 1024, 1024, f);
+    for_each_block<F, 1024>(name, n, f);
   }
 
   // neighbors: the number that a particle has on its lattice.

@@ -155,11 +155,7 @@ struct PairPoints {
     t.depth = real(-1e30);
     t.mean = t.share = real(0);
     // the box around the solid spares most points the rest
-    const Vec3 z = shape.R.transpose() * (y - shape.c);
-    const real margin = radius + real(2) * moved;
-    if (side.w < real(-1e29))
-      for (int a = 0; a < 3; ++a)
-        if (z[a] < shape.low[a] - margin || z[a] > shape.high[a] + margin) return t;
+    if (side.w < real(-1e29) && outside_bounds(shape, y, radius + real(2) * moved)) return t;
     const Distance now = solid_distance(shape, contact.piece, contact.grid, y);
     t.depth = radius - now.d;
     t.n = R_field * now.n;

@@ -43,6 +43,15 @@ struct ContactBody {
   std::uint32_t first_point, points;
 };
 
+// Returns true for a point y, in body axes from the centre of mass, that is more than margin outside the bounds along
+// an axis of the solid's frame.
+PALP_HD inline bool outside_bounds(const ContactBody& shape, const Vec3& y, real margin) {
+  const Vec3 z = shape.R.transpose() * (y - shape.c);
+  for (int a = 0; a < 3; ++a)
+    if (z[a] < shape.low[a] - margin || z[a] > shape.high[a] + margin) return true;
+  return false;
+}
+
 PALP_HD inline Distance box_distance(const Vec3& x, const Vec3& low, const Vec3& high) {
   Vec3 q, side, out;
   int axis = 0;

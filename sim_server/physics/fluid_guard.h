@@ -50,9 +50,8 @@ struct GuardFluid {
   PALP_HD Vec3 push_on(std::uint32_t i, const BodyState& body, const ContactBody& shape, const Mat3& R,
                        const Vec3& r) const {
     const real reach = kGuardReach * medium.spacing;
-    const Vec3 y = R.transpose() * r, z = shape.R.transpose() * (y - shape.c);
-    for (int a = 0; a < 3; ++a)
-      if (z[a] < shape.low[a] - reach || z[a] > shape.high[a] + reach) return Vec3(0, 0, 0);
+    const Vec3 y = R.transpose() * r;
+    if (outside_bounds(shape, y, reach)) return Vec3(0, 0, 0);
     const Distance at = solid_distance(shape, guard.piece, guard.grid, y);
     if (!(at.d < reach)) return Vec3(0, 0, 0);
     const Vec3 n = R * at.n;
