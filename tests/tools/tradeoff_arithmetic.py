@@ -82,6 +82,14 @@ class Refinement(unittest.TestCase):
         self.assertTrue((limit == series[-1]).all())
         self.assertAlmostEqual(uncertainty, 0.4 * measures.rms(tone(2)) / measures.rms(series[-1]), 9)
 
+    def test_what_moves_on_as_before_is_not_extrapolated(self):
+        spacings = [0.0512, 0.041, 0.0328, 0.0262, 0.021]
+        series = [tone(1) + 0.1 * np.log(h) * tone(3) for h in spacings]
+        limit, order, uncertainty, _ = measures.limit_of(spacings, series)
+        self.assertIsNone(order)
+        self.assertTrue((limit == series[-1]).all())
+        self.assertAlmostEqual(uncertainty, 0.1 * np.log(0.0262 / 0.021) * measures.rms(tone(3)) / measures.rms(limit), 9)
+
     def test_what_does_not_change_is_certain(self):
         _, _, uncertainty, _ = measures.limit_of([0.4, 0.2, 0.1], [tone(1)] * 3)
         self.assertEqual(uncertainty, 0)

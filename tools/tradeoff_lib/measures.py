@@ -84,7 +84,8 @@ def fitted(spacings, series, order):
 
 
 def best_order(spacings, series):
-    """The order whose fit explains most, by golden-section search."""
+    """The order whose fit explains most, by golden-section search; None where a lower one than is believed would explain
+    more: then the series still move as much as before, and an extrapolation would lead far beyond them."""
     low, high = ORDERS
     share = (math.sqrt(5) - 1) / 2
     for _ in range(40):
@@ -93,7 +94,8 @@ def best_order(spacings, series):
             low = a
         else:
             high = b
-    return (low + high) / 2
+    order = (low + high) / 2
+    return order if order - ORDERS[0] > 1e-3 else None
 
 
 def extrapolated(spacings, series):
