@@ -35,9 +35,20 @@ void declare(CLI::App& app, Arguments& a) {
                  "CSV time,x,y,z,qx,qy,qz,qw that drives the handle of a device, 0 without a number; may be repeated")
       ->type_name("[DEVICE=]FILE")
       ->allow_extra_args(false);
+  app.add_flag("--repeat-paths", a.run.repeat_paths, "begin each path anew where it ends, which must be where it begins");
   app.callback([&a] {
     if (a.run.out.empty() && a.scene.explain.empty()) throw CLI::RequiredError("--out");
   });
+}
+
+// Throws ConfigError for a path that would leap where it begins anew.
+void check_closed(const std::vector<palp::PathPose>& path, const std::string& file) {
+  const palp::PathPose &first = path.front(), &last = path.back();
+  const double apart = (last.position - first.position).norm(), turn = last.orientation.angularDistance(first.orientation);
+  if (apart > 1e-6 || turn > 1e-6)
+    throw palp::ConfigError(fmt::format("{}:{}: the last pose is {:.3g} m and {:.3g} rad from the first one, expected the "
+                                        "same for --repeat-paths: lead the path back, or leave that option out",
+                                        file, last.line, apart, turn));
 }
 
 // Reads "[DEVICE=]FILE" into a path of its device. Throws ConfigError.
@@ -45,7 +56,10 @@ void read_path(const std::string& text, palp::RunOptions& run) {
   const std::size_t digits = text.find_first_not_of("0123456789");
   const bool numbered = digits > 0 && digits < 4 && text[digits] == '=';
   const auto device = static_cast<unsigned>(numbered ? std::stoul(text.substr(0, digits)) : 0);
-  if (!run.paths.emplace(device, palp::read_pose_path(numbered ? text.substr(digits + 1) : text)).second)
+  const std::string file = numbered ? text.substr(digits + 1) : text;
+  const std::vector<palp::PathPose> path = palp::read_pose_path(file);
+  if (run.repeat_paths) check_closed(path, file);
+  if (!run.paths.emplace(device, path).second)
     throw palp::ConfigError(
         fmt::format("--path {}: device {} has a path already, expected one for each", text, device));
 }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "tools/run_scene.h"
 
@@ -25,6 +26,11 @@ DeviceInput device_on_path(const std::vector<PathPose>& path, double time, const
   const Eigen::AngleAxisd rotation(turn);
   input.state.angular = rotation.axis() * (rotation.angle() / span);
   return input;
+}
+
+double repeated(const std::vector<PathPose>& path, double time) {
+  const double begin = path.front().time, period = path.back().time - begin;
+  return time <= begin || !(period > 0) ? time : begin + std::fmod(time - begin, period);
 }
 
 }  // namespace palp

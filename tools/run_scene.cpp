@@ -206,7 +206,10 @@ RunResult run_scene(Simulation& simulation, const RunOptions& options) {
   StepTimes times;
   while (result.steps < steps && result.record.worst.ok && result.stopped_by_signal == 0) {
     const double time = static_cast<double>(result.steps) / rate;
-    for (const Driven& d : driven) input[d.proxy] = device_on_path(*d.path, time, scene.proxies[d.proxy].limit);
+    for (const Driven& d : driven) {
+      const double on_path = options.repeat_paths ? repeated(*d.path, time) : time;
+      input[d.proxy] = device_on_path(*d.path, on_path, scene.proxies[d.proxy].limit);
+    }
     times.measure([&] { simulation.step(input); });
     const StepOutput& output = simulation.output();
     health = output.health;

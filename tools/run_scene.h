@@ -18,6 +18,9 @@ namespace palp {
 // before the first point; at rest after the last.
 DeviceInput device_on_path(const std::vector<PathPose>& path, double time, const CouplingGains& gains);
 
+// The time on a path that begins anew wherever it ends [s]: up to that of its last pose.
+double repeated(const std::vector<PathPose>& path, double time);
+
 // Where progress is shown: a terminal has one line that is rewritten, a log gets a line from time to time.
 enum class ProgressOn { nothing, terminal, log };
 
@@ -27,6 +30,7 @@ struct RunOptions {
   double snapshots_hz = 0;                          // particle files per simulated second; 0: none
   double totals_hz = 0;                             // rows of totals.csv per simulated second; 0: none
   std::map<unsigned, std::vector<PathPose>> paths;  // by the number of the device that they drive
+  bool repeat_paths = false;                        // they begin anew where they end
   ProgressOn progress = ProgressOn::nothing;
   double progress_period = 10;             // [s] between lines of progress in a log, but the first, which comes sooner
   const std::atomic<int>* stop = nullptr;  // not zero: the signal that asks to stop

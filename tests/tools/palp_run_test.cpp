@@ -57,6 +57,8 @@ TEST_F(PalpRun, RefusesBadInputWithOneMessage) {
   };
   const std::string bad = folder_ / "bad.toml";
   write_text(bad, "[scene]\nrate_hz = -1\n");
+  const std::string open = folder_ / "open.csv";
+  write_text(open, "time,x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0,1\n1,0,0,0.5,0,0,0,1\n");
   const Row rows[] = {
       {{}, "scene is required"},
       {{"poiseuille"}, "--out is required"},
@@ -72,6 +74,8 @@ TEST_F(PalpRun, RefusesBadInputWithOneMessage) {
       {{"poiseuille", "--spacing", "2e-7", "--out", out_}, "memory here allows"},
       {{"poiseuille", "--path", "/nowhere.csv", "--out", out_}, "palp-run: /nowhere.csv: no such file"},
       {{"poiseuille", "--path", "1=/nowhere.csv", "--out", out_}, "palp-run: /nowhere.csv: no such file"},
+      {{"poiseuille", "--path", open, "--repeat-paths", "--out", out_},
+       "open.csv:3: the last pose is 0.5 m and 0 rad from the first one"},
       {{"poiseuille", "--set", "numerics.safety=2", "--out", out_},
        "palp-run: --set numerics.safety=2: numerics: safety is 2, expected a number from 0.05 to 1"},
       {{bad, "--out", out_}, "bad.toml:2: [scene]: rate_hz is -1, expected a number in Hz from 1 to 1000000"},

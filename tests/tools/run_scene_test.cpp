@@ -288,6 +288,15 @@ TEST_F(RunTest, PathsMoveAndTurnEvenly) {
   EXPECT_EQ(end.state.linear, Eigen::Vector3d(0, 0, 0));
 }
 
+TEST_F(RunTest, PathsBeginAnewWhereTheyEnd) {
+  const std::vector<PathPose> path = read_pose_path(
+      write("time,x,y,z,qx,qy,qz,qw\n1,0,0,0,0,0,0,1\n2,1,0,0,0,0,0,1\n4,0,0,0,0,0,0,1\n"));
+  const std::pair<double, double> expected[] = {{0.5, 0.5}, {1, 1}, {3.5, 3.5}, {4.25, 1.25}, {7.5, 1.5}, {12, 3}};
+  for (const auto& [time, on_path] : expected) EXPECT_NEAR(repeated(path, time), on_path, 1e-12) << time;
+  const std::vector<PathPose> one = read_pose_path(write("time,x,y,z,qx,qy,qz,qw\n1,0,0,0,0,0,0,1\n"));
+  EXPECT_EQ(repeated(one, 9), 9);
+}
+
 TEST_F(RunTest, ProgressInALogIsLinesThatSayWhatIsLeft) {
   options_.progress = ProgressOn::log;
   options_.progress_period = 0;
