@@ -13,6 +13,7 @@
 #include "sim_server/solver/make_simulation.h"
 #include "sim_server/solver/simulation_on.h"
 #include "sim_server/solver/stage_times.h"
+#include "sim_server/threads/float_mode.h"
 #include "sim_server/threads/thread_team.h"
 
 namespace palp {
@@ -158,6 +159,7 @@ class Cpu {
   // Runs one haptic step of `variants` that differ in their stages; the last one has all stages.
   template <class F>
   void execute(int variant, int variants, F&& work) {
+    const FlushSubnormals flush;
     record_ = launches_.empty() || (variant + 1 == variants && !complete_);
     if (record_) launches_.clear();
     complete_ = complete_ || variant + 1 == variants;

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "sim_server/threads/float_mode.h"
+
 namespace palp {
 namespace {
 
@@ -58,6 +60,7 @@ ThreadTeam::~ThreadTeam() {
 
 void ThreadTeam::run(std::uint64_t chunk) {
   const std::size_t begin = chunk * job_.chunk;
+  set_float_mode(job_.mode);  // a helper computes as the caller does
   try {
     job_.call(job_.work, begin, std::min(job_.n, begin + job_.chunk));
   } catch (...) {
@@ -102,6 +105,7 @@ void ThreadTeam::share_out(const Job& job) {
   }
   const double begin = now_s();
   job_ = job;
+  job_.mode = float_mode();
   helped_.store(0, std::memory_order_relaxed);
   const std::uint64_t number = loop_.load(std::memory_order_relaxed) + 1u;
   left_.store(number << 32 | chunks, std::memory_order_release);

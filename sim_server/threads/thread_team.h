@@ -61,6 +61,7 @@ class ThreadTeam {
     void (*call)(const void* work, std::size_t begin, std::size_t end) = nullptr;
     const void* work = nullptr;
     std::size_t n = 0, chunk = 1;
+    unsigned mode = 0;  // float_mode() of the caller
   };
 
   void share_out(const Job& job);

@@ -9,6 +9,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "sim_server/threads/float_mode.h"
 #include "sim_server/threads/thread_team.h"
 #include "tests/support/eventually.h"
 #include "tests/support/seed.h"
@@ -55,6 +56,34 @@ TEST(ThreadTeam, DoesEachOnceWhateverTheChunks) {
 TEST(ThreadTeam, HelpersTakePart) {
   ThreadTeam team(3);
   EXPECT_TRUE(eventually([&] { return nap_in_helpers(team, false); }));
+}
+
+// Returns whether a helper took part in a loop, all of whose products of two small numbers were subnormal (or, where
+// they are flushed, zero).
+bool multiply_in_helpers(ThreadTeam& team, bool flushed) {
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<int> helped{0};
+  team.for_each(8, 1, [&](std::size_t) {
+    volatile float small = 1e-30F;
+    const float product = small * 1e-10F;
+    EXPECT_EQ(product == 0.0F, flushed);
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
+    if (std::this_thread::get_id() != caller) ++helped;
+  });
+  return helped > 0;
+}
+
+TEST(ThreadTeam, HelpersTreatSubnormalNumbersAsTheCallerDoes) {
+#if !defined(__SSE2__)
+  GTEST_SKIP() << "subnormal numbers are left as they are";
+#endif
+  ThreadTeam team(3);
+  EXPECT_TRUE(eventually([&] { return multiply_in_helpers(team, false); }));
+  {
+    const FlushSubnormals flush;
+    EXPECT_TRUE(eventually([&] { return multiply_in_helpers(team, true); }));
+  }
+  EXPECT_TRUE(eventually([&] { return multiply_in_helpers(team, false); }));
 }
 
 TEST(ThreadTeam, LeavesOutHelpersThatAreInTheWayAndTriesThemAgain) {
