@@ -92,7 +92,10 @@ class Elastic {
   const ElasticStore& store() const { return store_; }
   const Medium& medium() const { return medium_; }
   const CellGrid& grid() const { return grid_; }
-  Eigen::Vector3d place(std::size_t i) const { return scene_.position[i] + store_.u[i].xyz().cast<double>(); }
+  // Returns where a particle is, as kernels have it.
+  Eigen::Vector3d place(std::size_t i) const {
+    return store_.rest[i].xyz().cast<double>() + store_.u[i].xyz().cast<double>();
+  }
   std::vector<Mat3> gradient, plastic;
   std::vector<real> hardened;
   std::vector<std::uint8_t> torn;

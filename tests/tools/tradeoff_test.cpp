@@ -195,13 +195,13 @@ TEST(LongRun, TellsWhatDriftsAndThatItRepeats) {
   const ScratchFolder folder;
   const Outcome outcome =
       run_program({PALP_SOURCE_DIR "/tools/long_run", PALP_SOURCE_DIR "/tests/process/small_tray.toml", "--seconds",
-                   "0.8", "--stretches", "4", "--bin", PALP_BIN_DIR, "--out", folder / "out"},
+                   "1", "--stretches", "4", "--bin", PALP_BIN_DIR, "--out", folder / "out"},
                   300s);
   ASSERT_EQ(outcome.status, 0) << outcome.output;
   const Json result = Json::parse(text_of(folder / "out/small_tray/cpu/result.json"));
   EXPECT_EQ(result["runs"], 2);
   EXPECT_TRUE(result["same_bits"]);
-  EXPECT_EQ(result["edges_s"], Json({0.0, 0.2, 0.4, 0.6, 0.8}));
+  EXPECT_EQ(result["edges_s"], Json({0.0, 0.25, 0.5, 0.75, 1.0}));
   std::map<std::string, std::vector<double>> values;
   for (const Json& one : result["quantities"]) values[one["name"]] = one["values"].get<std::vector<double>>();
   for (const char* name : {"force, rms", "kinetic energy", "potential energy", "volume"})
