@@ -1,6 +1,6 @@
-// What a thread does with subnormal numbers, those between 0 and the least normal one (1.2e-38). Where a hand holds still
-// and bodies come to rest, velocities fade through them to zero; an Intel processor needs some 150 cycles for each sum or
-// product of one, so that a scene at rest cost three times one that moves.
+// The way that a thread treats subnormal numbers, those between 0 and the least normal one (1.2e-38). Where a hand holds
+// still and bodies come to rest, velocities fade through them to zero; an Intel processor needs some 150 cycles for each
+// sum or product of one, so that a scene at rest cost three times one that moves.
 #pragma once
 
 #if defined(__SSE2__)

@@ -109,6 +109,7 @@ std::vector<std::string> found_by_chance() {
     "random/modules=periodic/method=accurate/level=fast/rate=221/origin=10/poisson=0.45/damping=0/density=1000/mass=0.000172/speed=2.01/hand=still",
     "random/modules=periodic+proxy+tearing+static/method=accurate/level=balanced/spacing=0.00708/gravity=-9.81/young=2.89e+06/poisson=0.49/ratio=1/mass=0.00193/friction=0/conductivity=4.24/speed=13/coupling=65.9",
     "random/modules=explicit+periodic+static/method=accurate/level=balanced/spacing=0.025/rate=226/gravity=-9.81/origin=-1000/young=1e5/tension=0.112/density=1.69/mass=0.0195/speed=0.744/coupling=0.797/start=bonded",
+    "random/modules=explicit+static/method=accurate/level=balanced/spacing=0.0178/origin=-1000/density=4.79/ratio=0.00531/mass=7.75/speed=1/coupling=8.36/safety=0.5/start=inverting",
     "random/modules=explicit+static/method=accurate/level=balanced/young=3.29e+09/poisson=0.3/damping=0/friction=10/coupling=3.04/safety=0.25/start=inverting/hand=stir",
     "random/modules=fluid+static+proxy/method=accurate/level=balanced/rate=55.8/gravity=-981/poisson=0/tension=1.9/ratio=1/mass=319/speed=17.9/coupling=0.127/safety=1/start=spinning/hand=shake",
     "random/modules=tearing+periodic/method=accurate/level=balanced/spacing=0.02/origin=0/young=1e5/poisson=0.495/mass=0.00706/speed=1.55/coupling=1/safety=0.5/start=inverting/hand=press",

@@ -134,7 +134,7 @@ TEST_F(ElasticTest, RotationsAreFeltByNobody) {
   }
 }
 
-// What forces add up to, and the sums of their sizes; torques about a place.
+// The sums of forces and of their torques about a place, and of the sizes of both.
 struct Sums {
   Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
   double force_size = 0, torque_size = 0;
