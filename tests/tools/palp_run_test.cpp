@@ -12,10 +12,12 @@
 namespace palp::test::palp_run_test {
 namespace {
 
+const std::string kProgram = PALP_BIN_DIR "/palp-run";
+
 class PalpRun : public testing::Test {
  protected:
   static Outcome run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), PALP_BIN_DIR "/palp-run");
+    arguments.insert(arguments.begin(), kProgram);
     return run_program(arguments);
   }
   ScratchFolder folder_;
@@ -35,9 +37,9 @@ TEST_F(PalpRun, RunsASceneByItsName) {
 
 // timeout(1) sends its signal twice, to the process and to its group; that is no impatience. A later one is.
 TEST_F(PalpRun, LosesNothingThatASignalStops) {
-  ChildProcess program({PALP_BIN_DIR "/palp-run", "tray_fluid", "--accuracy", "fast", "--backend", "cpu", "--duration",
-                        "1000", "--out", out_},
-                       folder_ / "log");
+  ChildProcess program(
+      {kProgram, "tray_fluid", "--accuracy", "fast", "--backend", "cpu", "--duration", "1000", "--out", out_},
+      folder_ / "log");
   const auto runs = [&] {
     const std::string probe = out_ + "/energy.csv";
     return std::filesystem::exists(probe) && std::filesystem::file_size(probe) > 0;

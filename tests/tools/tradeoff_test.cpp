@@ -193,9 +193,10 @@ TEST_F(TradeoffRun, ListsItsPointsWithoutRunning) {
 
 TEST(LongRun, TellsWhatDriftsAndThatItRepeats) {
   const ScratchFolder folder;
+  const std::string sources = PALP_SOURCE_DIR;
   const Outcome outcome =
-      run_program({PALP_SOURCE_DIR "/tools/long_run", PALP_SOURCE_DIR "/tests/process/small_tray.toml", "--seconds",
-                   "1", "--stretches", "4", "--bin", PALP_BIN_DIR, "--out", folder / "out"},
+      run_program({sources + "/tools/long_run", sources + "/tests/process/small_tray.toml", "--seconds", "1",
+                   "--stretches", "4", "--bin", PALP_BIN_DIR, "--out", folder / "out"},
                   300s);
   ASSERT_EQ(outcome.status, 0) << outcome.output;
   const Json result = Json::parse(text_of(folder / "out/small_tray/cpu/result.json"));
