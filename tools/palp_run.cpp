@@ -35,7 +35,8 @@ void declare(CLI::App& app, Arguments& a) {
                  "CSV time,x,y,z,qx,qy,qz,qw that drives the handle of a device, 0 without a number; may be repeated")
       ->type_name("[DEVICE=]FILE")
       ->allow_extra_args(false);
-  app.add_flag("--repeat-paths", a.run.repeat_paths, "begin each path anew where it ends, which must be where it begins");
+  app.add_flag("--repeat-paths", a.run.repeat_paths,
+               "begin each path anew where it ends, which must be where it begins");
   app.callback([&a] {
     if (a.run.out.empty() && a.scene.explain.empty()) throw CLI::RequiredError("--out");
   });
@@ -44,11 +45,13 @@ void declare(CLI::App& app, Arguments& a) {
 // Throws ConfigError for a path that would leap where it begins anew.
 void check_closed(const std::vector<palp::PathPose>& path, const std::string& file) {
   const palp::PathPose &first = path.front(), &last = path.back();
-  const double apart = (last.position - first.position).norm(), turn = last.orientation.angularDistance(first.orientation);
+  const double apart = (last.position - first.position).norm(),
+               turn = last.orientation.angularDistance(first.orientation);
   if (apart > 1e-6 || turn > 1e-6)
-    throw palp::ConfigError(fmt::format("{}:{}: the last pose is {:.3g} m and {:.3g} rad from the first one, expected the "
-                                        "same for --repeat-paths: lead the path back, or leave that option out",
-                                        file, last.line, apart, turn));
+    throw palp::ConfigError(
+        fmt::format("{}:{}: the last pose is {:.3g} m and {:.3g} rad from the first one, expected the "
+                    "same for --repeat-paths: lead the path back, or leave that option out",
+                    file, last.line, apart, turn));
 }
 
 // Reads "[DEVICE=]FILE" into a path of its device. Throws ConfigError.

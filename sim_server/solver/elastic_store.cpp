@@ -38,10 +38,9 @@ ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
   const std::vector<std::uint32_t> particle = elastic_particles(scene, plan);
   const PeriodicBox box = box_of(scene);
   std::vector<Eigen::Vector3d> place(particle.size());
-  // rounded as the kernels have it: with corrections of other places torques among particles would not cancel, and a light
-  // block a kilometre from the origin would spin ever faster
-  for (std::size_t i = 0; i < particle.size(); ++i)
-    place[i] = scene.position[particle[i]].cast<real>().cast<double>();
+  // rounded as the kernels have it: with corrections of other places torques among particles would not cancel, and a
+  // light block a kilometre from the origin would spin ever faster
+  for (std::size_t i = 0; i < particle.size(); ++i) place[i] = scene.position[particle[i]].cast<real>().cast<double>();
   const double H = plan.elastic_support, reach = kReach * H;
   const PointGrid grid(place, box, H);
   const auto kernel = WendlandC2Of<double>::with_support(H);

@@ -289,8 +289,8 @@ TEST_F(RunTest, PathsMoveAndTurnEvenly) {
 }
 
 TEST_F(RunTest, PathsBeginAnewWhereTheyEnd) {
-  const std::vector<PathPose> path = read_pose_path(
-      write("time,x,y,z,qx,qy,qz,qw\n1,0,0,0,0,0,0,1\n2,1,0,0,0,0,0,1\n4,0,0,0,0,0,0,1\n"));
+  const std::vector<PathPose> path =
+      read_pose_path(write("time,x,y,z,qx,qy,qz,qw\n1,0,0,0,0,0,0,1\n2,1,0,0,0,0,0,1\n4,0,0,0,0,0,0,1\n"));
   const std::pair<double, double> expected[] = {{0.5, 0.5}, {1, 1}, {3.5, 3.5}, {4.25, 1.25}, {7.5, 1.5}, {12, 3}};
   for (const auto& [time, on_path] : expected) EXPECT_NEAR(repeated(path, time), on_path, 1e-12) << time;
   const std::vector<PathPose> one = read_pose_path(write("time,x,y,z,qx,qy,qz,qw\n1,0,0,0,0,0,0,1\n"));
