@@ -31,6 +31,15 @@ def busy_cores(seconds=0.3):
     return (ticks() - begin) / os.sysconf("SC_CLK_TCK") / seconds
 
 
+def revision():
+    """The checkout that measures, as git names it."""
+    try:
+        result = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True, check=False)
+    except OSError:
+        return "unknown"
+    return result.stdout.strip() or "unknown"
+
+
 def portable(text):
     """What a program said, without this machine's path: results are kept where other checkouts read them."""
     return text.replace(f"{ROOT}/", "")
