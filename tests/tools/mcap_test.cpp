@@ -159,6 +159,22 @@ TEST(Mcap, RandomDamageNeverGivesAWrongMessage) {
   EXPECT_GT(refused, 500);
 }
 
+// A message index begins with a channel's id, as a message does, and no checksum shields it.
+TEST(Mcap, AMessageIndexWithAMessagesNumberIsDamage) {
+  const ScratchFolder folder;
+  const std::vector<OwnedMessage> written = make_file(folder / "a.mcap", 120, 9);
+  Bytes damaged = file_bytes(folder / "a.mcap");
+  const std::vector<McapChunkIndex> chunks = McapReader(folder / "a.mcap").chunks();
+  damaged.at(chunks.front().message_index.begin()->second) = static_cast<std::uint8_t>(Op::message);
+  write_file(folder / "damaged.mcap", damaged);
+  McapScan result;
+  std::vector<OwnedMessage> read = scan_all(McapReader(folder / "damaged.mcap"), result);
+  sort_by_sequence(read);
+  EXPECT_EQ(read, written);
+  ASSERT_EQ(result.damages.size(), 1u);
+  EXPECT_NE(result.damages[0].find("a message outside of any chunk"), std::string::npos) << result.damages[0];
+}
+
 // Past the checksums: the parsers themselves.
 TEST(Mcap, RandomDamageWithoutChecksumsNeverCrashes) {
   const ScratchFolder folder;

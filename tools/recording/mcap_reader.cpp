@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "tools/recording/mcap_records.h"
+#include "tools/recording/mcap_writer.h"
 
 namespace palp {
 namespace {
@@ -304,7 +305,12 @@ void McapReader::scan_record(Op op, ByteView content, std::uint64_t offset, Scan
   ByteCursor in(content, path_, offset + kRecordHead);
   if (op == Op::schema && scan.visitor.schema) scan.visitor.schema(decode_schema(in));
   if (op == Op::metadata && scan.visitor.metadata) scan.visitor.metadata(decode_metadata(in));
-  if (op == Op::message) scan_message(in, Compression::none, scan);
+  if (op == Op::message) {
+    // a checksum shields what stands in chunks alone, and palp puts every message into one: this is another record,
+    // damaged
+    if (options_.check_crc && library_ == McapWriterOptions{}.library) fail(offset, "a message outside of any chunk");
+    scan_message(in, Compression::none, scan);
+  }
   if (op == Op::channel) {
     const McapChannel channel = decode_channel(in);
     scan.channels.insert(channel.id);
