@@ -270,8 +270,9 @@ struct MoveElastic {
     if (tag.kind() != BodyKind::elastic) {
       const BodyState& body = bodies.body[tag.body()];
       const Vec3 r = body.q * bodies.local[i].xyz();
-      // a fixed body stays where it is: computed anew its place would be rounded, and strain what holds on to it
-      if (tag.kind() != BodyKind::fixed) elastic.u[i] = pack(body.x + r - X.xyz(), 0);
+      // a fixed body stays where it is: computed anew its place would be rounded, and strain what holds on to it; so
+      // would the place of another far from the origin, were it summed before X is taken off
+      if (tag.kind() != BodyKind::fixed) elastic.u[i] = pack((body.x - X.xyz()) + r, 0);
       elastic.v[i] = pack(body.v + body.w.cross(r), 0);
       return;
     }
