@@ -4,6 +4,7 @@
 
 #include "sim_server/geometry/point_grid.h"
 #include "sim_server/physics/gradient_correction.h"
+#include "sim_server/solver/particle_store.h"
 
 namespace palp {
 namespace {
@@ -40,7 +41,7 @@ ElasticStore::ElasticStore(const Scene& scene, const Plan& plan) {
   std::vector<Eigen::Vector3d> place(particle.size());
   // rounded as the kernels have it: with corrections of other places torques among particles would not cancel, and a
   // light block a kilometre from the origin would spin ever faster
-  for (std::size_t i = 0; i < particle.size(); ++i) place[i] = scene.position[particle[i]].cast<real>().cast<double>();
+  for (std::size_t i = 0; i < particle.size(); ++i) place[i] = rounded(scene.position[particle[i]]);
   const double H = plan.elastic_support, reach = kReach * H;
   const PointGrid grid(place, box, H);
   const auto kernel = WendlandC2Of<double>::with_support(H);

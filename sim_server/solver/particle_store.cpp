@@ -55,6 +55,13 @@ BodyState initial_body(const Scene& scene, const Plan& plan, std::uint32_t index
 
 }  // namespace
 
+Eigen::Vector3d rounded(const Eigen::Vector3d& place) {
+  // volatile: GCC 12 vectorises a conversion to float and back to double, and then leaves both out (-O3)
+  volatile real kept[3];
+  for (int a = 0; a < 3; ++a) kept[a] = static_cast<real>(place[a]);
+  return {static_cast<double>(kept[0]), static_cast<double>(kept[1]), static_cast<double>(kept[2])};
+}
+
 ParticleStore::ParticleStore(const Scene& scene, const Plan& plan) {
   const std::size_t n = scene.position.size();
   xV.resize(n);
@@ -90,10 +97,12 @@ ParticleStore::ParticleStore(const Scene& scene, const Plan& plan) {
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
     if (plan.force_first[b] == kNone) continue;
     const Body& body = scene.bodies[b];
-    const Eigen::Vector3d center = body.position + body.orientation * body.center;
-    for (std::uint32_t k = 0; k < body.count; ++k)
-      local[plan.force_first[b] + k] =
-          pack((body.orientation.conjugate() * (scene.position[body.first + k] - center)).cast<real>(), 0);
+    // of rounded places, so that a body does not strain what is bonded to it far from the origin
+    const Eigen::Vector3d center = rounded(body.position + body.orientation * body.center);
+    for (std::uint32_t k = 0; k < body.count; ++k) {
+      const Eigen::Vector3d r = rounded(scene.position[body.first + k]) - center;
+      local[plan.force_first[b] + k] = pack((body.orientation.conjugate() * r).cast<real>(), 0);
+    }
   }
 }
 

@@ -12,6 +12,9 @@
 
 namespace palp {
 
+// Returns a place as the kernels have it, rounded to real.
+Eigen::Vector3d rounded(const Eigen::Vector3d& place);
+
 struct ParticleStore {
   std::vector<Packed> xV, vp;
   std::vector<real> mass;

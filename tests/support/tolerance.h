@@ -136,6 +136,8 @@ inline constexpr Tolerance kTopFlip{0.5, 0.12,
 inline constexpr Tolerance kElasticGradient{2e-5, 1e-12, "of an affine field; displacements of ten spacings in real"};
 inline constexpr Tolerance kElasticForce{2e-4, 1e-9, "of E dx^2 or of the exact force; strains in real"};
 inline constexpr Tolerance kElasticMomentum{3e-6, 1e-13, "of the sum of the sizes"};
+inline constexpr Tolerance kFarAtRest{2e-5, 1e-11,
+                                      "m/s; lengths of a body in real, over a spacing, at the speed of sound"};
 inline constexpr Tolerance kElasticSlope{3e-4, 1e-6, "of the largest force; central difference in double"};
 inline constexpr Tolerance kImplicitSlope{2e-3, 1e-6, "of the largest; differences of strains of 1e-3, 1e-6 in double"};
 inline constexpr Tolerance kImplicitEnergy{
@@ -146,8 +148,10 @@ inline constexpr Tolerance kImplicitShape{1e-4, 1e-4, "of the size: strains by t
 inline constexpr Tolerance kImplicitSagging{
     0.01, 0.01,
     "of the weight or what it stretches; a step damps vibrations to nothing, and what rounds leave is 1e-4"};
-inline constexpr Tolerance kImplicitPush{0.03, 0.03,
+inline constexpr Tolerance kImplicitPush{0.02, 0.02,
                                          "of the friction; the stick leans on the block and lifts a little"};
+inline constexpr Tolerance kBreakLoose{
+    0.05, 0.05, "of the impulse of friction; what begins to slip holds on like a spring to the end of that step"};
 inline constexpr Tolerance kCrumbFall{1e-4, 1e-4, "m/s after 0.2 s; nothing may strain what has no extent"};
 inline constexpr Tolerance kPlateSag{0.05, 0.05, "of the sag, reference D11"};
 inline constexpr Tolerance kPlatePeriod{0.05, 0.05, "of the period, reference D12"};

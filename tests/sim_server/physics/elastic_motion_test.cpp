@@ -234,6 +234,29 @@ TEST_P(ElasticIn, WithDampingTheForceSettles) {
 INSTANTIATE_TEST_SUITE_P(Methods, ElasticIn, ::testing::ValuesIn(methods()),
                          [](const auto& param) { return to_string(param.param); });
 
+// Places are rounded to 8e-6 m there; a body that strained what it holds by as much would set it swinging.
+TEST(ElasticBody, OneThatIsBondedToAFreeBodyFarFromTheOriginStaysAtRest) {
+  const Eigen::Vector3d far(-100.0021, -100.0037, -100.0053);
+  Scene scene = with_material(2e4, 0.3, 0);
+  scene.config.domain_min = scene.bounds_min = far.array() - 1;
+  scene.config.domain_max = scene.bounds_max = far.array() + 1;
+  const Eigen::Vector3d size(6 * kSpacing, 5 * kSpacing, 5 * kSpacing), up(0, 0, size.z());
+  const auto lid = add_body(scene, "lid", BodyKind::rigid, 0, far + up, far + up + size);
+  const auto jelly = add_body(scene, "jelly", BodyKind::elastic, 0, far, far + size);
+  scene.bodies[jelly].bonded_to = {lid};
+  const auto simulation = simulate(scene);
+  Snapshot snapshot;
+  double fastest = 0;
+  for (int k = 0; k < 50; ++k) {
+    ASSERT_TRUE(simulation->step({}).health.ok) << simulation->output().health.cause;
+    simulation->snapshot(snapshot);
+    for (const float v : snapshot.velocity) fastest = std::max(fastest, std::abs(static_cast<double>(v)));
+  }
+  EXPECT_TRUE(within(
+      fastest, tol::kFarAtRest,
+      {"E6 jelly bonded to a free body 173 m from the origin, at rest, 50 ms", "0", quantity(1e6 * fastest, "um/s")}));
+}
+
 // Stiff and nearly incompressible: as many sub-steps as that takes, and no energy out of nothing.
 TEST(ElasticBody, StiffOnesStayBounded) {
   for (const double young : {1e3, 1e7}) {

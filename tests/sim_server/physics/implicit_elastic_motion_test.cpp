@@ -216,20 +216,27 @@ TEST(ImplicitElastic, TheScenesBlockIsPushedAgainstItsFriction) {
   EXPECT_LT(block.linear.norm(), 1e-3);
   ASSERT_TRUE(played.play(2.1));
   const double speed = block.linear.x();
-  double push = 0, count = 0, friction = 0, slips = 0, load = 0;
+  double push = 0, count = 0, friction = 0, slips = 0, load = 0, loose = 0;
+  bool slid = speed > 1e-3;
   ASSERT_TRUE(played.play(2.5, [&](const StepOutput& out) {
     push -= out.proxies[0].contact_force.x();
     ++count;
     EXPECT_LT(out.health.unsolved, 1e-3);
     friction += out.bodies[0].force.x();
-    if (out.bodies[1].state.linear.x() < 1e-3) return;  // it stands still between two pushes
-    slips += out.bodies[0].force.x();
-    load -= out.bodies[0].force.z();
+    const bool slides = out.bodies[1].state.linear.x() >= 1e-3;  // else it stands still between two pushes
+    if (slides && slid) {
+      slips += out.bodies[0].force.x();
+      load -= out.bodies[0].force.z();
+    } else if (slides) {
+      loose += out.bodies[0].force.x() + 0.4 * out.bodies[0].force.z();
+    }
+    slid = slides;
   }));
   const double mass = played.scene.bodies[1].mass;
   const double gained = mass * (block.linear.x() - speed) / 0.4;
   EXPECT_TRUE(within((push - friction) / count / (mass * kGravity) - gained / (mass * kGravity), tol::kImplicitPush));
   EXPECT_TRUE(within(slips / (0.4 * load) - 1, tol::kImplicitPush));
+  EXPECT_TRUE(within(loose / friction, tol::kBreakLoose));
   ASSERT_TRUE(played.play(3));
   // it lies where the stick, which leans a little, has pushed it
   const double face = played.simulation->output().bodies[2].state.position.x() + 0.015;
