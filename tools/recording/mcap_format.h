@@ -21,6 +21,8 @@ using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
 
 inline constexpr std::array<std::uint8_t, 8> kMcapMagic{0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
+// The library that the header of palp's own files names; in those every message stands in a chunk.
+inline constexpr const char* kMcapLibrary = "palp";
 inline constexpr std::size_t kRecordHead = 9;                  // opcode and length
 inline constexpr std::size_t kFooterBytes = kRecordHead + 20;  // the whole footer record
 inline constexpr std::uint64_t kMaxChunkBytes = 256ull << 20;  // larger chunks are refused, packed or not

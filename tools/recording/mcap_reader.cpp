@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "tools/recording/mcap_records.h"
-#include "tools/recording/mcap_writer.h"
 
 namespace palp {
 namespace {
@@ -306,9 +305,8 @@ void McapReader::scan_record(Op op, ByteView content, std::uint64_t offset, Scan
   if (op == Op::schema && scan.visitor.schema) scan.visitor.schema(decode_schema(in));
   if (op == Op::metadata && scan.visitor.metadata) scan.visitor.metadata(decode_metadata(in));
   if (op == Op::message) {
-    // a checksum shields what stands in chunks alone, and palp puts every message into one: this is another record,
-    // damaged
-    if (options_.check_crc && library_ == McapWriterOptions{}.library) fail(offset, "a message outside of any chunk");
+    // no checksum shields what stands outside of chunks, where palp puts no message: this is another record, damaged
+    if (options_.check_crc && library_ == kMcapLibrary) fail(offset, "a message outside of any chunk");
     scan_message(in, Compression::none, scan);
   }
   if (op == Op::channel) {

@@ -20,7 +20,7 @@ inline constexpr const char* kUnfinishedSuffix = ".tmp~";
 
 struct McapWriterOptions {
   std::size_t chunk_bytes = 1 << 20;  // a chunk is closed once its messages reach this size
-  std::string library = "palp";
+  std::string library = kMcapLibrary;
   bool overwrite = false;  // else an existing file, finished or not, is an error
   std::string unfinished_suffix = kUnfinishedSuffix;
   bool keep_unfinished = true;  // false: what was not closed is removed, as its source still exists
