@@ -60,8 +60,8 @@ std::unique_ptr<Simulation> choose_simulation(const std::string& scene_file, con
   const TradeTable table = read_trade_table(find_trade_table(frame.machine_class));
   const SceneCurve curve = curve_of(table, scene_file, overrides);
   frame.table = table.file;
-  frame.table_date = table.date;
-  frame.table_commit = table.commit;
+  frame.table_date = curve.date;
+  frame.table_commit = curve.commit;
   frame.measured_with = curve.measured_with;
   frame.own_curve = curve.own;
   frame.uncertainty = curve.uncertainty;

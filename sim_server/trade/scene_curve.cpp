@@ -175,6 +175,8 @@ SceneCurve curve_of(const TradeTable& table, const std::string& scene_file, cons
   const TradeScene& measured = serving_scene(table, config);
   SceneCurve curve;
   curve.measured_with = measured.name;
+  curve.date = measured.date;
+  curve.commit = measured.commit;
   curve.uncertainty = measured.uncertainty;
   curve.own = is_palps_own(config, measured);
   curve.points = usable(measured.points, config, overrides, curve.own);

@@ -12,6 +12,7 @@ namespace palp {
 struct SceneCurve {
   std::vector<TradePoint> points;  // with the spacings of the scene, and only settings that it may be given
   std::string measured_with;       // the name of the scene that was measured
+  std::string date, commit;        // of that measurement
   bool own = false;                // that is this scene, as it is
   double uncertainty = 0;          // of the reference
 };

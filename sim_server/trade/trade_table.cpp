@@ -82,10 +82,12 @@ TradePoint read_point(const Entry& entry, bool flows) {
   return point;
 }
 
-TradeScene read_scene_entry(const Entry& entry, const std::string& name) {
+TradeScene read_scene_entry(const Entry& entry, const std::string& name, const TradeTable& table) {
   TradeScene scene;
   scene.name = name;
   scene.medium = entry.text("medium");
+  scene.date = entry.text_or("date", table.date.c_str());
+  scene.commit = entry.text_or("commit", table.commit.c_str());
   scene.rule = entry.text_or("rule", "");
   const bool flows = scene.medium != "elastic" && scene.medium != "rigid";
   if (entry.has("reference")) {
@@ -135,7 +137,7 @@ TradeTable read_trade_table(const std::string& path) {
   const Json& scenes = root.at("scenes");
   if (!scenes.is_object() || scenes.empty()) root.fault("scenes is no object with at least one scene");
   for (const auto& [name, scene] : scenes.items())
-    table.scenes.push_back(read_scene_entry({path, scene, "scenes." + name}, name));
+    table.scenes.push_back(read_scene_entry({path, scene, "scenes." + name}, name, table));
   return table;
 }
 

@@ -22,6 +22,7 @@ struct TradePoint {
 struct TradeScene {
   std::string name;                // of the scene's file, without folder and ending
   std::string medium;              // "fluid", "elastic", "rigid", "changing", "mixed"
+  std::string date, commit;        // of the measurement; the table's where its own are not given
   std::string rule;                // by which the levels were chosen
   double uncertainty = 0;          // of the reference that errors are measured against, as a share of the force
   std::vector<TradePoint> points;  // in the order of their cost
@@ -31,7 +32,8 @@ struct TradeScene {
 struct TradeTable {
   std::string file;
   std::string machine_class;  // "cpu-2": two processors; "h200": a GPU
-  std::string hardware, date, commit;
+  std::string hardware;
+  std::string date, commit;  // of its latest scene
   std::vector<TradeScene> scenes;
 };
 

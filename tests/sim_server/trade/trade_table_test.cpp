@@ -32,6 +32,8 @@ TEST(TradeTable, IsReadWithPointsSettingsAndLevels) {
   const TradeScene& scene = table.scenes[0];
   EXPECT_EQ(scene.name, "tray_fluid");
   EXPECT_EQ(scene.medium, "fluid");
+  EXPECT_EQ(scene.date + " " + scene.commit, "2000-01-01 0000000") << "the table's";
+  EXPECT_EQ(table.scenes[1].date + " " + table.scenes[1].commit, "2000-01-02 0000001") << "its own";
   EXPECT_EQ(scene.uncertainty, 0.02);
   ASSERT_EQ(scene.points.size(), 3u);
   EXPECT_EQ(scene.points[0].spacing, 0.08);
