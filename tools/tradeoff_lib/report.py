@@ -226,7 +226,8 @@ def store(one, folder):
     # whether another point beats a level cannot be told where the reference itself is not known as well as a hand feels
     known = ref["uncertainty"] is not None and ref["uncertainty"] <= JND
     whole["scenes"][one["scene"]] = {
-        "medium": one["medium"], "date": one["date"], "commit": one["commit"], "reference": {"uncertainty": ref["uncertainty"], "note": ref["note"]},
+        "medium": one["medium"], "date": one["date"], "commit": one["commit"],
+        "reference": {"uncertainty": ref["uncertainty"], "note": ref["note"]},
         "rule": "points that no other of the same method beats in both mean step time and force error (rms over rms, below 30 Hz; "
                 f"below {share(least)} errors are not told apart), "
                 f"measured along the path of {one['duration_s']:g} s",
