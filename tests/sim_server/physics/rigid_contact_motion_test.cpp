@@ -210,7 +210,8 @@ TEST(ContactMotion, ManyBodiesSettleInATray) {
   const Scene scene = sampled(config);
   const auto simulation = simulate(scene);
   const double start = energy(scene, simulation->step({}));
-  run(*simulation, 4);
+  // balls that roll apart may let others sink between them for some seconds
+  run(*simulation, 8);
   const StepOutput& out = simulation->output();
   int slow = 0;
   for (std::size_t b = 1; b < scene.bodies.size(); ++b) {
