@@ -12,6 +12,7 @@ namespace {
 
 // Surfaces with fewer vertices are no lattice's: the corners of a box lie on a sphere. Finer ones come from mesh files.
 constexpr std::size_t kFewestVertices = 100, kMostVertices = 150'000;
+constexpr double kLongestEdge = 3;        // of a lattice, over the usual one; exact surfaces have longer ones
 constexpr double kToleranceShare = 2e-3;  // of the length of a lattice's edges
 constexpr double kUnknownShare = 0.02;    // of the vertices that may lie on nothing
 constexpr double kFarthestShare = 1.5;    // of an edge's length: how far off an edge of the solid may be
@@ -21,13 +22,19 @@ constexpr double kAligned = 0.9;  // least cosine between a triangle's normal an
 using Mask = std::uint32_t;  // one bit a primitive
 constexpr unsigned kNone = ~0u;
 
-double usual_edge(const Surface& surface) {
+// The length of the edges of a surface.
+struct EdgeLengths {
+  double usual, longest;
+};
+
+EdgeLengths edge_lengths(const Surface& surface) {
   std::vector<float> lengths;
   for (const Triangle& t : surface.triangles)
-    lengths.push_back((surface.vertices[t.corner[1]] - surface.vertices[t.corner[0]]).length());
+    for (std::size_t k = 0; k < 3; ++k)
+      lengths.push_back((surface.vertices[t.corner[(k + 1) % 3]] - surface.vertices[t.corner[k]]).length());
   const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
   std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
+  return {*middle, *std::max_element(middle, lengths.end())};
 }
 
 class Sharpening {
@@ -37,9 +44,11 @@ class Sharpening {
   void run() {
     const std::size_t count = surface_.vertices.size();
     if (surface_.triangles.empty() || count < kFewestVertices || count > kMostVertices) return;
+    const EdgeLengths edges = edge_lengths(surface_);
+    if (edges.longest > kLongestEdge * edges.usual) return;
     std::vector<std::array<unsigned, 3>> corners;
     for (const Triangle& t : surface_.triangles) corners.push_back(t.corner);
-    const double tolerance = kToleranceShare * usual_edge(surface_);
+    const double tolerance = kToleranceShare * edges.usual;
     surface_.primitives = find_primitives(surface_.vertices, corners, tolerance);
     if (!label(tolerance)) {
       surface_.primitives.clear();

@@ -78,6 +78,7 @@ class NeighborLists {
                              static_cast<std::size_t>(near) & static_cast<std::size_t>(interacts(tag_i, sorted.tag[j]));
                        }
                      });
+        size = keep_seen(sorted, grid, i, list.data(), i % run_ == 0 ? 0 : end_[i - 1], size, interacts);
         end_[i] = static_cast<std::uint32_t>(size);
       }
     });
@@ -90,6 +91,20 @@ class NeighborLists {
   }
 
  private:
+  // Keeps of the entries [begin, end) of a list, the neighbours of particle i, those in sight, and returns their end.
+  template <class Pair>
+  static std::size_t keep_seen(const ParticleView& sorted, const CellGrid& grid, std::uint32_t i, std::uint32_t* list,
+                               std::size_t begin, std::size_t end, const Pair& interacts) {
+    const Vec3 x = sorted.xV[i].xyz();
+    const real clear = interacts.clear_around(sorted.tag[i], x);
+    std::size_t kept = begin;
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::uint32_t j = list[k];
+      if (interacts.in_sight(sorted.tag[j], x, separation(grid, x, sorted.xV[j]), clear)) list[kept++] = j;
+    }
+    return kept;
+  }
+
   static constexpr std::uint32_t kRuns = 64;
   std::array<std::vector<std::uint32_t>, kRuns> list_;
   std::vector<std::uint32_t> end_;  // end of each particle's neighbours in its run's list

@@ -131,12 +131,17 @@ template <class Pair>
 __device__ inline std::uint32_t list_by_thread(const ListWork& w, std::uint32_t i, const Pair& interacts) {
   const Vec3 x_i = w.to.xV[i].xyz();
   const Tag tag_i = w.to.tag[i];
+  const real clear = interacts.clear_around(tag_i, x_i);
   FourWriter writer{w, i};
   for_each_run(w.grid, x_i, w.reach, SearchTeam{}, [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
     const Vec3 x = x_i - shift;
-    for (std::uint32_t j = begin; j < end; ++j)
-      if ((x - fetch_written(w.to.xV + j).xyz()).squaredNorm() < w.reach * w.reach && interacts(tag_i, w.to.tag[j]))
+    for (std::uint32_t j = begin; j < end; ++j) {
+      const Vec3 x_ij = x - fetch_written(w.to.xV + j).xyz();
+      const Tag tag_j = w.to.tag[j];
+      if (x_ij.squaredNorm() < w.reach * w.reach && interacts(tag_i, tag_j) &&
+          interacts.in_sight(tag_j, x_i, x_ij, clear))
         writer.put(j);
+    }
   });
   return writer.finish();
 }
@@ -151,13 +156,19 @@ __device__ inline std::uint32_t list_by_lanes(const ListWork& w, std::uint32_t i
   const unsigned team = ((1u << kSearchLanes) - 1u) << first, before = ((1u << lane) - 1u) << first;
   const Vec3 x_i = w.to.xV[i].xyz();
   const Tag tag_i = w.to.tag[i];
+  const real clear = interacts.clear_around(tag_i, x_i);
   std::uint32_t count = 0;
   for_each_run(w.grid, x_i, w.reach, SearchTeam{}, [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
     const Vec3 x = x_i - shift;
     for (; begin < end; begin += kSearchLanes) {
       const std::uint32_t j = begin + lane;
-      const bool listed = j < end && (x - fetch_written(w.to.xV + j).xyz()).squaredNorm() < w.reach * w.reach &&
-                          interacts(tag_i, w.to.tag[j]);
+      bool listed = false;
+      if (j < end) {
+        const Vec3 x_ij = x - fetch_written(w.to.xV + j).xyz();
+        const Tag tag_j = w.to.tag[j];
+        listed = x_ij.squaredNorm() < w.reach * w.reach && interacts(tag_i, tag_j) &&
+                 interacts.in_sight(tag_j, x_i, x_ij, clear);
+      }
       const unsigned hits = __ballot_sync(team, listed);
       const std::uint32_t k = count + __popc(hits & before);
       count += __popc(hits & team);

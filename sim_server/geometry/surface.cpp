@@ -195,6 +195,178 @@ class Marching {
   SurfaceMesh mesh_;
 };
 
+// The outline of a solid of revolution in the half plane (distance from the axis, along the axis): marching triangles,
+// two to a square. Lines run with the solid on their left. They are closed, or end on the axis.
+class Outline {
+ public:
+  Outline(const Solid& solid, const Eigen::Isometry3d& axis, double radius, double low, double high)
+      : solid_(solid), axis_(axis) {
+    constexpr int kCells = 400;  // along the larger side
+    cell_ = std::max(radius, high - low) / kCells;
+    n_[0] = static_cast<Index>(radius / cell_) + 3;
+    n_[1] = static_cast<Index>((high - low) / cell_) + 4;
+    low_ = low - 1.37 * cell_;  // off the faces
+    for (Index j = 0; j <= n_[1]; ++j)
+      for (Index i = 0; i <= n_[0]; ++i) inside_.push_back(contains(at(number(i, j))));
+    for (Index j = 0; j < n_[1]; ++j)
+      for (Index i = 0; i < n_[0]; ++i) {
+        triangle(number(i, j), number(i + 1, j), number(i + 1, j + 1));
+        triangle(number(i, j), number(i + 1, j + 1), number(i, j + 1));
+      }
+  }
+
+  std::vector<std::vector<Eigen::Vector2d>> lines() {
+    std::vector<std::vector<Eigen::Vector2d>> out;
+    std::vector<bool> follows(point_.size(), false);
+    for (const auto& [from, to] : next_) follows[to] = true;
+    // those that begin on the axis first: the rest are closed
+    for (const bool open : {true, false})
+      for (Index k = 0; k < point_.size(); ++k)
+        if ((!open || !follows[k]) && next_.count(k) > 0) out.push_back(simple(line_from(k)));
+    return out;
+  }
+
+ private:
+  bool contains(const Eigen::Vector2d& p) const { return solid_.contains(axis_ * Eigen::Vector3d(p.x(), 0, p.y())); }
+  Index number(Index i, Index j) const { return j * (n_[0] + 1) + i; }
+  Eigen::Vector2d at(Index node) const {
+    const Index across = n_[0] + 1, column = node % across, row = node / across;
+    return {cell_ * column, low_ + cell_ * row};
+  }
+  Index crossing(Index in, Index out) {
+    const auto [found, added] = edge_.emplace(std::minmax(in, out), static_cast<Index>(point_.size()));
+    if (added) {
+      Eigen::Vector2d a = at(in), b = at(out);
+      for (int halving = 0; halving < 30; ++halving) {
+        const Eigen::Vector2d middle = (a + b) / 2;
+        (contains(middle) ? a : b) = middle;
+      }
+      point_.push_back((a + b) / 2);
+    }
+    return found->second;
+  }
+  // a, b, c go around to the left.
+  void triangle(Index a, Index b, Index c) {
+    for (int turn = 0; turn < 3; ++turn) {
+      if (inside_[a] && !inside_[b] && !inside_[c]) next_[crossing(a, b)] = crossing(a, c);
+      if (!inside_[a] && inside_[b] && inside_[c]) next_[crossing(c, a)] = crossing(b, a);
+      std::swap(a, b);
+      std::swap(b, c);
+    }
+  }
+  std::vector<Eigen::Vector2d> line_from(Index first) {
+    std::vector<Eigen::Vector2d> line{point_[first]};
+    for (auto step = next_.find(first); step != next_.end();) {
+      line.push_back(point_[step->second]);
+      const Index to = step->second;
+      next_.erase(step);
+      step = next_.find(to);
+    }
+    return line;
+  }
+  // Leaves out points that lie on the line between those that are kept (Ramer, Douglas and Peucker).
+  std::vector<Eigen::Vector2d> simple(const std::vector<Eigen::Vector2d>& line) const {
+    std::vector<bool> kept(line.size(), false);
+    kept.front() = kept[line.size() / 2] = kept.back() = true;
+    std::vector<std::pair<std::size_t, std::size_t>> open{{0, line.size() / 2}, {line.size() / 2, line.size() - 1}};
+    while (!open.empty()) {
+      const auto [from, to] = open.back();
+      open.pop_back();
+      const Eigen::Vector2d along = line[to] - line[from];
+      std::size_t farthest = from;
+      double most = 0.02 * cell_;
+      for (std::size_t k = from + 1; k < to; ++k) {
+        const Eigen::Vector2d d = line[k] - line[from];
+        const double off = along.norm() > 0 ? std::abs(along.x() * d.y() - along.y() * d.x()) / along.norm() : d.norm();
+        if (off > most) most = off, farthest = k;
+      }
+      if (farthest == from) continue;
+      kept[farthest] = true;
+      open.push_back({from, farthest});
+      open.push_back({farthest, to});
+    }
+    std::vector<Eigen::Vector2d> out;
+    for (std::size_t k = 0; k < line.size(); ++k)
+      if (kept[k]) out.push_back(line[k]);
+    return with_corners(out);
+  }
+  // Puts corners back that the cells cut off: where the lines on both sides of a short one meet.
+  std::vector<Eigen::Vector2d> with_corners(std::vector<Eigen::Vector2d> line) const {
+    for (std::size_t k = 1; k + 2 < line.size(); ++k) {
+      const Eigen::Vector2d before = line[k] - line[k - 1], cut = line[k + 1] - line[k],
+                            after = line[k + 2] - line[k + 1];
+      if (cut.norm() > 1.5 * cell_ || before.norm() < 2 * cell_ || after.norm() < 2 * cell_) continue;
+      const double turn = before.x() * after.y() - before.y() * after.x();
+      const double on = (cut.x() * after.y() - cut.y() * after.x()) / turn;  // of `before`, past its end
+      if (!(on * before.norm() > 0 && on * before.norm() < 2 * cell_)) continue;
+      line[k] += on * before;
+      line.erase(line.begin() + static_cast<std::ptrdiff_t>(k) + 1);
+    }
+    return line;
+  }
+
+  const Solid& solid_;
+  Eigen::Isometry3d axis_;
+  double cell_ = 0, low_ = 0;
+  Index n_[2] = {0, 0};
+  std::vector<bool> inside_;
+  std::vector<Eigen::Vector2d> point_;
+  std::map<std::pair<Index, Index>, Index> edge_;
+  std::map<Index, Index> next_;
+};
+
+// Returns the surface that a line makes as it turns about the axis z.
+SurfaceMesh revolved(const std::vector<Eigen::Vector2d>& line, Index around) {
+  SurfaceMesh mesh;
+  const bool closed = line.front() == line.back();
+  std::vector<Index> ring;  // the first vertex of each point's
+  const auto on_axis = [](const Eigen::Vector2d& p) { return !(p.x() > 0); };
+  for (std::size_t k = 0; k + (closed ? 1 : 0) < line.size(); ++k) {
+    ring.push_back(static_cast<Index>(mesh.vertices.size()));
+    for (Index i = 0; i < (on_axis(line[k]) ? 1 : around); ++i) {
+      const double angle = 2 * EIGEN_PI * i / around;
+      mesh.vertices.emplace_back(line[k].x() * std::cos(angle), line[k].x() * std::sin(angle), line[k].y());
+    }
+  }
+  if (closed) ring.push_back(ring.front());
+  for (std::size_t k = 0; k + 1 < line.size(); ++k)
+    for (Index i = 0; i < around; ++i) {
+      const Index next = (i + 1) % around;
+      const bool from_axis = on_axis(line[k]), to_axis = on_axis(line[k + 1]);
+      const Index a = ring[k] + (from_axis ? 0 : i), b = ring[k] + (from_axis ? 0 : next);
+      const Index c = ring[k + 1] + (to_axis ? 0 : next), d = ring[k + 1] + (to_axis ? 0 : i);
+      if (!from_axis) mesh.triangles.push_back({a, b, c});
+      if (!to_axis) mesh.triangles.push_back({a, c, d});
+    }
+  return mesh;
+}
+
+// Returns the surface of a solid whose parts are spheres and cylinders about one axis; empty for another solid.
+SurfaceMesh surface_of_revolution(const Solid& solid, double cell) {
+  const double bit = 1e-9 * solid.bounds.sizes().norm();
+  Eigen::Isometry3d axis = solid.parts.front().pose;
+  for (const Part& part : solid.parts)
+    if (part.type == ShapeType::cylinder) axis = part.pose;
+  double radius = 0, low = 1e30, high = -1e30;
+  for (const Part& part : solid.parts) {
+    if (part.type != ShapeType::cylinder && part.type != ShapeType::sphere) return {};
+    const Eigen::Isometry3d pose = axis.inverse() * part.pose;
+    if (std::hypot(pose.translation().x(), pose.translation().y()) > bit) return {};
+    if (part.type == ShapeType::cylinder && std::hypot(pose(0, 2), pose(1, 2)) > 1e-9) return {};
+    if (part.subtract) continue;
+    const double half = part.type == ShapeType::sphere ? part.radius : part.half_height;
+    radius = std::max(radius, part.radius);
+    low = std::min(low, pose.translation().z() - half);
+    high = std::max(high, pose.translation().z() + half);
+  }
+  SurfaceMesh mesh;
+  const double around = std::clamp(std::ceil(6.28 * radius / cell), 32.0, 96.0);
+  for (const auto& line : Outline(solid, axis, radius, low, high).lines())
+    append(mesh, revolved(line, static_cast<Index>(around)));
+  for (Eigen::Vector3d& v : mesh.vertices) v = axis * v;
+  return mesh;
+}
+
 }  // namespace
 
 SurfaceMesh solid_surface(const Solid& solid, double cell) {
@@ -216,7 +388,8 @@ SurfaceMesh solid_surface(const Solid& solid, double cell) {
       append(mesh, faces);
     }
   } else {
-    mesh = Marching(solid, cell).run();
+    mesh = surface_of_revolution(solid, cell);
+    if (mesh.triangles.empty()) mesh = Marching(solid, cell).run();
   }
   for (Eigen::Vector3d& v : mesh.vertices) v = solid.frame * v;
   return mesh;

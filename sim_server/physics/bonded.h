@@ -18,6 +18,7 @@ struct NoBonds {
   PALP_HD static real solid(const ParticleView&, std::uint32_t) { return real(0); }
   PALP_HD real share(Tag, real, Tag, real) const { return real(1); }
   PALP_HD real paper_share(Tag, real, Tag, real) const { return real(1); }
+  PALP_HD real wall_share(Tag, real, std::uint32_t) const { return real(1); }
 };
 
 // The policy of scenes in which matter changes state.
@@ -35,6 +36,10 @@ struct Bonded {
     if (!(K > real(0)) || tag_i.is_fluid() == tag_j.is_fluid()) return real(1);
     if (group[tag_i.body()] == group[tag_j.body()]) return real(1);
     return shaped[(tag_i.is_fluid() ? tag_j : tag_i).body()] != 0 ? real(1) - K : real(1);
+  }
+  // Returns the share towards a body that has a distance field.
+  PALP_HD real wall_share(Tag tag, Solidity i, std::uint32_t body) const {
+    return group[tag.body()] == group[body] ? real(1) : real(1) - i.K;
   }
   // A particle without bonds, K = 0, has left the solid: between them forces are those of two bodies.
   PALP_HD real paper_share(Tag tag_i, Solidity i, Tag tag_j, Solidity j) const {

@@ -24,7 +24,7 @@ struct ExtrapolateToWalls {
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag_i = state.tag[i];
-    if (tag_i.is_fluid()) return;
+    if (tag_i.is_fluid() || tag_i.by_geometry()) return;
     const auto solid_i = bonds.solid(state, i);
     const Vec3 g = forcing->level_gravity;
     real p = 0, weight = 0;

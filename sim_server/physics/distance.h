@@ -37,6 +37,7 @@ struct ContactBody {
   Vec3 c;                            // origin of the solid's frame, from the centre of mass in body axes
   Vec3 low, high;                    // bounds in the solid's frame
   real reach;                        // largest distance of the solid from the centre of mass
+  bool thin;                         // it has walls thinner than the support radius of fluids (wall_sight.h)
   bool boxes;                        // its pieces are boxes that fill it, then boxes that fill all the rest of space
   std::uint32_t first, solid, last;  // boxes: pieces [first, solid) fill it, [solid, last) the rest; else [first, last)
                                      // are added and subtracted in order
@@ -138,22 +139,26 @@ PALP_HD inline Distance piece_distance(const Piece& p, const NodeGrid* grids, co
   return out;
 }
 
-// Returns the distance of a body's solid; x and the result are in body axes about the centre of mass.
-PALP_HD inline Distance solid_distance(const ContactBody& b, const Piece* pieces, const NodeGrid* grids,
-                                       const Vec3& x) {
-  const Vec3 y = b.R.transpose() * (x - b.c);
+// Returns the distance of a body's solid; y and the result are in the solid's frame. piece: null, or gets the index of
+// the piece whose surface is nearest.
+PALP_HD inline Distance distance_in_frame(const ContactBody& b, const Piece* pieces, const NodeGrid* grids,
+                                          const Vec3& y, std::uint32_t* piece = nullptr) {
   Distance best{real(1e30), Vec3(0, 0, 1)};
+  const auto take = [&](const Distance& one, std::uint32_t k) {
+    best = one;
+    if (piece != nullptr) *piece = k;
+  };
   if (b.boxes) {
     for (std::uint32_t k = b.first; k < b.solid; ++k) {
       const Distance one = box_distance(y, pieces[k].low, pieces[k].high);
-      if (one.d < best.d) best = one;
+      if (one.d < best.d) take(one, k);
     }
     // inside the nearest way out leads to the nearest of the boxes that are empty
     if (!(best.d > real(0))) {
       best.d = real(1e30);
       for (std::uint32_t k = b.solid; k < b.last; ++k) {
         const Distance one = box_distance(y, pieces[k].low, pieces[k].high);
-        if (one.d < best.d) best = one;
+        if (one.d < best.d) take(one, k);
       }
       best = {best.d > real(0) ? -best.d : real(0), -best.n};
     }
@@ -161,12 +166,19 @@ PALP_HD inline Distance solid_distance(const ContactBody& b, const Piece* pieces
     for (std::uint32_t k = b.first; k < b.last; ++k) {
       const Distance one = piece_distance(pieces[k], grids, y);
       if (pieces[k].subtract) {
-        if (-one.d > best.d) best = {-one.d, -one.n};
+        if (-one.d > best.d) take({-one.d, -one.n}, k);
       } else if (one.d < best.d) {
-        best = one;
+        take(one, k);
       }
     }
   }
+  return best;
+}
+
+// Returns the distance of a body's solid; x and the result are in body axes about the centre of mass.
+PALP_HD inline Distance solid_distance(const ContactBody& b, const Piece* pieces, const NodeGrid* grids,
+                                       const Vec3& x) {
+  Distance best = distance_in_frame(b, pieces, grids, b.R.transpose() * (x - b.c));
   best.n = b.R * best.n;
   return best;
 }

@@ -15,7 +15,7 @@
 namespace palp {
 
 // A particle's kind, material and body in one word, and three bits: it has left the domain (outside.h), it sleeps
-// (sleep.h), its body keeps fluids out by its distance field (fluid_guard.h).
+// (sleep.h), its body keeps fluids out by its distance field (walls.h).
 struct Tag {
   std::uint32_t bits;
   PALP_HD BodyKind kind() const { return static_cast<BodyKind>(bits & 3u); }
@@ -25,8 +25,8 @@ struct Tag {
   PALP_HD bool inactive() const { return (bits & 0x80u) != 0; }
   PALP_HD Tag as_inactive() const { return {bits | 0x80u}; }
   PALP_HD bool asleep() const { return (bits & 0x40u) != 0; }
-  PALP_HD bool guarded() const { return (bits & 0x80000000u) != 0; }
-  PALP_HD Tag as_guarded(bool guards) const { return {guards ? bits | 0x80000000u : bits & ~0x80000000u}; }
+  PALP_HD bool by_geometry() const { return (bits & 0x80000000u) != 0; }
+  PALP_HD Tag with_geometry(bool on) const { return {on ? bits | 0x80000000u : bits & ~0x80000000u}; }
   PALP_HD Tag as_asleep(bool sleeps) const { return {sleeps ? bits | 0x40u : bits & ~0x40u}; }
 };
 inline constexpr std::uint32_t kMaxMaterials = 16;

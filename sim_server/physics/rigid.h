@@ -71,15 +71,15 @@ struct PairWrenches {
 };
 
 // The push of some fluid particles on a body that keeps them out, and its torque about the body's centre.
-struct GuardWrench {
+struct WallWrench {
   Vec3 force, torque;
 };
 
-// The pushes on all bodies that keep fluids out (fluid_guard.h); null without any.
-struct GuardWrenches {
+// The pushes on all bodies that keep fluids out (walls.h); null without any.
+struct WallWrenches {
   std::uint32_t parts = 0, bodies = 0;   // of the fluid; that keep it out
   const std::uint32_t* place = nullptr;  // by body of the scene: its place among those, kNone
-  GuardWrench* wrench = nullptr;         // by part, and in it by place
+  WallWrench* wrench = nullptr;          // by part, and in it by place
 };
 
 // Returns true when contact of two bodies is by the distance field of one of them: then no springs act between their
@@ -131,11 +131,10 @@ struct SolidForce {
                   [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
                     const Tag tag_j = state.tag[j];
                     const Packed vp_j = fetch(state.vp + j);
-                    if (tag_j.is_fluid())
-                      force -=
-                          bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j)) *
-                          wall_pair_force(medium, kernel, tag_j, xV_j, vp_j, tag_i, xV_i.w, v_i, wall[i], -x_ij, r2);
-                    else if (contact && tag_j.body() != tag_i.body())
+                    if (tag_j.is_fluid() && !tag_i.by_geometry())
+                      force -= bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j)) *
+                               wall_pair_force(medium, kernel, tag_j, xV_j, vp_j, xV_i.w, v_i, wall[i], -x_ij, r2);
+                    else if (contact && !tag_j.is_fluid() && tag_j.body() != tag_i.body())
                       force += contact_pair_force(medium, body, bodies.body[tag_j.body()], v_i - vp_j.xyz(), x_ij, r2);
                   });
     force = team.sum(force);
@@ -150,7 +149,7 @@ struct ReduceWrench {
   BodyViews bodies;
   PairWrenches contact;
   const std::uint32_t* reactive;  // bodies whose wrench is asked for
-  GuardWrenches guard;
+  WallWrenches walls;
   const Tag* sleepers;  // of elastic particles, in the order of forces; null: all are awake
 
   template <class Team>
@@ -178,9 +177,9 @@ struct ReduceWrench {
         force += second ? Vec3(-w.force) : w.force;
         torque += second ? w.torque_b : w.torque_a;
       }
-    if (guard.place != nullptr && guard.place[index] != kNone)
-      for (std::uint32_t p = team.lane(); p < guard.parts; p += team.size()) {
-        const GuardWrench& w = guard.wrench[p * guard.bodies + guard.place[index]];
+    if (walls.place != nullptr && walls.place[index] != kNone)
+      for (std::uint32_t p = team.lane(); p < walls.parts; p += team.size()) {
+        const WallWrench& w = walls.wrench[p * walls.bodies + walls.place[index]];
         force += w.force;
         torque += w.torque;
       }

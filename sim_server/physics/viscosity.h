@@ -35,12 +35,89 @@ struct ViscousBody {
   real limit;        // l
 };
 
+// The coefficients of the bodies beside a fluid particle (wall_drag.h), by their places among those that keep fluids
+// out. Of more than kMost the weakest are left out.
+struct WallDrag {
+  static constexpr int kMost = 3;
+  std::uint32_t body[kMost];  // kNone: none
+  real k[kMost];              // [N s/m]
+  Vec3 foot[kMost];           // where it acts: on the surface, from the body's centre, world axes [m]
+  PALP_HD void add(std::uint32_t place, real value, const Vec3& at) {
+    int weakest = 0;
+    for (int a = 1; a < kMost; ++a)
+      if (k[a] < k[weakest]) weakest = a;
+    if (!(value > k[weakest])) return;
+    body[weakest] = place;
+    k[weakest] = value;
+    foot[weakest] = at;
+  }
+  // Returns the index of a body's entry, or kMost.
+  PALP_HD int find(std::uint32_t place) const {
+    int a = 0;
+    while (a < kMost && body[a] != place) ++a;
+    return a;
+  }
+  PALP_HD real sum() const { return k[0] + k[1] + k[2]; }
+};
+PALP_HD inline WallDrag no_drag() {
+  const Vec3 none(0, 0, 0);
+  return {{kNone, kNone, kNone}, {0, 0, 0}, {none, none, none}};
+}
+
+// Sums of K, K r, K r_a^2 and K r_b r_c over the particles beside a body.
+struct DragMoments {
+  real sum;
+  Vec3 moment, squares, products;
+  PALP_HD void add(real K, const Vec3& r) {
+    sum += K;
+    moment += K * r;
+    squares += K * r.cwiseProduct(r);
+    products += K * Vec3(r.y() * r.z(), r.z() * r.x(), r.x() * r.y());
+  }
+  // sum K (r^2 - r r^T)
+  PALP_HD Mat3 turning() const {
+    Mat3 out;
+    out << squares.y() + squares.z(), -products.z(), -products.y(), -products.z(), squares.z() + squares.x(),
+        -products.x(), -products.y(), -products.x(), squares.x() + squares.y();
+    return out;
+  }
+};
+PALP_HD inline DragMoments no_moments() { return {0, Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0)}; }
+
+// The couple on a body that turns (walls.h): P w - tr(P) w, with P the sum of 2 mu V slope r^T over the places r on
+// its surface.
+struct TurningDrag {
+  Vec3 px, py, pz;  // P's columns
+  PALP_HD void add(const Vec3& n, const Vec3& r) {
+    px += r.x() * n;
+    py += r.y() * n;
+    pz += r.z() * n;
+  }
+  PALP_HD Vec3 torque(const Vec3& w) const {
+    return w.x() * px + w.y() * py + w.z() * pz - (px.x() + py.y() + pz.z()) * w;
+  }
+};
+PALP_HD inline TurningDrag no_turning() { return {Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0)}; }
+
 struct ViscosityViews {
   Packed* stage[2] = {nullptr, nullptr};  // per particle: Y of the last two stages; l
   Packed* solid = nullptr;                // in the order of BodyViews::force: force of the last stage [N]; before the
                                           // first stage K [N s/m]
   ViscousBody* body = nullptr;            // by body
+  const std::uint32_t* wall = nullptr;    // by place: bodies that act by their geometry
+  WallDrag* drag = nullptr;               // by particle; null without such bodies
+  WallWrench* drag_wrench = nullptr;      // of a stage, by part and place, as WallWrenches::wrench
+  DragMoments* drag_moments = nullptr;    // likewise
+  TurningDrag* turning = nullptr;         // likewise
 };
+
+// Returns the velocity of a body at r from its centre in a stage, and its limit l.
+PALP_HD inline Packed stage_velocity(const ViscosityViews& viscosity, const BodyState& body, std::uint32_t index,
+                                     std::uint32_t stage, const Vec3& r) {
+  if (body.kind != BodyKind::rigid) return pack(body.v + body.w.cross(r), 1);
+  const ViscousBody& b = viscosity.body[index];
+  return pack(b.v[stage] + b.w[stage].cross(r), b.limit);
+}
 
 struct StageNumbers {
   std::uint32_t from;  // index of the array that holds Y_j-1; the other holds Y_j-2 and gets Y_j
@@ -65,7 +142,7 @@ inline double stage_reach(int s) { return 0.95 * 0.25 * s * (s + 3.0); }
 
 // Returns k_ij / (V_i V_j F) of two fluids, or of a fluid and a solid.
 PALP_HD inline real pair_viscosity(const Medium& medium, Tag a, Tag b) {
-  if (!a.is_fluid() && !b.is_fluid()) return real(0);
+  if ((!a.is_fluid() && !b.is_fluid()) || a.by_geometry() || b.by_geometry()) return real(0);
   if (!a.is_fluid()) return real(4) * medium.material[b.material()].viscosity;
   const real mu = medium.material[a.material()].viscosity;
   if (!b.is_fluid()) return real(4) * mu;
@@ -96,8 +173,9 @@ struct BeginViscosity {
                       const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
                       sum += xV_j.w * kernel.F(Eigen::numext::sqrt(r2)) * pair_viscosity(medium, tag_i, tag_j);
                     });
-    const real K = xV_i.w * team.sum(sum);
+    real K = xV_i.w * team.sum(sum);
     if (!team.leader()) return;
+    if (viscosity.drag != nullptr && tag_i.is_fluid()) K += viscosity.drag[i].sum();
     real limit = 1;
     if (tag_i.kind() == BodyKind::rigid) {
       const BodyState& body = bodies.body[tag_i.body()];
@@ -159,6 +237,16 @@ struct ViscousStage {
       if (tag_i.kind() == BodyKind::rigid) viscosity.solid[k] = pack(force, 0);
       if (tag_i.kind() != BodyKind::elastic) return;
     }
+    if (viscosity.drag != nullptr && tag_i.is_fluid()) {
+      const WallDrag drag = viscosity.drag[i];
+      for (int n = 0; n < WallDrag::kMost; ++n) {
+        if (drag.body[n] == kNone) continue;
+        const std::uint32_t index = viscosity.wall[drag.body[n]];
+        const BodyState& body = bodies.body[index];
+        const Packed Y_b = stage_velocity(viscosity, body, index, numbers.from, drag.foot[n]);
+        force -= (drag.k[n] * min(Y_i.w, Y_b.w)) * (Y_i.xyz() - Y_b.xyz());
+      }
+    }
     Vec3 a = force / state.mass[i];
     if (tag_i.is_fluid()) a += acceleration[i].xyz();
     const Vec3 Y = Y_i.xyz() + numbers.carry * (Y_i.xyz() - to[i].xyz()) + numbers.rate * a;
@@ -172,6 +260,7 @@ struct ViscousBodyStage {
   BodyViews bodies;
   const std::uint32_t* rigid;
   ViscosityViews viscosity;
+  WallWrenches walls;
   StageNumbers numbers;
 
   template <class Team>
@@ -185,6 +274,12 @@ struct ViscousBodyStage {
       force += f;
       torque += (R * bodies.local[p].xyz()).cross(f);
     }
+    if (walls.place != nullptr && walls.place[rigid[k]] != kNone)
+      for (std::uint32_t p = team.lane(); p < walls.parts; p += team.size()) {
+        const WallWrench& w = viscosity.drag_wrench[p * walls.bodies + walls.place[rigid[k]]];
+        force += w.force;
+        torque += w.torque;
+      }
     force = team.sum(force);
     torque = team.sum(torque);
     if (!team.leader()) return;

@@ -25,34 +25,36 @@ struct BeginViscousBodies {
   const ProxyInput* proxy;
   const Forcing* forcing;
   ViscosityViews viscosity;
+  WallWrenches walls;
   real dt, elapsed, reach;
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t k, Team team) const {
     BodyState body = bodies.body[rigid[k]];
     const Mat3 R = body.q.toRotationMatrix();
-    Vec3 force(0, 0, 0), torque(0, 0, 0), moment(0, 0, 0), squares(0, 0, 0), products(0, 0, 0);
-    real sum = 0;
+    Vec3 force(0, 0, 0), torque(0, 0, 0);
+    DragMoments drag = no_moments();
     for (std::uint32_t p = body.force_first + team.lane(); p < body.force_first + body.count; p += team.size()) {
       const Vec3 f = bodies.force[p].xyz(), r = R * bodies.local[p].xyz();
       const real K = viscosity.solid[p].w;
       force += f;
       torque += r.cross(f);
-      sum += K;
-      moment += K * r;
-      squares += K * r.cwiseProduct(r);
-      products += K * Vec3(r.y() * r.z(), r.z() * r.x(), r.x() * r.y());
+      drag.add(K, r);
     }
+    if (walls.place != nullptr && walls.place[rigid[k]] != kNone)
+      for (std::uint32_t p = team.lane(); p < walls.parts; p += team.size()) {
+        const std::uint32_t at = p * walls.bodies + walls.place[rigid[k]];
+        force += walls.wrench[at].force;
+        torque += walls.wrench[at].torque;
+        const DragMoments& one = viscosity.drag_moments[at];
+        drag = {drag.sum + one.sum, drag.moment + one.moment, drag.squares + one.squares, drag.products + one.products};
+      }
     body.force = team.sum(force);
     body.torque = team.sum(torque);
-    sum = team.sum(sum);
-    moment = team.sum(moment);
-    squares = team.sum(squares);
-    products = team.sum(products);
+    const real sum = team.sum(drag.sum);
+    const Vec3 moment = team.sum(drag.moment), squares = team.sum(drag.squares), products = team.sum(drag.products);
     if (!team.leader()) return;
-    Mat3 turning;
-    turning << squares.y() + squares.z(), -products.z(), -products.y(), -products.z(), squares.z() + squares.x(),
-        -products.x(), -products.y(), -products.x(), squares.x() + squares.y();
+    const Mat3 turning = DragMoments{sum, moment, squares, products}.turning();
     ViscousBody& b = viscosity.body[rigid[k]];
     begin(body, b);
     const real rate = dt * body_viscous_rate(body.mass, world_inverse_inertia(body, body.q), sum, moment, turning);

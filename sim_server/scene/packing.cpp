@@ -20,6 +20,8 @@ constexpr double kContactDistance = 1.6;    // particles of two bodies this near
 constexpr double kLatticeTolerance = 0.03;  // how far from sites of one lattice is still on it
 constexpr double kLayerDepth = 3;           // of the layer around them that is packed
 constexpr double kOccupiedDistance = 0.75;  // a site nearer than this to a particle is not open
+constexpr double kSheet = 0.5;  // volume over that of a cell below which a solid's particle stands for a sheet, whose
+                                // neighbours were cut to its faces and not to sites of a lattice
 
 struct Packing {
   Scene& scene;
@@ -32,6 +34,9 @@ struct Packing {
 
   bool movable(std::size_t i) const {
     return scene.bodies[scene.body[i]].type == BodyKind::fluid && solids[scene.body[i]].has_value();
+  }
+  bool is_sheet(std::size_t i) const {
+    return scene.bodies[scene.body[i]].contact != nullptr && scene.volume[i] < kSheet * dx * dx * dx;
   }
   const Eigen::Matrix3d& axes_of(std::size_t i) const { return axes[scene.body[i]]; }
 };
@@ -70,7 +75,7 @@ std::vector<std::uint32_t> off_lattice_particles(const Packing& p) {
       if (!p.movable(i)) return;
       bool fits = true;
       grid.near(x[i], [&](std::uint32_t j) {
-        if (p.scene.body[i] == p.scene.body[j] || !fits) return;
+        if (p.scene.body[i] == p.scene.body[j] || !fits || p.is_sheet(j)) return;
         const Vector3d d = p.axes_of(i).transpose() * p.box.between(x[j], x[i]) / p.dx;
         if (d.squaredNorm() < kContactDistance * kContactDistance) fits = on_lattice(d);
       });

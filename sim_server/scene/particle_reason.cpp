@@ -41,7 +41,9 @@ std::vector<bool> needed_particles(const Scene& scene) {
 LeftOut measure(const Scene& scene) {
   LeftOut out;
   std::vector<bool> moves;
-  for (const Body& body : scene.bodies) moves.push_back(body.type == BodyKind::rigid);
+  const bool fluid = std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                                 [](const Body& body) { return body.type == BodyKind::fluid; });
+  for (const Body& body : scene.bodies) moves.push_back(body.type == (fluid ? BodyKind::fluid : BodyKind::rigid));
   for (int axis = 0; axis < 3; ++axis)
     for (const int up : {0, 1})
       out.fall[static_cast<std::size_t>(axis)][static_cast<std::size_t>(up)] =
@@ -59,8 +61,11 @@ ParticleReason particle_reason(const Scene& scene, std::size_t index) {
   if (scene.config.method == Method::paper) return ParticleReason::paper;
   if (scene.config.numerics.solid_particles) return ParticleReason::asked;
   const auto any = [&](auto holds) { return std::any_of(scene.bodies.begin(), scene.bodies.end(), holds); };
-  if (any([](const Body& other) { return other.type == BodyKind::fluid; })) return ParticleReason::fluid;
   if (!scene.temperature.empty()) return ParticleReason::temperature;
+  if (any([&](const Body& other) {
+        return other.type == BodyKind::fluid && scene.config.materials[other.material].adhesion > 0;
+      }))
+    return ParticleReason::adhesion;
   if (is_shapeless(body)) return ParticleReason::shapeless;
   if (any([&](const Body& other) {
         return is_shapeless(other) && (other.type == BodyKind::rigid || body.type == BodyKind::rigid);
@@ -84,8 +89,8 @@ const char* describe(ParticleReason reason) {
       return "method \"paper\" computes every contact between particles";
     case ParticleReason::asked:
       return "numerics.solid_particles asks for them";
-    case ParticleReason::fluid:
-      return "a fluid of the scene is carried by them";
+    case ParticleReason::adhesion:
+      return "a fluid of the scene clings to them";
     case ParticleReason::temperature:
       return "heat flows and temperature is measured between them";
     case ParticleReason::shapeless:
@@ -127,7 +132,7 @@ void leave_out_particles(Scene& scene) {
       ++kept;
     }
     body.count = static_cast<std::uint32_t>(kept) - body.first;
-    if (body.count == body.sites) body.extent.setEmpty();
+    if (body.count == body.sites && body.sites > 0) body.extent.setEmpty();
   }
   scene.position.resize(kept);
   scene.velocity.resize(kept);

@@ -1,5 +1,5 @@
-// Why a body has particles. Rigid and fixed bodies meet each other and elastic ones by their distance fields, so that
-// most of them need none.
+// Why a body has particles. Rigid and fixed bodies act on each other, on elastic ones and on fluids by their geometry,
+// so that most of them need none.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ enum class ParticleReason : std::uint8_t {
   matter,       // it is a fluid or elastic
   paper,        // method "paper" computes every contact between particles
   asked,        // numerics.solid_particles is true
-  fluid,        // a fluid of the scene is carried by particles
+  adhesion,     // a fluid of the scene clings to particles
   temperature,  // heat flows, and probes measure, between particles
   shapeless,    // it consists of loose particles, to which there is no distance
   springs,      // it can meet a body that has no distance field
@@ -24,7 +24,7 @@ enum class ParticleReason : std::uint8_t {
 // consists of only, so it is the same before and after particles are left out.
 ParticleReason particle_reason(const Scene& scene, std::size_t body);
 
-// Returns a few words that complete "it has particles because": "a fluid of the scene is carried by them".
+// Returns a few words that complete "it has particles because": "a fluid of the scene clings to them".
 const char* describe(ParticleReason reason);
 
 // Returns the support radius H of elastic bodies with method "accurate" [m].

@@ -95,9 +95,24 @@ bool needs_distances(const SceneConfig& config) {
   return moving > 0 && solids > 1;
 }
 
-// Particles in the body frame; for a solid body also its volume, mass properties and surface.
+// Returns in which of a body's shapes no particle lies, one sentence each.
+std::vector<std::string> thin_shapes(const BodyConfig& from, const Solid& solid, const Particles& particles,
+                                     double spacing) {
+  if (particles.position.empty())
+    return {fmt::format("{}: body '{}' holds no particle at spacing {:g} m; make it larger or the spacing finer",
+                        from.where, from.name, spacing)};
+  std::vector<std::string> out;
+  for (const std::size_t part : empty_parts(solid, particles))
+    out.push_back(
+        fmt::format("{}: this shape of body '{}' holds no particle at spacing {:g} m; make it thicker or the "
+                    "spacing finer",
+                    from.shapes[part].where, from.name, spacing));
+  return out;
+}
+
+// Particles in the body frame; for a solid body also its volume, mass properties and surface. thin: thin_shapes().
 Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::size_t room, Body& body,
-                      std::optional<Solid>& solid) {
+                      std::optional<Solid>& solid, std::vector<std::string>& thin) {
   const double spacing = *config.numerics.spacing;
   const ShapeConfig& first = from.shapes.front();
   Particles particles;
@@ -114,24 +129,19 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     if (expected > 1.5 * most + 1000) throw BodyTooLarge{expected};
     particles = fill_solid(*solid, moments.volume, spacing, room);
     if (particles.position.size() > room) throw BodyTooLarge{std::max(expected, most)};
-    if (particles.position.empty()) {
-      throw ConfigError(
-          fmt::format("{}: body '{}' holds no particle at spacing {:g} m; make it larger or the spacing finer",
-                      from.where, from.name, spacing));
-    }
-    for (const std::size_t part : empty_parts(*solid, particles)) {
-      throw ConfigError(
-          fmt::format("{}: this shape of body '{}' holds no particle at spacing {:g} m; make it thicker or the "
-                      "spacing finer",
-                      from.shapes[part].where, from.name, spacing));
-    }
+    thin = thin_shapes(from, *solid, particles, spacing);
+    const bool matter = body.type == BodyKind::fluid || body.type == BodyKind::elastic;
+    if (!thin.empty() && (matter || from.temperature)) throw ConfigError(thin);
     move(particles, solid->frame);
     moments = moments.moved(solid->frame);
     if (body.type == BodyKind::rigid || body.type == BodyKind::fixed) body.surface = solid_surface(*solid, spacing / 2);
+    if (particles.position.empty())
+      for (const Eigen::Vector3d& corner : body.surface.vertices)
+        body.extent.extend(Eigen::Vector3d(body.orientation.conjugate() * body.position + corner));
     if (!body.surface.triangles.empty() && config.method == Method::accurate && needs_distances(config))
       body.contact = make_contact_shape(*solid, body.surface, spacing);
     // the particles of a solid that is not filled exactly share its exact volume
-    if (body.type != BodyKind::fluid && !particles.exact) {
+    if (body.type != BodyKind::fluid && !particles.exact && !particles.position.empty()) {
       std::fill(particles.volume.begin(), particles.volume.end(),
                 moments.volume / static_cast<double>(particles.volume.size()));
     }
@@ -206,6 +216,7 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles, const L
   scene.bounds_max = config.domain_max;
   std::vector<std::string> faults;
   std::vector<std::optional<Solid>> solids;
+  std::vector<std::vector<std::string>> thin;  // thin_shapes() by body
   std::size_t sampled = 0;
   double left_out = 0;  // particles of bodies that do not fit
   ThreadTeam team;
@@ -218,10 +229,13 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles, const L
     Body body = start_body(config, from);
     std::optional<Solid> solid;
     try {
-      const Particles particles = sample_body(config, from, max_particles - scene.position.size(), body, solid);
+      std::vector<std::string> of_body;
+      const Particles particles =
+          sample_body(config, from, max_particles - scene.position.size(), body, solid, of_body);
       check_temperature(from, particles, scene, faults);
       append(scene, from, std::move(body), particles);
       solids.push_back(std::move(solid));
+      thin.push_back(std::move(of_body));
       ++sampled;
     } catch (const BodyTooLarge& body_too_large) {
       left_out += body_too_large.needed;
@@ -233,6 +247,9 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles, const L
     faults.push_back(too_many(config, left_out + static_cast<double>(scene.position.size()), max_particles));
   if (sampled < config.bodies.size()) throw ConfigError(faults);  // where the others are cannot be judged without them
   add_proxies(scene);
+  // what acts by its geometry may be thinner than a particle
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    if (particle_reason(scene, b) != ParticleReason::none) faults.insert(faults.end(), thin[b].begin(), thin[b].end());
   tell("looking for bodies that overlap", 0);
   check_inside_domain(scene, faults);
   check_apart(scene, solids, team, faults);

@@ -41,7 +41,8 @@ struct Body {
   // The shape that rigid_contact.h needs (contact_shape.h); none for fluids, elastic bodies, loose particles, method
   // "paper", and where no solid moves that could meet another.
   std::shared_ptr<const ContactShape> contact;
-  // The box around the centres of the particles that fill it, along the body's axes [m]; empty where none is left out.
+  // The box around the centres of the particles that fill it, or around its surface where it is too thin for particles,
+  // along the body's axes [m]; empty where none is left out.
   Eigen::AlignedBox3d extent;
 };
 
@@ -54,8 +55,9 @@ struct Proxy {
 
 // The facts that the plan asks of the particles of rigid and fixed bodies, of a scene that leaves some of them out.
 struct LeftOut {
-  double speed = 0;                             // largest of them at the start [m/s]
-  std::array<std::array<double, 2>, 3> fall{};  // fall_height() of the rigid bodies by axis, for up = -1 and 1 [m]
+  double speed = 0;  // largest of them at the start [m/s]
+  std::array<std::array<double, 2>, 3>
+      fall{};  // fall_height() of fluids, or else rigid bodies, by axis, for up = -1 and 1 [m]
 };
 
 // Particles in the scene's order: body after body. World frame.

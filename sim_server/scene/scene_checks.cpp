@@ -157,10 +157,15 @@ void check_distances(const Scene& scene, ThreadTeam& team, std::vector<std::stri
     if (a == b) return is_soft_solid(scene, scene.bodies[a]) ? kElastic : kCoincident;
     return scene.bodies[a].type == BodyKind::elastic && scene.bodies[b].type == BodyKind::elastic ? kApart : kNearest;
   };
+  // fluids meet a solid that acts by its geometry at its surface, wherever its particles are
+  const auto meet_at_surface = [&](const Body& one, const Body& other) {
+    return one.type == BodyKind::fluid && other.contact != nullptr;
+  };
   // calls found(j) for each particle j > i that is too near
   const auto look = [&](std::uint32_t i, auto found) {
     grid.near(scene.position[i], [&](std::uint32_t j) {
-      if (j <= i) return;
+      const Body &one = scene.bodies[scene.body[i]], &other = scene.bodies[scene.body[j]];
+      if (j <= i || meet_at_surface(one, other) || meet_at_surface(other, one)) return;
       const double least = least_between(scene.body[i], scene.body[j]) * scene.spacing * (1 - 1e-6);
       if (box.between(scene.position[i], scene.position[j]).squaredNorm() < least * least) found(j);
     });

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim_server/geometry/point_grid.h"
+#include "sim_server/scene/particle_reason.h"
 #include "sim_server/solver/fluid_room.h"
 
 namespace palp {
@@ -42,7 +43,8 @@ std::vector<std::string> reasons_of_solid(const Scene& scene, const Plan& plan, 
   const Body& body = scene.bodies[b];
   std::vector<std::string> reasons;
   if (body.type == BodyKind::elastic) reasons.emplace_back("elastic");
-  if (plan.fluid) reasons.emplace_back("wall of a fluid");
+  if (is_wall_of_particles(scene, plan, b)) reasons.emplace_back("wall of a fluid");
+  if (particle_reason(scene, b) == ParticleReason::adhesion) reasons.emplace_back("a fluid clings to it");
   if (plan.heat && material_of(scene, body).conductivity > 0) reasons.emplace_back("conducts heat");
   const auto holds_on = [&](std::size_t other) {
     const auto& to = scene.bodies[other].bonded_to;
@@ -155,15 +157,13 @@ std::vector<BillModule> bill_modules(const Scene& scene, const Plan& plan) {
   };
   const auto lasting = [&](std::size_t b) { return scene.bodies[b].type == BodyKind::elastic && !plan.changes[b]; };
   const auto fluids = bodies([&](std::size_t b) { return flows(scene, plan, b); });
-  const auto solids = bodies([&](std::size_t b) { return !flows(scene, plan, b); });
   add(plan.neighbors, "neighbour lists",
       plan.fluid     ? "fluids"
       : plan.contact ? "contact by springs"
                      : "heat flows between neighbours");
   add(plan.fluid, plan.method == Method::paper ? "fluid by method \"paper\"" : "fluid", fluids);
-  add(plan.fluid && plan.solids && plan.method == Method::accurate, "walls", solids);
-  add(plan.guards, "walls by distance fields",
-      bodies([&](std::size_t b) { return scene.bodies[b].contact != nullptr; }));
+  add(plan.walls, "walls by particles", bodies([&](std::size_t b) { return is_wall_of_particles(scene, plan, b); }));
+  add(plan.geometry, "walls by geometry", bodies([&](std::size_t b) { return scene.bodies[b].contact != nullptr; }));
   add(plan.cohesion, "surface tension", bodies([&](std::size_t b) {
         return scene.bodies[b].type == BodyKind::fluid && (material(b).surface_tension > 0 || material(b).adhesion > 0);
       }));

@@ -19,4 +19,10 @@ inline Eigen::AlignedBox3d own_bounds(const Scene& scene, const Body& body) {
   return body.extent.isEmpty() ? body_bounds(scene, body, body.orientation) : body.extent;
 }
 
+// Returns a box along the world's axes around the places of a body's particles, those that were left out, too.
+inline Eigen::AlignedBox3d world_bounds(const Scene& scene, const Body& body) {
+  return body.extent.isEmpty() ? body_bounds(scene, body)
+                               : body.extent.transformed(Eigen::Isometry3d(body.orientation));
+}
+
 }  // namespace palp

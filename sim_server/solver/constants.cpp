@@ -135,7 +135,9 @@ Medium make_medium(const Scene& scene, const Plan& plan) {
   m.artificial = static_cast<real>(plan.artificial);
   m.cover = static_cast<real>(lattice_sums(plan.support / scene.spacing).W);
   m.tension = plan.tension;
-  m.uniform = plan.one_fluid && !plan.solids && !plan.change;
+  m.uniform = plan.one_fluid && !plan.change &&
+              std::all_of(scene.bodies.begin(), scene.bodies.end(),
+                          [](const Body& b) { return b.type == BodyKind::fluid || b.count == 0; });
   m.dt = static_cast<real>(plan.dt);
   return m;
 }

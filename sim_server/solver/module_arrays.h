@@ -2,6 +2,7 @@
 // that the plan does not name has none.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -186,18 +187,32 @@ ContactFields allocate_fields(B& back_end, const ContactStore& store) {
 }
 
 template <class B>
-void allocate_guard(B& back_end, const Scene& scene, const ContactStore& store, const ContactFields& fields,
-                    FluidGuardViews& g) {
+void allocate_walls(B& back_end, const Scene& scene, const Plan& plan, const ContactStore& store,
+                    const ContactFields& fields, FluidViews& fluid) {
+  WallViews& g = fluid.walls;
   std::vector<std::uint32_t> place(scene.bodies.size(), kNone);
   for (std::uint32_t k = 0; k < store.shaped.size(); ++k) place[store.shaped[k]] = k;
   g.by.bodies = static_cast<std::uint32_t>(store.shaped.size());
-  g.by.parts = static_cast<std::uint32_t>((scene.position.size() + kGuardPart - 1) / kGuardPart);
-  g.by.place = allocate_copy(back_end, "guard places", place);
-  g.by.wrench = back_end.template allocate<GuardWrench>("guard wrenches", std::size_t(g.by.parts) * g.by.bodies);
-  g.body = allocate_copy(back_end, "guarded bodies", store.shaped);
+  g.by.parts = static_cast<std::uint32_t>((scene.position.size() + kWallPart - 1) / kWallPart);
+  g.by.place = allocate_copy(back_end, "wall places", place);
+  g.by.wrench = back_end.template allocate<WallWrench>("wall wrenches", std::size_t(g.by.parts) * g.by.bodies);
+  g.body = allocate_copy(back_end, "wall bodies", store.shaped);
   g.shape = fields.shape;
   g.piece = fields.piece;
   g.grid = fields.grid;
+  g.thin = std::any_of(store.shape.begin(), store.shape.end(), [](const ContactBody& b) { return b.thin; });
+  g.slope = back_end.template allocate<Packed>("wall slopes", scene.position.size());
+  g.rate = back_end.template allocate<real>("wall rates", scene.position.size());
+  g.beside = back_end.template allocate<std::uint32_t>("wall counts", scene.position.size());
+  g.kept = back_end.template allocate<KeptBody>("walls beside particles", kKeptBodies * scene.position.size());
+  if (plan.viscous_stages == 0) return;
+  ViscosityViews& v = fluid.viscosity;
+  v.wall = g.body;
+  v.drag_wrench =
+      back_end.template allocate<WallWrench>("viscous wall wrenches", std::size_t(g.by.parts) * g.by.bodies);
+  v.drag_moments =
+      back_end.template allocate<DragMoments>("viscous wall moments", std::size_t(g.by.parts) * g.by.bodies);
+  v.turning = back_end.template allocate<TurningDrag>("viscous wall turning", std::size_t(g.by.parts) * g.by.bodies);
 }
 
 // The sizes of the arrays in which contacts keep their memory from step to step.
@@ -340,6 +355,7 @@ template <class B>
 void allocate_viscosity(B& back_end, const Scene& scene, const Plan& plan, ViscosityViews& v) {
   if (v.stage[0] != nullptr) return;
   for (Packed*& stage : v.stage) stage = back_end.template allocate<Packed>("viscous velocity", scene.position.size());
+  if (plan.geometry) v.drag = back_end.template allocate<WallDrag>("viscous walls", scene.position.size());
   if (!plan.moving) return;
   v.solid = back_end.template allocate<Packed>("viscous solid force", plan.force_count);
   v.body = back_end.template allocate<ViscousBody>("viscous bodies", scene.bodies.size());

@@ -44,7 +44,7 @@ BodyState initial_body(const Scene& scene, const Plan& plan, std::uint32_t index
   b.contact_mass = real(1e30);
   if (b.kind == BodyKind::rigid) b.contact_mass = static_cast<real>(body.mass / contacts_at_once(scene, body));
   b.group = plan.group[index];
-  b.shaped = (plan.fields || plan.guards) && body.contact != nullptr;
+  b.shaped = (plan.fields || plan.geometry) && body.contact != nullptr;
   if (b.kind == BodyKind::elastic) {
     // each particle moves on its own, and the body's rotation is counted from its start
     b.contact_mass = static_cast<real>(body.mass / body.count);
@@ -83,7 +83,7 @@ ParticleStore::ParticleStore(const Scene& scene, const Plan& plan) {
       xV[i] = pack(scene.position[i].cast<real>(), static_cast<real>(scene.volume[i]));
       vp[i] = pack(scene.velocity[i].cast<real>(), static_cast<real>(p));
       tag[i] = make_tag(fluid ? BodyKind::fluid : body.type, body.material, b)
-                   .as_guarded(plan.guards && !fluid && body.contact != nullptr);
+                   .with_geometry(plan.geometry && !fluid && body.contact != nullptr);
       id[i] = i;
     }
     if (plan.solids) bodies.push_back(fluid ? BodyState{} : initial_body(scene, plan, b));

@@ -13,6 +13,7 @@
 #include "sim_server/scene/particle_reason.h"
 #include "sim_server/solver/body_bounds.h"
 #include "sim_server/solver/elastic_plan.h"
+#include "sim_server/solver/fluid_room.h"
 #include "sim_server/solver/heat_plan.h"
 #include "sim_server/solver/levels.h"
 #include "sim_server/solver/plan_checks.h"
@@ -67,8 +68,9 @@ double carrying_sound_speed(const Scene& scene) {
   for (const Body& body : scene.bodies)
     if (body.type == BodyKind::fluid) lightest = std::min(lightest, scene.config.materials[body.material].density);
   for (const Body& body : scene.bodies) {
-    if (body.count == 0 || (body.type != BodyKind::rigid && body.type != BodyKind::elastic)) continue;
-    const Eigen::Vector3d size = body_bounds(scene, body).sizes().array() + scene.spacing;
+    const Eigen::AlignedBox3d box = world_bounds(scene, body);
+    if (box.isEmpty() || (body.type != BodyKind::rigid && body.type != BodyKind::elastic)) continue;
+    const Eigen::Vector3d size = box.sizes().array() + scene.spacing;
     const double density = body.mass / std::max(body.volume, 1e-30);
     pressure = std::max(pressure, density * scene.config.gravity.cwiseAbs().dot(size));
   }
@@ -157,9 +159,11 @@ void plan_bodies(const Scene& scene, Plan& plan) {
   plan.moving = !plan.rigid.empty();
   plan_contact(scene, plan);
   plan.neighbors = plan.fluid || plan.contact;
-  plan.guards =
+  plan.geometry =
       plan.fluid && plan.method == Method::accurate &&
       std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const Body& b) { return b.contact != nullptr; });
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    plan.walls = plan.walls || (plan.method == Method::accurate && is_wall_of_particles(scene, plan, b));
 }
 
 void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {

@@ -36,7 +36,8 @@ struct Plan {
   bool moving = false;       // rigid bodies
   bool contact = false;      // springs between the particles of solids that no distance field serves
   bool fields = false;       // contact by distance fields: of two bodies that have one, or of soft matter with one
-  bool guards = false;       // solids keep fluids out by their distance fields
+  bool geometry = false;     // solids act on fluids by their geometry
+  bool walls = false;        // solids act on fluids by their particles
   bool elastic = false;      // elastic bodies
   bool plastic = false;      // some of them yield
   bool tears = false;        // some of them tear

@@ -7,6 +7,7 @@
 
 #include "config/error.h"
 #include "sim_server/geometry/point_grid.h"
+#include "sim_server/solver/fluid_room.h"
 #include "sim_server/solver/fluid_watch.h"
 
 namespace palp {
@@ -107,7 +108,7 @@ void warn_of_walls(const Scene& scene, const Plan& plan, std::vector<std::string
   const double share = thinnest(scene, plan);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
-    if (body.type != BodyKind::fixed && body.type != BodyKind::rigid) continue;
+    if (body.type == BodyKind::elastic || !is_wall_of_particles(scene, plan, b)) continue;
     const std::size_t thin = thin_particles(scene, body, share);
     if (thin * 10 < body.count || thin < 9) continue;
     warnings.push_back(fmt::format(

@@ -208,8 +208,7 @@ class SimulationOn final : public Simulation {
     if (plan_.heat) allocate_heat(back_end_, scene_, plan_, views_);
     if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.fluid.viscosity);
     if (plan_.fluid) views_.fluid.acceleration = back_end_.template allocate<Packed>("acceleration", n);
-    if (plan_.fluid && plan_.solids && plan_.method == Method::accurate)
-      views_.fluid.wall = back_end_.template allocate<Packed>("wall", n);
+    if (plan_.walls) views_.fluid.wall = back_end_.template allocate<Packed>("wall", n);
     if (plan_.solids) {
       bodies_ = back_end_.template mirror<BodyState>("bodies", scene_.bodies.size());
       views_.bodies = static_cast<std::uint32_t>(scene_.bodies.size());
@@ -228,11 +227,11 @@ class SimulationOn final : public Simulation {
       views_.list.rigid_count = static_cast<std::uint32_t>(plan_.rigid.size());
     }
     if (plan_.elastic) allocate_elastic(back_end_, scene_, plan_, views_);
-    if (plan_.fields || plan_.guards) {
+    if (plan_.fields || plan_.geometry) {
       const ContactStore store(scene_, plan_);
       const ContactFields fields = allocate_fields(back_end_, store);
       if (plan_.fields) contact_counts_ = allocate_contact(back_end_, store, fields, plan_, views_.contact);
-      if (plan_.guards) allocate_guard(back_end_, scene_, store, fields, views_.fluid.guard);
+      if (plan_.geometry) allocate_walls(back_end_, scene_, plan_, store, fields, views_.fluid);
     }
     if (plan_.elastic_rounds > 0) allocate_implicit(back_end_, scene_, plan_, views_);
     if (plan_.change) allocate_change(back_end_, scene_, plan_, views_);

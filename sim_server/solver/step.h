@@ -12,6 +12,8 @@
 #include "sim_server/physics/sleep.h"
 #include "sim_server/physics/tear.h"
 #include "sim_server/physics/viscous_bodies.h"
+#include "sim_server/physics/wall_drag.h"
+#include "sim_server/physics/wall_sight.h"
 #include "sim_server/solver/plan.h"
 #include "sim_server/solver/step_views.h"
 
@@ -21,14 +23,31 @@ namespace palp {
 struct Interacts {
   bool all;  // method "paper": a solid's own particles count in its density; heat: they conduct
   bool contact;
+  bool cohesion;  // fluids cling to solids that else act by their geometry
   PALP_HD bool operator()(Tag a, Tag b) const {
-    if (all || a.is_fluid() || b.is_fluid()) return true;
+    if (all) return true;
+    if (a.is_fluid() || b.is_fluid()) return cohesion || !(a.by_geometry() || b.by_geometry());
     return contact && a.body() != b.body() && (a.kind() != BodyKind::fixed || b.kind() != BodyKind::fixed);
   }
+  PALP_HD static real clear_around(Tag, const Vec3&) { return HUGE_VALF; }
+  PALP_HD static bool in_sight(Tag, const Vec3&, const Vec3&, real) { return true; }
 };
 
 struct EveryPair {
   PALP_HD bool operator()(Tag, Tag) const { return true; }
+  PALP_HD static real clear_around(Tag, const Vec3&) { return HUGE_VALF; }
+  PALP_HD static bool in_sight(Tag, const Vec3&, const Vec3&, real) { return true; }
+};
+
+// The same with thin walls, across which fluids do not interact.
+struct InteractsInSight : Interacts {
+  WallSight sight;
+  // Returns within what distance of a particle at x all are in its sight.
+  PALP_HD real clear_around(Tag a, const Vec3& x) const { return a.is_fluid() ? sight.clear_around(x) : HUGE_VALF; }
+  // Returns whether particle i, with such a distance, sees one with tag b at x_i - x_ij.
+  PALP_HD bool in_sight(Tag b, const Vec3& x_i, const Vec3& x_ij, real clear) const {
+    return !b.is_fluid() || x_ij.squaredNorm() < clear * clear || sight.open(x_i, x_ij);
+  }
 };
 
 inline Medium without_viscosity(Medium medium) {
@@ -42,13 +61,20 @@ void viscous_stages(B& back_end, const Plan& plan, const StepViews& v, real elap
   const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
   const std::uint32_t n = v.particles;
   const real reach = static_cast<real>(stage_reach(plan.viscous_stages));
+  const WallViews& walls = v.fluid.walls;
+  if (plan.geometry) {
+    back_end.for_each("viscous walls", n, MeasureWallDrag{v.state, v.body, walls, v.grid, v.medium, v.fluid.viscosity});
+    if (plan.moving)
+      back_end.for_each_block("viscous walls", walls.by.parts,
+                              SumWallDrag{v.state, v.body, walls, v.grid, v.medium, v.fluid.viscosity, n});
+  }
   back_end.for_each_team("viscosity begins", n,
                          BeginViscosity{v.state, v.body, v.grid, kernel, v.medium, v.fluid.viscosity, reach});
   if (plan.sleeps) back_end.for_each("viscosity at rest", n, RestStages{v.state, v.fluid.viscosity});
   if (plan.moving) {
     back_end.for_each_block("viscous bodies begin", v.list.rigid_count,
                             BeginViscousBodies{v.body, v.list.rigid, v.input.proxy, v.input.forcing, v.fluid.viscosity,
-                                               v.medium.dt, elapsed, reach});
+                                               walls.by, v.medium.dt, elapsed, reach});
     back_end.for_each("viscous bodies move", n, SpreadBodyVelocities{v.state, v.body, v.fluid.viscosity, 0});
   }
   for (int j = 1; j <= plan.viscous_stages; ++j) {
@@ -56,9 +82,12 @@ void viscous_stages(B& back_end, const Plan& plan, const StepViews& v, real elap
     back_end.for_each_team(
         "viscosity", n,
         ViscousStage{v.state, v.body, v.grid, kernel, v.medium, v.fluid.viscosity, v.fluid.acceleration, numbers});
+    if (plan.geometry && plan.wrench)
+      back_end.for_each_block("viscous walls", walls.by.parts,
+                              WallDragReaction{v.state, v.body, walls, v.grid, v.fluid.viscosity, n, numbers});
     if (!plan.moving || numbers.last) continue;
     back_end.for_each_block("viscous bodies", v.list.rigid_count,
-                            ViscousBodyStage{v.body, v.list.rigid, v.fluid.viscosity, numbers});
+                            ViscousBodyStage{v.body, v.list.rigid, v.fluid.viscosity, walls.by, numbers});
     back_end.for_each("viscous bodies move", n,
                       SpreadBodyVelocities{v.state, v.body, v.fluid.viscosity, 1 - numbers.from});
   }
@@ -71,19 +100,24 @@ void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapse
   const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
   const std::uint32_t n = v.particles;
   const Medium medium = plan.viscous_stages > 0 ? without_viscosity(v.medium) : v.medium;
-  back_end.for_each_team(
-      "density", n, AdvanceDensity<Fluids, Bonds>{v.sorted, v.state, v.grid, kernel, v.medium, v.input.forcing, bonds});
-  if (plan.solids && plan.fluid)
+  if (plan.geometry)
+    back_end.for_each("walls by geometry", n,
+                      MeasureWalls<Bonds>{v.sorted, v.body, v.fluid.walls, v.grid, v.medium, v.input.forcing, bonds});
+  back_end.for_each_team("density", n,
+                         AdvanceDensity<Fluids, Bonds>{v.sorted, v.state, v.grid, kernel, v.medium, v.input.forcing,
+                                                       v.fluid.walls.slope, v.fluid.walls.rate, bonds});
+  if (plan.walls)
     back_end.for_each_team(
         "walls", n, ExtrapolateToWalls<Bonds>{v.state, v.grid, kernel, v.medium, v.input.forcing, v.fluid.wall, bonds});
   if (plan.fluid)
     back_end.for_each_team("fluid force", n,
                            FluidForce<Fluids, Bonds>{v.state, v.fluid.wall, v.grid, kernel, medium, v.input.forcing,
                                                      v.fluid.acceleration, bonds});
-  if (plan.guards)
-    back_end.for_each_block("fluid guard", v.fluid.guard.by.parts,
-                            GuardFluid{v.state, v.body, v.fluid.guard, v.grid, v.medium, n, v.fluid.acceleration});
-  if (plan.wrench)
+  if (plan.geometry)
+    back_end.for_each_block("wall force", v.fluid.walls.by.parts,
+                            WallForce<Bonds>{v.state, v.body, v.fluid.walls, v.grid, medium, v.input.forcing, n,
+                                             v.fluid.acceleration, bonds});
+  if (plan.wrench && plan.force_count > 0)
     back_end.for_each_team(
         "solid force", n,
         SolidForce<Bonds>{v.state, v.fluid.wall, v.body, v.grid, kernel, medium, plan.contact, bonds});
@@ -249,8 +283,13 @@ void particle_stages(B& back_end, const Plan& plan, const StepViews& v, real ela
     back_end.sort_into_cells(v.state, v.sorted, v.particles, v.grid, static_cast<real>(plan.support),
                              static_cast<real>(plan.skin), interacts);
   };
-  if (plan.solids)
-    sort(Interacts{plan.method == Method::paper || plan.heat, plan.contact});
+  const Interacts interacts{plan.method == Method::paper || plan.heat, plan.contact, plan.cohesion};
+  if (v.fluid.walls.thin)
+    sort(InteractsInSight{interacts,
+                          {v.fluid.walls, v.body.body, v.grid, static_cast<real>(plan.support + plan.skin),
+                           static_cast<real>(kSightNear) * v.medium.spacing}});
+  else if (plan.solids)
+    sort(interacts);
   else
     sort(EveryPair{});
   const auto forces = [&](auto bonds) {
@@ -296,7 +335,7 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
   if (plan.wrench)
     back_end.for_each_large(
         "wrench", v.list.reactive_count,
-        ReduceWrench{v.body, v.contact.by, v.list.reactive, v.fluid.guard.by, v.elastic_sleepers()});
+        ReduceWrench{v.body, v.contact.by, v.list.reactive, v.fluid.walls.by, v.elastic_sleepers()});
   if (plan.moving)
     back_end.for_each("bodies", v.list.rigid_count,
                       AdvanceBodies{v.body.body, v.contact.by, v.list.rigid, v.input.proxy, v.input.forcing, v.grid,

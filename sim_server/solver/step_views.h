@@ -4,7 +4,6 @@
 
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/elastic_sleep.h"
-#include "sim_server/physics/fluid_guard.h"
 #include "sim_server/physics/health.h"
 #include "sim_server/physics/heat.h"
 #include "sim_server/physics/implicit_elastic.h"
@@ -14,6 +13,7 @@
 #include "sim_server/physics/rigid_pieces.h"
 #include "sim_server/physics/sleep.h"
 #include "sim_server/physics/viscosity.h"
+#include "sim_server/physics/walls.h"
 
 namespace palp {
 
@@ -26,7 +26,7 @@ struct InputViews {
 struct FluidViews {
   Packed* wall = nullptr;          // ExtrapolateToWalls::wall
   Packed* acceleration = nullptr;  // by particle [m/s^2]
-  FluidGuardViews guard;
+  WallViews walls;
   ViscosityViews viscosity;
   CohesionMedium cohesion;
 };

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "config/error.h"
-#include "sim_server/geometry/point_grid.h"
 #include "sim_server/physics/viscous_bodies.h"
+#include "sim_server/physics/wall_share.h"
 #include "sim_server/solver/lattice.h"
 
 namespace palp {
@@ -17,24 +17,36 @@ constexpr int kMaxStages = 1000;
 // The bound on K of a particle in a corner of walls over that of one within the fluid.
 constexpr double kNearWalls = 2;
 
+// Returns int_0^H shear dd of a plane: K of a body over 2 mu and its surface, in fluid that fills the room beside it
+// [1/m].
+double shear_of_plane(double support, double spacing) {
+  const WallKernel kernel{static_cast<real>(support),
+                          static_cast<real>(1 / support),
+                          static_cast<real>(spacing),
+                          static_cast<real>(spacing / 4),
+                          0,
+                          Vec3(0, 0, 0)};
+  constexpr int kParts = 200;
+  double sum = 0;
+  for (int k = 0; k < kParts; ++k)
+    sum += behind_face(kernel, static_cast<real>((k + 0.5) * support / kParts), Vec3(0, 0, 1), 0).shear;
+  return sum * support / kParts;
+}
+
 // Returns a bound on K / m of a rigid body [1/s], were all the room around it filled with the most viscous fluid.
 double body_rate(const Scene& scene, const Plan& plan, const Body& body, double viscosity) {
-  const double dx = scene.spacing, H = plan.support / dx, whole = lattice_sums(H).F;
-  const auto kernel = WendlandC2Of<double>::with_support(H);  // in spacings
-  const auto begin = scene.position.begin() + body.first;
-  const std::vector<Eigen::Vector3d> points(begin, begin + body.count);
-  const PointGrid grid(points, {}, plan.support);
   const Eigen::Vector3d center = body.position + body.orientation * body.center;
+  const double whole = 2 * viscosity * shear_of_plane(plan.support, scene.spacing);
   double sum = 0;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   Eigen::Matrix3d turning = Eigen::Matrix3d::Zero();
-  for (std::uint32_t i = 0; i < body.count; ++i) {
-    double own = 0;
-    grid.near(points[i], [&](std::uint32_t j) {
-      if (j != i) own += kernel.F((points[i] - points[j]).norm() / dx);
-    });
-    const double K = 4 * viscosity * scene.volume[body.first + i] / (dx * dx) * std::max(0.0, whole - own);
-    const Eigen::Vector3d r = points[i] - center;
+  for (const auto& t : body.surface.triangles) {
+    Eigen::Vector3d corner[3], r = Eigen::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) {
+      corner[k] = body.position + body.orientation * body.surface.vertices[t[k]] - center;
+      r += corner[k] / 3;
+    }
+    const double K = whole * (corner[1] - corner[0]).cross(corner[2] - corner[0]).norm() / 2;
     sum += K;
     moment += K * r;
     turning += K * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());

@@ -18,6 +18,7 @@ Scene pool(double side, double depth, double headroom, const std::function<bool(
   Scene scene = empty_scene(kSpacing, {0, 0, -kFloor}, {side, side, depth + headroom});
   scene.config.periodic = {true, true, false};
   const auto water = add_material(scene, 1000, 1e-3);
+  const ByGeometry walls;
   add_body(scene, "water", BodyKind::fluid, water, {0, 0, 0}, {side, side, depth}, is_water);
   add_body(scene, "floor", BodyKind::fixed, water, {0, 0, -kFloor}, {side, side, 0});
   return scene;
@@ -92,6 +93,7 @@ TEST_P(Archimedes, FlatBoxFloatsAtItsDraft) {
   };
   Scene scene = pool(side, depth, 0.2, [&](const Eigen::Vector3d& x) { return !in_box(x); });
   const auto wood = add_material(scene, 1000 * share, 1e-3);
+  const ByGeometry solid;
   const auto box = add_body(scene, "box", BodyKind::rigid, wood, low, top);
   scene.config.accuracy = Accuracy::fast;
   scene.config.method = GetParam();

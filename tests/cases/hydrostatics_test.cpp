@@ -34,6 +34,7 @@ Scene tank(const TankCase& c) {
   config.numerics.max_speed = std::sqrt(kGravity * kDepth);
   config.numerics.sound_speed = 10 * std::sqrt(kGravity * kDepth);
   const auto water = add_material(scene, kDensity, 0);
+  const ByGeometry walls;
   add_body(scene, "water", BodyKind::fluid, water, {0, 0, 0}, {width, deep, kDepth});
   add_tray(scene, water, {0, 0, 0}, {width, deep, 1.05}, wall, {false, true, false});
   config.probes.push_back(probe_of("tray"));

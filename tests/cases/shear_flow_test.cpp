@@ -29,6 +29,7 @@ Scene channel(Method method) {
   config.numerics.artificial_viscosity = 0;
   config.numerics.max_speed = 1;
   const auto oil = add_material(scene, 1000, 1000);
+  const ByGeometry walls;
   add_body(scene, "oil", BodyKind::fluid, oil, {0, 0, 0}, {deep, deep, 1});
   add_body(scene, "bottom", BodyKind::fixed, oil, {0, 0, -wall}, {deep, deep, 0});
   add_body(scene, "top", BodyKind::fixed, oil, {0, 0, 1}, {deep, deep, 1 + wall});

@@ -82,6 +82,7 @@ Scene pool_scene(const Pool& pool, Method method, const std::function<bool(const
   scene.config.method = method;
   scene.config.gravity = {0, 0, -kGravity};
   const auto water = add_material(scene, 1000, 1e-3);
+  const ByGeometry walls;
   add_body(scene, "water", BodyKind::fluid, water, {-half, 0, bottom}, {half, deep, 2 * kSpacing}, is_water);
   add_body(scene, "floor", BodyKind::fixed, water, {-half, 0, bottom - 3 * kSpacing}, {half, deep, bottom});
   return scene;
@@ -110,6 +111,7 @@ TEST_P(Waves, AFloatingBoxHeavesWithItsAddedMass) {
     return x.z() < 0 && (std::abs(x.x()) > wide / 2 || x.z() < low.z());
   });
   const auto wood = add_material(scene, 500, 1e-3);
+  const ByGeometry solid;
   const auto box = add_body(scene, "box", BodyKind::rigid, wood, low, high);
   scene.proxies.push_back({0, box, Eigen::Vector3d::Zero(), {1e5, 1e4, 1e4, 1e2}});
   const auto simulation = simulate(scene);

@@ -153,7 +153,8 @@ TEST(Bill, AWallOfAFluidSaysSoAndCountsWhatNoFluidReaches) {
 TEST(Bill, ABodyThatMeetsOnlyBodiesByADistanceFieldIsMetByNobody) {
   const Bill bill = bill_of(scene_file("tray_rigid"));
   for (const BillBody& body : bill.bodies) EXPECT_TRUE(body.reasons.empty()) << body.name;
-  EXPECT_FALSE(has_module(bill, "fluid") || has_module(bill, "walls") || has_module(bill, "neighbour lists"));
+  EXPECT_FALSE(has_module(bill, "fluid") || has_module(bill, "walls by particles") ||
+               has_module(bill, "neighbour lists"));
   EXPECT_TRUE(has_module(bill, "contact by distance fields"));
 }
 

@@ -7,7 +7,7 @@ set(physics_host_sources
   physics/cell_grid_test.cpp physics/distance_test.cpp physics/elastic_test.cpp physics/implicit_elastic_test.cpp
   physics/pieces_test.cpp physics/plastic_test.cpp physics/smoothing_test.cpp physics/tear_test.cpp)
 set(physics_unit_sources
-  backend/neighbor_lists_test.cpp physics/fluid_guard_test.cpp physics/rigid_contact_test.cpp
+  backend/neighbor_lists_test.cpp physics/walls_test.cpp physics/wall_share_test.cpp physics/rigid_contact_test.cpp
   physics/equations_test.cpp physics/heat_test.cpp physics/implicit_elastic_motion_test.cpp physics/outside_test.cpp physics/proxy_contact_test.cpp
   physics/proxy_test.cpp physics/rigid_pieces_test.cpp physics/rigid_test.cpp physics/state_change_test.cpp
   physics/viscosity_test.cpp solver/conservation_test.cpp solver/degenerate_bodies_test.cpp solver/health_test.cpp
@@ -18,7 +18,7 @@ set(physics_sources
   ../cases/film_test.cpp ../cases/hydrostatics_test.cpp ../cases/kitchen_scene_test.cpp
   ../cases/melting_scenes_test.cpp ../cases/rest_test.cpp ../cases/resting_noise_test.cpp
   ../cases/shear_flow_test.cpp ../cases/sleep_test.cpp ../cases/staged_viscosity_flow_test.cpp
-  ../cases/stirred_volume_test.cpp ../cases/switches_test.cpp physics/cohesion_test.cpp
+  ../cases/stirred_volume_test.cpp ../cases/switches_test.cpp ../cases/thin_walls_test.cpp ../cases/turning_test.cpp physics/cohesion_test.cpp
   physics/rigid_contact_motion_test.cpp physics/elastic_contact_test.cpp physics/elastic_motion_test.cpp
   physics/frozen_contact_test.cpp physics/heat_flow_test.cpp physics/plastic_motion_test.cpp
   physics/rigid_pieces_motion_test.cpp physics/state_change_motion_test.cpp physics/tear_motion_test.cpp)

@@ -5,9 +5,42 @@
 #include <functional>
 #include <string>
 
+#include "sim_server/geometry/contact_shape.h"
+#include "sim_server/geometry/surface.h"
 #include "sim_server/scene/scene.h"
+#include "tests/support/scene_builder.h"
 
 namespace palp::test {
+
+// While one exists, boxes and trays that are added act on fluids by their geometry, as those of scene files do, and not
+// by their particles.
+class ByGeometry {
+ public:
+  explicit ByGeometry(bool on = true) : before_(is_on()) { is_on() = on; }
+  ~ByGeometry() { is_on() = before_; }
+  ByGeometry(const ByGeometry&) = delete;
+  ByGeometry& operator=(const ByGeometry&) = delete;
+  static bool& is_on() {
+    static bool on = false;
+    return on;
+  }
+
+ private:
+  bool before_;
+};
+
+// Makes a body act by its geometry: shapes in world axes.
+inline void give_shapes(Scene& scene, std::uint32_t index, std::vector<ShapeConfig> shapes) {
+  Body& body = scene.bodies[index];
+  for (ShapeConfig& shape : shapes) shape.position -= body.position;
+  const Solid solid = make_solid(shapes);
+  body.surface = solid_surface(solid, scene.spacing / 2);
+  body.contact = make_contact_shape(solid, body.surface, scene.spacing);
+}
+
+inline ShapeConfig box_between(const Eigen::Vector3d& min, const Eigen::Vector3d& max) {
+  return box(max - min, (min + max) / 2);
+}
 
 inline Scene empty_scene(double spacing, const Eigen::Vector3d& min, const Eigen::Vector3d& max) {
   Scene scene;
@@ -79,6 +112,8 @@ inline std::uint32_t add_body(Scene& scene, const std::string& name, BodyKind ty
          Eigen::Matrix3d(((cell.squaredNorm() * Eigen::Vector3d::Ones() - cell.cwiseAbs2()) / 12).asDiagonal()));
   }
   scene.bodies.push_back(body);
+  const bool solid = type == BodyKind::fixed || type == BodyKind::rigid;
+  if (solid && !inside && ByGeometry::is_on()) give_shapes(scene, index, {box_between(min, max)});
   return index;
 }
 
@@ -92,9 +127,13 @@ inline std::uint32_t add_tray(Scene& scene, std::uint32_t material, const Eigen:
     low[a] -= thickness;
     if (a < 2) high[a] += thickness;
   }
-  return add_body(scene, "tray", BodyKind::fixed, material, low, high, [=](const Eigen::Vector3d& x) {
-    return !((x.array() > min.array()).all() && (x.array() < max.array()).all());
-  });
+  const std::uint32_t tray = add_body(
+      scene, "tray", BodyKind::fixed, material, low, high,
+      [=](const Eigen::Vector3d& x) { return !((x.array() > min.array()).all() && (x.array() < max.array()).all()); });
+  ShapeConfig room = box_between(min, max);
+  room.subtract = true;
+  if (ByGeometry::is_on()) give_shapes(scene, tray, {box_between(low, high), room});
+  return tray;
 }
 
 }  // namespace palp::test

@@ -56,14 +56,24 @@ inline constexpr Tolerance kClosedEnergy{1e-3, 1e-3, "of the kinetic energy at t
 // analytic cases, reference D1 and D3
 inline constexpr Tolerance kHydrostaticProfile{0.02, 0.02, "of the pressure at the bottom (Adami et al. 2012)"};
 inline constexpr Tolerance kWallForce{0.01, 0.01, "of the weight, mean over an acoustic period"};
+inline constexpr Tolerance kThinWallForce{0.12, 0.12,
+                                          "of rho g h^2 / 2; within a support radius of a floor that floor bears a "
+                                          "part, a tenth at twelve spacings of depth"};
 inline constexpr Tolerance kRestDrift{0.1, 0.1, "of a spacing, over a minute"};
 inline constexpr Tolerance kStirredVolume{
     0.03, 0.03, "of the height: particles in disorder fill space as well as a lattice to about 2 %"};
 inline constexpr Tolerance kGuard{1e-5, 1e-11, "of the largest push, force, and force times radius: rounding"};
+inline constexpr Tolerance kWallShare{0.02, 0.02, "quadrature errs by 0.005 in edges, products of shares by 0.01"};
+inline constexpr Tolerance kSameWall{1e-5, 1e-11, "of a share and 1 / H: rounding"};
+inline constexpr Tolerance kWallSlope{
+    0.08, 0.08, "of 1 / H; 1.5 at a plane. Where shapes join, products of shares err by 0.06; quadrature errs by 0.02"};
+inline constexpr Tolerance kWallPull{0.02, 0.02, "of the acceleration, for the same reasons as the share"};
 inline constexpr Tolerance kPenetration{0.05, 0.05, "of a spacing: fluid that is stirred was within the ladle by 0.4"};
 inline constexpr Tolerance kRestingSpeed{0.01, 0.01, "of sqrt(g H)"};
 inline constexpr Tolerance kCompression{0.012, 0.012, "g H / c^2 = 1 % at c = 10 sqrt(g H), and sound"};
 inline constexpr Tolerance kDamBreakFront{0.10, 0.10, "of the distance, Martin & Moyce 1952"};
+inline constexpr Tolerance kIdealFront{0.10, 0.10,
+                                       "of the distance in potential flow; the tip is thinner than a spacing"};
 inline constexpr Tolerance kRitter{0.03, 0.03,
                                    "of the time, which is two spacings of the way; no lower bound is known"};
 inline constexpr Tolerance kImpactTime{0.10, 0.10, "of the time, as for the front of Martin & Moyce"};
@@ -72,7 +82,10 @@ inline constexpr Tolerance kImpactDepth{0.05, 0.05, "of the depth at the start"}
 inline constexpr Tolerance kThroughFloor{1e-6, 1e-6, "of a spacing: no particle's centre gets below the floor"};
 inline constexpr Tolerance kNoParticle{0.5, 0.5, "particles: not one"};
 inline constexpr Tolerance kTilt{0.1, 0.1, "rad, of a box that is released a layer too high"};
+inline constexpr Tolerance kTurning{0.05, 0.05, "of the torque: at six spacings"};
+inline constexpr Tolerance kTurningCoarse{0.15, 0.15, "of the torque: at two spacings"};
 inline constexpr Tolerance kBuoyancy{0.03, 0.03, "of rho g V"};
+inline constexpr Tolerance kCoarseBuoyancy{0.06, 0.06, "of rho g V: a ball of 1.25 spacings"};
 inline constexpr Tolerance kDraft{0.4, 0.4,
                                   "of a spacing: the gap at a solid and the level of a free surface; measured -0.26"};
 inline constexpr Tolerance kHeave{0.05, 0.05, "of the period: the draft is off by up to 0.4 dx of the 9 dx that swing"};
@@ -104,7 +117,7 @@ inline constexpr Tolerance kLayerSpeed{0.03, 0.03, "of sqrt(g H); measured 0.019
 inline constexpr Tolerance kDropFall{
     0.1, 0.1, "of the way in 0.1 s; the fluid below has a thousandth of its weight, and nowhere to go"};
 inline constexpr Tolerance kRestingNoise{0.002, 0.002,
-                                         "N, rms: 0.05 % of the lift of 3.8 N, half of it the waves of the start"};
+                                         "N, rms: 0.05 % of the lift of 4.4 N, half of it the waves of the start"};
 // heat, reference C and D17
 inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature difference that drives it"};
 inline constexpr Tolerance kRoundHeat{0.04, 0.04, "as above, over a curved surface made of cells"};

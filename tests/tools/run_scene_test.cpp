@@ -86,6 +86,7 @@ class RunTest : public testing::Test {
     SceneConfig config = scene(0.1);
     config.rate_hz = 100;
     config.duration = 0.5;
+    config.numerics.solid_particles = true;
     config.bodies.push_back(body("water", BodyKind::fluid, box({0.5, 0.5, 0.5})));
     config.bodies.push_back(body("tool", BodyKind::rigid, box({0.2, 0.2, 0.2}, {0, 0, 0.6})));
     ProbeConfig front;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sim_server/physics/fluid_guard.h"
+#include "sim_server/physics/walls.h"
 #include "sim_server/probes/penetration.h"
 #include "sim_server/solver/constants.h"
 #include "sim_server/solver/rigid_motion.h"
@@ -111,7 +111,7 @@ void Books::follow_waves(const Plan& plan) {
 }
 
 // Returns the energy with which solids push fluid away that begins at their surface or within them
-// (physics/fluid_guard.h) [J].
+// (physics/walls.h) [J].
 double Books::stored_by_guard() const {
   double stored = 0;
   const double reach = kGuardReach * scene_.spacing;

@@ -287,6 +287,36 @@ TEST_F(SolidTest, SurfacesAreClosedAndEncloseTheSolid) {
   }
 }
 
+// A solid of revolution has its exact outline, with walls of a hundredth of its size.
+TEST_F(SolidTest, SurfacesOfRevolutionAreClosedAndExact) {
+  for (int round = 0; round < 20; ++round) {
+    ShapeConfig outer = posed(cylinder()), inner = outer;
+    outer.radius = between(0.3, 0.5);
+    outer.height = between(0.5, 1);
+    inner.radius = outer.radius - between(0.01, 0.2);
+    inner.height = outer.height;
+    const double floor = between(0.01, 0.1);
+    inner.position += floor * (outer.orientation.normalized() * Eigen::Vector3d::UnitZ());
+    inner.subtract = true;
+    SurfaceMesh mesh;
+    ASSERT_NO_THROW(mesh = checked_mesh(solid_surface(make_solid({outer, inner}), 0.05), "surface"));
+    const double R = outer.radius, r = inner.radius, h = outer.height;
+    const double volume = M_PI * (R * R * h - r * r * (h - floor));
+    EXPECT_NEAR(mesh_moments(mesh).volume, volume, 0.015 * volume) << "chords of 32 to 96 to a circle";
+    // half of a ball: a bowl with a ball's hollow
+    ShapeConfig ball = sphere(), hollow = ball, lid = outer;
+    hollow.radius = ball.radius * between(0.5, 0.95);
+    hollow.subtract = lid.subtract = true;
+    lid.orientation = Eigen::Quaterniond::Identity();
+    lid.radius = 2 * ball.radius;
+    lid.height = ball.radius;
+    lid.position = ball.position + Eigen::Vector3d(0, 0, ball.radius / 2);
+    ASSERT_NO_THROW(mesh = checked_mesh(solid_surface(make_solid({ball, hollow, lid}), 0.05), "surface"));
+    const double bowl = 2 * M_PI / 3 * (std::pow(ball.radius, 3) - std::pow(hollow.radius, 3));
+    EXPECT_NEAR(mesh_moments(mesh).volume, bowl, 0.03 * bowl);
+  }
+}
+
 // Lines through a mesh agree with the shape that it was made from, also along the edges and vertices of its triangles.
 TEST_F(SolidTest, LinesThroughMeshesAreWatertight) {
   ShapeConfig cube;

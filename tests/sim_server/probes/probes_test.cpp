@@ -28,6 +28,7 @@ class ProbesTest : public ::testing::Test {
  protected:
   ProbesTest() {
     SceneConfig config = scene(0.1);
+    config.numerics.solid_particles = true;
     config.bodies.push_back(body("left", BodyKind::fluid, box({0.8, 1, 0.6}, {-0.4, 0, 0})));
     config.bodies.push_back(body("right", BodyKind::fluid, box({0.6, 1, 0.6}, {0.3, 0, 0})));
     config.bodies.push_back(body("block", BodyKind::rigid, box({0.2, 0.4, 0.2}, {0, 0, 0.8})));

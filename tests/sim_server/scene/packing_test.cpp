@@ -18,6 +18,7 @@ constexpr double kSpacing = 0.1;
 // A pool in a periodic column: floor up to z = -0.7, water to z = 0.5 with a hole for a ball.
 SceneConfig pool(double radius, const Eigen::Vector3d& center) {
   SceneConfig config = scene(kSpacing);
+  config.numerics.solid_particles = true;  // fluids are packed around them before they are left out
   config.periodic = {true, true, false};
   config.bodies.push_back(body("floor", BodyKind::fixed, box({2, 2, 0.3}, {0, 0, -0.85})));
   config.bodies.push_back(body("water", BodyKind::fluid, box({2, 2, 1.2}, {0, 0, -0.1})));

@@ -1,0 +1,212 @@
+// The share of a solid in the sums over the neighbours of a fluid particle beside it, from the solid's geometry alone:
+// the integrals of the kernel over the space that the solid fills, as if that were full of particles.
+//
+// symbol   meaning                                                                          unit
+// s        from the particle to a place in the solid                                        m
+// share    int W ds, 1/2 at a plane                                                         -
+// slope    -int F s ds = -grad share: out of the solid                                      1/m
+// pull     int F s (s . a) ds for an acceleration a                                         that of a
+// shear    int F |s . n| ds / d: what the velocity v of the particle against the solid's    1/m^2
+//          is multiplied by where that grows in proportion to the distance from it
+// d, n     distance of the particle from a face of the solid, below 0 inside; normal, outwards
+// k        half the divergence of n: 1 / r for a ball, half of that for a cylinder, 0 for a plane, below 0 in a bore
+//
+// For Wendland's C2 kernel and a plane or a ball all of these are polynomials in u = 1 - |d| / H. The plane's part is
+// summed over layers a spacing apart, the first half a spacing beneath the surface, in place of the integral: a lattice
+// of fluid that ends half a spacing above the surface then is in balance from the start. Solids of several
+// faces are put together from their faces: what two solids A and B have in common gets the product of the shares, which
+// is exact for a kernel that is a product along the normals and within 0.01 for this one, at right angles. What a
+// solid does not fill gets the complement. So every corner, edge, rim and hole follows from the solid's own shapes.
+//
+// A face that the particle does not see, since solid lies before it, does not count: behind a wall all is wall, however
+// thin it is. So a wall of any thickness acts as a thick one on either side.
+#pragma once
+
+#include "sim_server/physics/distance.h"
+
+namespace palp {
+
+struct WallShare {
+  real share;
+  Vec3 slope, pull;
+  real shear;
+};
+
+// The kernel that shares are computed for: the support radius, and the acceleration of `pull`, in the axes of the
+// solid.
+struct WallKernel {
+  real support, inv_support;
+  real spacing;  // dx
+  real least;    // the distance below which shear grows no more [m]
+  real reach;    // length by which two faces may miss each other and still touch [m]
+  Vec3 a;
+};
+
+PALP_HD inline WallShare no_wall() { return {0, Vec3(0, 0, 0), Vec3(0, 0, 0), 0}; }
+PALP_HD inline WallShare all_wall(const WallKernel& kernel) { return {1, Vec3(0, 0, 0), kernel.a, 0}; }
+
+// Returns the share of what a solid does not fill.
+PALP_HD inline WallShare complement(const WallKernel& kernel, const WallShare& of) {
+  return {real(1) - of.share, -of.slope, kernel.a - of.pull, of.shear};
+}
+
+// Returns the share of what two solids have in common.
+PALP_HD inline WallShare common(const WallKernel& kernel, const WallShare& a, const WallShare& b) {
+  const real cross = real(2) / (real(9) * kPi) * kernel.support * kernel.support;
+  const Vec3 pull = b.share * a.pull + a.share * b.pull - (a.share * b.share) * kernel.a +
+                    cross * (b.slope.dot(kernel.a) * a.slope + a.slope.dot(kernel.a) * b.slope);
+  return {a.share * b.share, b.share * a.slope + a.share * b.slope, pull, b.share * a.shear + a.share * b.shear};
+}
+
+// Returns the share of what lies behind a face at the distance d >= 0.
+PALP_HD inline WallShare behind_face(const WallKernel& kernel, real d, const Vec3& n, real k) {
+  const real H = kernel.support, u = real(1) - d * kernel.inv_support;
+  if (!(u > real(0))) return no_wall();
+  real plane = 0, slope = 0, second = 0;
+  for (real z = d + real(0.5) * kernel.spacing; z < H; z += kernel.spacing) {
+    const real v = real(1) - z * kernel.inv_support, v4 = v * v * v * v, dx = kernel.spacing * kernel.inv_support;
+    const real fall = real(21) * dx * v4 * (real(5) - real(4) * v) * z * kernel.inv_support * kernel.inv_support;
+    plane += real(3) * dx * v4 * v * (real(7) + v * (real(-10.5) + real(4) * v));
+    slope += fall;
+    second += fall * z;
+  }
+  const real u2 = u * u, u5 = u2 * u2 * u, u7 = u5 * u2, kd = k * d;
+  const real Q = d * plane + H * u7 * (real(0.5) + u * (real(-9) / 16 + u / 6));
+  const real Q3 =
+      H * H * H * u7 * (real(1) + u * (real(-2.75) + u * (real(2.875) + u * (real(-65) / 48 + real(8) / 33 * u))));
+  const real across = second - d * kd * slope - k * k * (real(2) * d * Q + k * Q3);
+  const real along = plane - real(2) * k * Q + k * k * (d * Q + real(0.5) * k * Q3);
+  const real g = slope * (real(1) - kd) - k * k * Q;
+  const Vec3 pull = along * kernel.a + ((across - along) * n.dot(kernel.a)) * n;
+  return {plane - k * Q, g * n, pull, g / (d > kernel.least ? d : kernel.least)};
+}
+
+// Returns the share of what lies behind a face, on either side of it.
+PALP_HD inline WallShare face_share(const WallKernel& kernel, real d, const Vec3& n, real k) {
+  if (d < real(0)) return complement(kernel, behind_face(kernel, -d, -n, -k));
+  return behind_face(kernel, d, n, k);
+}
+
+// Returns the share of a ball of radius R: of what lies behind its near side, less what that counts past its far one.
+PALP_HD inline WallShare ball_share(const WallKernel& kernel, real d, const Vec3& n, real R) {
+  const real r = d + R, k = real(1) / (r > kernel.least ? r : kernel.least);
+  const WallShare near = face_share(kernel, d, n, k);
+  if (!(d + real(2) * R < kernel.support)) return near;
+  const WallShare far = behind_face(kernel, d + real(2) * R, n, k);
+  return {near.share - far.share, near.slope - far.slope, near.pull - far.pull, near.shear - far.shear};
+}
+
+// Returns the share of a cylinder without ends about the axis z, from its profile (cylinder_profile.h): by the distance
+// r from the axis, along n, the share, the slope, and pull along n and around the axis.
+PALP_HD inline WallShare rod_share(const WallKernel& kernel, const NodeGrid& profile, real r, const Vec3& n,
+                                   const Vec3& axis, real d) {
+  const real at = r * profile.inv_cell;
+  const int last = profile.n[0] - 1, k = static_cast<int>(at);
+  if (k >= last) return no_wall();
+  const real t = at - real(k);
+  const Packed a = profile.node[k], b = profile.node[k + 1];
+  const auto mix = [t](real low, real high) { return low + t * (high - low); };
+  const real share = mix(a.x, b.x), slope = mix(a.y, b.y), along = mix(a.z, b.z), around = mix(a.w, b.w);
+  const real out = n.dot(kernel.a), up = axis.dot(kernel.a);
+  const Vec3 pull = (along * out) * n + (share * up) * axis + around * (kernel.a - out * n - up * axis);
+  return {share, slope * n, pull, slope / (d > kernel.least ? d : kernel.least)};
+}
+
+// The solid of a body, and what its shares are asked for.
+struct WallShape {
+  const ContactBody& body;
+  const Piece* piece;
+  const NodeGrid* grid;
+  WallKernel kernel;
+
+  // Returns true where solid hides a face: at its place y (solid's frame) the solid itself, or another part of it, ends
+  // there or goes on. Boxes that fill a solid lie side by side, so that a face between two of them counts for both:
+  // there only solid that lies before it, on the particle's side x, hides it.
+  PALP_HD bool hides(const Vec3& y, const Vec3& x) const {
+    if (!body.boxes) return distance_in_frame(body, piece, grid, y).d < kernel.reach;
+    const Vec3 back = x - y;
+    const real length = back.norm();
+    return length > real(0) && distance_in_frame(body, piece, grid, y + (kernel.reach / length) * back).d < real(0);
+  }
+};
+
+// Returns the share of a slab from its two faces.
+PALP_HD inline WallShare between(const WallKernel& kernel, const WallShare& a, const WallShare& b) {
+  return {a.share + b.share - real(1), a.slope + b.slope, a.pull + b.pull - kernel.a, a.shear + b.shear};
+}
+
+// Returns the share of a piece of a body's solid, the solid's frame. Where the piece is taken away it is that of the
+// piece itself, nothing if what is before it hides it.
+PALP_HD inline WallShare piece_share(const WallShape& shape, const Piece& p, const Vec3& x) {
+  const WallKernel& kernel = shape.kernel;
+  const Vec3 y = p.R.transpose() * (x - p.c);
+  bool gone = false;  // taken away, and hidden
+  const auto face_by = [&](real d, const Vec3& n, auto share_of) {
+    if (!(Eigen::numext::abs(d) < kernel.support)) return d > real(0) ? no_wall() : all_wall(kernel);
+    const Vec3 world = p.R * n;
+    if (p.subtract ? d > real(0) : d < real(0)) {
+      if (shape.hides(x - d * world, x)) {
+        gone = p.subtract;
+        return all_wall(kernel);
+      }
+    }
+    return share_of(world);
+  };
+  const auto face = [&](real d, const Vec3& n, real k) {
+    return face_by(d, n, [&](const Vec3& world) { return face_share(kernel, d, world, k); });
+  };
+  const auto axis = [&](int a) {
+    Vec3 n(0, 0, 0);
+    n[a] = 1;
+    return between(kernel, face(y[a] - p.high[a], n, 0), face(p.low[a] - y[a], -n, 0));
+  };
+  WallShare out;
+  if (p.type == PieceType::box) {
+    out = axis(0);
+    for (int a = 1; a < 3 && out.share > real(0); ++a) out = common(kernel, out, axis(a));
+  } else if (p.type == PieceType::sphere) {
+    const Distance at = sphere_distance(y, p.high.x());
+    out = face_by(at.d, at.n, [&](const Vec3& world) { return ball_share(kernel, at.d, world, p.high.x()); });
+  } else if (p.type == PieceType::cylinder) {
+    const real r = Eigen::numext::sqrt(y.x() * y.x() + y.y() * y.y()), d = r - p.high.x();
+    const Vec3 n = r > real(0) ? Vec3(y.x() / r, y.y() / r, 0) : Vec3(1, 0, 0);
+    out = face_by(d, n, [&](const Vec3& world) {
+      return rod_share(kernel, shape.grid[p.grid], r, world, p.R * Vec3(0, 0, 1), d);
+    });
+    if (out.share > real(0)) {
+      const Vec3 up(0, 0, 1);
+      out = common(kernel, out, between(kernel, face(y.z() - p.high.z(), up, 0), face(-y.z() - p.high.z(), -up, 0)));
+    }
+  } else {
+    const Distance at = grid_distance(shape.grid[p.grid], y);
+    out = face(at.d, at.n, 0);
+  }
+  return gone ? no_wall() : out;
+}
+
+// Returns the share of a body's solid for a particle at x; that and the result are in body axes about the centre of
+// mass, as kernel.a is.
+PALP_HD inline WallShare wall_share(const ContactBody& body, const Piece* piece, const NodeGrid* grid,
+                                    WallKernel kernel, const Vec3& x) {
+  kernel.a = body.R.transpose() * kernel.a;
+  const WallShape shape{body, piece, grid, kernel};
+  const Vec3 y = body.R.transpose() * (x - body.c);
+  WallShare out = no_wall();
+  if (body.boxes) {
+    for (std::uint32_t k = body.first; k < body.solid; ++k) {
+      const WallShare one = piece_share(shape, piece[k], y);
+      out = {out.share + one.share, out.slope + one.slope, out.pull + one.pull, out.shear + one.shear};
+    }
+  } else {
+    WallShare empty = all_wall(kernel);  // of what is not solid
+    for (std::uint32_t k = body.first; k < body.last; ++k) {
+      const WallShare one = piece_share(shape, piece[k], y);
+      empty = piece[k].subtract ? complement(kernel, common(kernel, complement(kernel, empty), complement(kernel, one)))
+                                : common(kernel, empty, complement(kernel, one));
+    }
+    out = complement(kernel, empty);
+  }
+  return {out.share, body.R * out.slope, body.R * out.pull, out.shear};
+}
+
+}  // namespace palp

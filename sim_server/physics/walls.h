@@ -1,0 +1,258 @@
+// Solids as fluids feel them, from their geometry alone: no particles stand in them. What a solid adds to the sums over
+// a fluid particle's neighbours are the integrals of wall_share.h, with the pressure and velocity that the fluid has
+// there, continued into the solid.
+//
+// symbol      meaning                                                                                   unit
+// V, p, rho   of the fluid particle                                                                     m^3, Pa, kg/m^3
+// d, n, r     its distance from the solid; normal, outwards; place from the body's centre               m, -, m
+// v_b         velocity of the body, at r if nothing else is said                                        m/s
+// p_w         p + rho g . s at s from the particle: hydrostatic, as a fluid at rest                     Pa
+// rate        m slope . (v - v_b), what the divergence of the velocity gets; m = kMirror: below          1/s
+// f^p         V (2 p slope - rho pull(g)): the sum of -(p + p_w) gradW over the solid                    N
+// f^v         -2 mu V shear (v - v_b(r - d n)): of a flow that grows in proportion to the distance      N
+// couple      sum of (r - d n) x (2 mu V slope x w) on the body: below                                  N m
+//
+// A film or a drop that has spread has lost the density of those around it, so that it has no pressure before it is
+// within a solid; what keeps it out is a guard:
+// r0          kGuardReach dx; fluids that fill their space keep a larger distance                       m
+// k           kGuardStiffness c^2 / (r0 dx): what comes with 0.12 c stops at the surface                1/s^2
+// b           8 sqrt(k) (1 - d / r0): at the surface so much that what begins within a solid leaves     1/s
+//             it slowly (4 sqrt(k) created energy there); none at r0, where a jump would make each
+//             touch a click
+// q           mass of the particle over the share of the body's mass that each of its contacts moves    -
+// a           (k (r0 - d) - (b + k dt) v_n) / (1 + (1 + q) (b dt + k dt^2)), no less than 0, where      m/s^2
+//             d < r0: a spring and a damper by backward Euler
+//
+// The wall mirrors the fluid: its pressure is the particle's own, so that one which is the same everywhere pushes
+// nowhere. The rate to match has m = 2, as if the wall's velocity along the normal were the opposite of the particle's;
+// with less, work of the pressure is not known to the density and feeds sound. But for a flow that follows the wall m =
+// 1 is right, and more reads walls that come nearer as compression. kMirror lies between, and density diffuses beside
+// walls at rest, too (fluid.h), which damps what is fed: with 1 a tray at rest began to boil (H = 2 dx) all the same,
+// with 1.25 and 1.5 it comes to rest, to 0.1 uJ in four seconds, where it had 24 with solids of particles.
+//
+// The body receives the opposite of f^p at the particle's own place and of f^v at r - d n, on its surface. So momentum
+// is kept to rounding, and angular momentum as well as viscosity between particles keeps it, which is not central.
+//
+// What f^v, and the viscosity between particles, leave out is mu (grad v)^T n of the traction. Within the fluid its
+// divergence vanishes, so the flow is right without it, but on a body that turns with w it is mu n x w, of which a
+// closed surface makes no force, but the couple -2 mu w V: a third of the torque on a ball. The body receives that (2 V
+// slope of the particles beside a surface adds up to n dA), and the fluid nothing: it hands it on to where the flow
+// ends.
+//
+// Bodies of loose particles and elastic ones have no distance field: boundary.h and guarding_pressure() of
+// fluid.h serve there.
+#pragma once
+
+#include "sim_server/physics/rigid.h"
+#include "sim_server/physics/wall_share.h"
+
+namespace palp {
+
+inline constexpr real kMirror = real(1.25);
+inline constexpr real kMostYielding = real(3);  // (w dt)^2 of a body on the pressure of one particle; 21 was not stable
+inline constexpr real kGuardReach = real(0.3);  // [spacings]
+inline constexpr real kGuardStiffness = real(0.05);
+inline constexpr std::uint32_t kWallPart = 256;  // particles whose push on a body is summed at a time
+
+// A body beside a fluid particle.
+struct NearBody {
+  bool near;
+  Vec3 r;  // the particle's place from the body's centre, world axes [m]
+  Vec3 v;  // the body's velocity there; 0 of a fixed one, whose surface moves along itself and does not squeeze [m/s]
+  real d;
+  Vec3 n;       // world axes
+  Vec3 foot;    // the nearest place on the surface, as r
+  Vec3 v_foot;  // the body's velocity there
+  WallShare wall;
+};
+
+PALP_HD inline NearBody not_near() {
+  const Vec3 zero(0, 0, 0);
+  return {false, zero, zero, 0, zero, zero, zero, {0, zero, zero, 0}};
+}
+
+// A body beside a particle, as MeasureWalls keeps it for the stages that follow.
+struct KeptBody {
+  std::uint32_t place;  // of the body among those that have a distance field
+  NearBody at;
+};
+inline constexpr std::uint32_t kKeptBodies = 2;  // by particle; beside more of them the others are found anew
+
+struct WallViews {
+  WallWrenches by;
+  const std::uint32_t* body = nullptr;  // the bodies that have a distance field
+  const ContactBody* shape = nullptr;   // of each of them
+  const Piece* piece = nullptr;
+  const NodeGrid* grid = nullptr;
+  Packed* slope = nullptr;          // by particle: slope and share of all bodies
+  real* rate = nullptr;             // by particle [1/s]
+  std::uint32_t* beside = nullptr;  // by particle: how many bodies it is beside
+  KeptBody* kept = nullptr;         // kKeptBodies by particle
+  bool thin = false;                // some have thin walls (wall_sight.h)
+};
+
+// Returns what a body is to a particle at x. a: the acceleration of WallShare::pull, world axes.
+PALP_HD inline NearBody near_body(const WallViews& walls, const CellGrid& grid, const Medium& medium,
+                                  const BodyState& body, std::uint32_t k, const Vec3& x, const Vec3& a) {
+  NearBody out = not_near();
+  const ContactBody& shape = walls.shape[k];
+  out.r = nearest_image(grid, x - body.x);
+  const real far = shape.reach + medium.support;
+  if (out.r.squaredNorm() > far * far) return out;
+  const Mat3 R = body.q.toRotationMatrix();
+  const Vec3 y = R.transpose() * out.r;
+  if (outside_bounds(shape, y, medium.support)) return out;
+  const Distance at = solid_distance(shape, walls.piece, walls.grid, y);
+  if (!(at.d < medium.support)) return out;
+  out.near = true;
+  out.d = at.d;
+  out.n = R * at.n;
+  out.foot = out.r - out.d * out.n;
+  out.v_foot = body.v + body.w.cross(out.foot);
+  out.v = body.kind == BodyKind::fixed ? Vec3(0, 0, 0) : Vec3(body.v + body.w.cross(out.r));
+  const WallKernel kernel{medium.support,
+                          real(1) / medium.support,
+                          medium.spacing,
+                          real(0.25) * medium.spacing,
+                          real(0.01) * medium.spacing,
+                          R.transpose() * a};
+  out.wall = wall_share(shape, walls.piece, walls.grid, kernel, y);
+  out.wall.slope = R * out.wall.slope;
+  out.wall.pull = R * out.wall.pull;
+  return out;
+}
+
+// Returns what body k is to particle i at x, as near_body() does, after MeasureWalls.
+PALP_HD inline NearBody known_body(const WallViews& walls, const CellGrid& grid, const Medium& medium,
+                                   const BodyState& body, std::uint32_t k, std::uint32_t i, const Vec3& x,
+                                   const Vec3& a) {
+  const std::uint32_t beside = walls.beside[i];
+  for (std::uint32_t s = 0; s < kKeptBodies && s < beside; ++s)
+    if (walls.kept[i * kKeptBodies + s].place == k) return walls.kept[i * kKeptBodies + s].at;
+  if (beside > kKeptBodies) return near_body(walls, grid, medium, body, k, x, a);
+  return not_near();
+}
+
+// Measures what solids add to the sums of the density's rate, and keeps what they are to the particles.
+template <class Bonds>
+struct MeasureWalls {
+  ParticleView state;
+  BodyViews bodies;
+  WallViews walls;
+  CellGrid grid;
+  Medium medium;
+  const Forcing* forcing;
+  Bonds bonds;
+
+  // Returns the share of the rate that a body resists: all, but for a body that is lighter than what the pressure of
+  // particle i moves it by in a sub-step allows for. It yields before it is squeezed.
+  PALP_HD real resisting(std::uint32_t i, const NearBody& b, const BodyState& body) const {
+    if (body.kind != BodyKind::rigid) return real(1);
+    const Material& fluid = medium.material[state.tag[i].material()];
+    const real stiffness =
+        real(2) * kMirror * state.xV[i].w * b.wall.slope.squaredNorm() * bulk_modulus(fluid.density, fluid.sound_speed);
+    const real most = kMostYielding * body.mass / (stiffness * medium.dt * medium.dt);
+    return most < real(1) ? most : real(1);
+  }
+
+  PALP_HD void operator()(std::uint32_t i) const {
+    const Tag tag = state.tag[i];
+    if (!tag.is_fluid() || tag.inactive()) return;
+    Vec3 slope(0, 0, 0);
+    real share = 0, rate = 0;
+    std::uint32_t beside = 0;
+    for (std::uint32_t k = 0; k < walls.by.bodies; ++k) {
+      const NearBody b =
+          near_body(walls, grid, medium, bodies.body[walls.body[k]], k, state.xV[i].xyz(), forcing->level_gravity);
+      if (!b.near) continue;
+      if (beside < kKeptBodies) walls.kept[i * kKeptBodies + beside] = {k, b};
+      ++beside;
+      slope += b.wall.slope;
+      share += b.wall.share;
+      rate += kMirror * resisting(i, b, bodies.body[walls.body[k]]) *
+              bonds.wall_share(tag, bonds.solid(state, i), walls.body[k]) * b.wall.slope.dot(state.vp[i].xyz() - b.v);
+    }
+    walls.slope[i] = pack(slope, share);
+    walls.rate[i] = rate;
+    walls.beside[i] = beside;
+  }
+};
+
+// Adds the forces of solids to the accelerations of the particles of a part; one team a part.
+template <class Bonds>
+struct WallForce {
+  ParticleView state;
+  BodyViews bodies;
+  WallViews walls;
+  CellGrid grid;
+  Medium medium;
+  const Forcing* forcing;
+  std::uint32_t count;
+  Packed* acceleration;
+  Bonds bonds;
+
+  // Returns the acceleration of particle i by the guard of a body.
+  PALP_HD Vec3 guard_push(std::uint32_t i, const NearBody& b, const BodyState& body) const {
+    const real reach = kGuardReach * medium.spacing, dt = medium.dt;
+    if (!(b.d < reach)) return Vec3(0, 0, 0);
+    const real c = medium.material[state.tag[i].material()].sound_speed;
+    const real deep = reach - b.d, k = kGuardStiffness * c * c / (reach * medium.spacing);
+    const real damper = real(8) * Eigen::numext::sqrt(k) * deep / reach;
+    const real a = k * deep - (damper + k * dt) * (state.vp[i].xyz() - b.v).dot(b.n);
+    const real both = real(1) + state.mass[i] / body.contact_mass;
+    return a > real(0) ? Vec3((a / (real(1) + (damper * dt + k * dt * dt) * both)) * b.n) : Vec3(0, 0, 0);
+  }
+
+  // Returns what a particle beside a body that turns with w adds to the couple on it [N m].
+  PALP_HD Vec3 couple(std::uint32_t i, const NearBody& b, const Vec3& w) const {
+    const real mu = medium.material[state.tag[i].material()].viscosity;
+    return b.foot.cross(real(2) * mu * state.xV[i].w * b.wall.slope.cross(w));
+  }
+
+  // Returns the drag of a solid on a particle.
+  PALP_HD Vec3 drag_on(std::uint32_t i, const NearBody& b) const {
+    const real mu = medium.material[state.tag[i].material()].viscosity;
+    return (real(-2) * mu * state.xV[i].w * b.wall.shear) * (state.vp[i].xyz() - b.v_foot);
+  }
+
+  // Returns the pressure of a solid on a particle, as a force.
+  PALP_HD Vec3 pressure_on(std::uint32_t i, const NearBody& b) const {
+    const Material& fluid = medium.material[state.tag[i].material()];
+    const Packed xV = state.xV[i], vp = state.vp[i];
+    const real rho = density_at(vp.w, fluid.density, fluid.sound_speed);
+    Vec3 pressure = real(2) * acting_pressure(medium, vp.w) * b.wall.slope - rho * b.wall.pull;
+    const real out = pressure.dot(b.n);
+    if (!medium.tension && out < real(0)) pressure -= out * b.n;  // a wall holds nothing
+    return xV.w * pressure;
+  }
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t part, Team team) const {
+    const std::uint32_t begin = part * kWallPart, end = begin + kWallPart < count ? begin + kWallPart : count;
+    for (std::uint32_t k = 0; k < walls.by.bodies; ++k) {
+      const BodyState& body = bodies.body[walls.body[k]];
+      const bool asked = body.force_first != kNone;  // for its wrench
+      Vec3 force(0, 0, 0), torque(0, 0, 0);
+      for (std::uint32_t i = begin + team.lane(); i < end; i += team.size()) {
+        const Tag tag = state.tag[i];
+        if (!tag.is_fluid() || tag.inactive() || (tag.asleep() && !asked)) continue;
+        const real share = bonds.wall_share(tag, bonds.solid(state, i), walls.body[k]);
+        if (!(share > real(0))) continue;
+        const NearBody b = known_body(walls, grid, medium, body, k, i, state.xV[i].xyz(), forcing->level_gravity);
+        if (!b.near) continue;
+        const Vec3 push = share * (pressure_on(i, b) + state.mass[i] * guard_push(i, b, body));
+        const Vec3 drag = share * drag_on(i, b);
+        force -= push + drag;
+        torque -= b.r.cross(push) + b.foot.cross(drag);
+        if (body.kind == BodyKind::rigid) torque += share * couple(i, b, body.w);
+        if (!tag.asleep()) acceleration[i] = pack(acceleration[i].xyz() + (push + drag) / state.mass[i], 0);
+      }
+      if (!asked) continue;
+      force = team.sum(force);
+      torque = team.sum(torque);
+      if (team.leader()) walls.by.wrench[part * walls.by.bodies + k] = {force, torque};
+    }
+  }
+};
+
+}  // namespace palp

@@ -1,0 +1,184 @@
+// Shares of the kernel in solids against quadrature over the solid, in double precision; layers so thin that their sum
+// is the integral.
+#include <gtest/gtest.h>
+
+#include "sim_server/geometry/solid.h"
+#include "sim_server/physics/smoothing.h"
+#include "sim_server/physics/wall_share.h"
+#include "sim_server/solver/contact_store.h"
+#include "sim_server/solver/plan.h"
+#include "tests/support/random_scene.h"
+#include "tests/support/scene_builder.h"
+#include "tests/support/seed.h"
+#include "tests/support/tolerance.h"
+
+namespace palp::test::wall_share_test {
+namespace {
+
+using Eigen::Vector3d;
+constexpr double kSpacing = 0.02, kSupport = 3 * kSpacing;
+const Vector3d kPull(1.5, -2, -9.81);
+
+struct Sums {
+  double share = 0;
+  Vector3d slope = Vector3d::Zero(), pull = Vector3d::Zero();
+};
+
+class Walls {
+ public:
+  explicit Walls(const std::vector<ShapeConfig>& shapes) {
+    SceneConfig config = scene(kSpacing);
+    BodyConfig subject = test::body("subject", BodyKind::rigid, shapes[0]);
+    subject.shapes = shapes;
+    config.bodies = {subject, test::body("fluid", BodyKind::fluid, box({0.06, 0.06, 0.06}, {0.9, 0.9, 0.9}))};
+    solid_ = make_solid(shapes);
+    scene_ = sample_scene(config, 1000000);
+    store_.emplace(scene_, make_plan(scene_));
+    grids_ = store_->grids_at(store_->node.data());
+  }
+  // x in the body frame.
+  WallShare at(const Vector3d& x) const {
+    WallKernel kernel{real(kSupport),     real(1 / kSupport),    real(kSpacing / 16),
+                      real(kSpacing / 4), real(0.01 * kSpacing), kPull.cast<real>()};
+    return wall_share(store_->shape[0], store_->piece.data(), grids_.data(), kernel,
+                      (x - scene_.bodies[0].center).cast<real>());
+  }
+  double distance(const Vector3d& x) const {
+    return solid_distance(store_->shape[0], store_->piece.data(), grids_.data(),
+                          (x - scene_.bodies[0].center).cast<real>())
+        .d;
+  }
+  // By cells, those that the surface cuts by smaller ones.
+  Sums quadrature(const Vector3d& x) const {
+    constexpr int kCells = 12;
+    const double cell = kSupport / kCells;
+    Sums sums;
+    for (int i = -kCells; i < kCells; ++i)
+      for (int j = -kCells; j < kCells; ++j)
+        for (int k = -kCells; k < kCells; ++k) add(x, cell * Vector3d(i + 0.5, j + 0.5, k + 0.5), cell, 2, sums);
+    return sums;
+  }
+
+ private:
+  bool contains(const Vector3d& x) const { return solid_.contains(solid_.frame.inverse() * x); }
+  void add(const Vector3d& x, const Vector3d& s, double cell, int halvings, Sums& sums) const {
+    const auto W = WendlandC2Of<double>::with_support(kSupport);
+    const double r = s.norm();
+    if (r - cell > kSupport) return;
+    if (halvings > 0 && std::abs(distance(x + s)) < cell) {
+      for (int c = 0; c < 8; ++c)
+        add(x, s + 0.25 * cell * Vector3d(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1), 0.5 * cell, halvings - 1,
+            sums);
+      return;
+    }
+    if (r >= kSupport || !contains(x + s)) return;
+    const double dV = cell * cell * cell;
+    sums.share += W.W(r) * dV;
+    sums.slope -= W.F(r) * dV * s;
+    sums.pull += W.F(r) * dV * s.dot(kPull) * s;
+  }
+
+  Solid solid_;
+  Scene scene_;
+  std::optional<ContactStore> store_;
+  std::vector<NodeGrid> grids_;
+};
+
+ShapeConfig cylinder(double radius, double height, const Vector3d& position = Vector3d::Zero()) {
+  ShapeConfig shape;
+  shape.type = ShapeType::cylinder;
+  shape.radius = radius;
+  shape.height = height;
+  shape.position = position;
+  return shape;
+}
+
+ShapeConfig without(ShapeConfig shape) {
+  shape.subtract = true;
+  return shape;
+}
+
+// A solid, and the box (body frame) in which places beside it are drawn.
+struct Case {
+  const char* name;
+  std::vector<ShapeConfig> shapes;
+  Vector3d low, high;
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+std::vector<Case> cases() {
+  const double R = 3 * kSpacing;
+  const ShapeConfig tray = box({0.8, 0.8, 0.5}, {0.2, 0.2, 0.05}),
+                    room = without(box({0.6, 0.6, 0.5}, {0.3, 0.3, 0.25}));
+  const ShapeConfig block = box({0.4, 0.4, 0.4}), bore = without(cylinder(5 * kSpacing, 0.5));
+  return {
+      {"plane", {box({0.6, 0.6, 0.3}, {0, 0, -0.15})}, {-0.1, -0.1, 0}, {0.1, 0.1, 0.06}},
+      {"edge", {box({0.6, 0.6, 0.3}, {0.3, 0, -0.15})}, {-0.06, -0.1, -0.06}, {0.06, 0.1, 0.06}},
+      {"corner", {box({0.6, 0.6, 0.6}, {0.3, 0.3, -0.3})}, {-0.06, -0.06, -0.06}, {0.06, 0.06, 0.06}},
+      {"tray's inner corner", {tray, room}, {0, 0, 0}, {0.08, 0.08, 0.08}},
+      {"tray's rim", {box({0.8, 0.8, 0.3}, {0.2, 0.2, 0.05}), room}, {-0.06, 0.1, 0.14}, {0.06, 0.3, 0.26}},
+      {"two boxes' seam",
+       {box({0.3, 0.6, 0.3}, {-0.15, 0, -0.15}), box({0.3, 0.6, 0.3}, {0.15, 0, -0.15})},
+       {-0.06, -0.1, 0},
+       {0.06, 0.1, 0.06}},
+      {"ball of 3 dx", {sphere(R)}, {-0.12, -0.12, -0.12}, {0.12, 0.12, 0.12}},
+      {"ball of 1 dx", {sphere(kSpacing)}, {-0.08, -0.08, -0.08}, {0.08, 0.08, 0.08}},
+      {"cylinder of 3 dx", {cylinder(R, 0.4)}, {-0.12, -0.12, -0.26}, {0.12, 0.12, 0.26}},
+      {"cylinder of 1 dx", {cylinder(kSpacing, 0.4)}, {-0.08, -0.08, -0.26}, {0.08, 0.08, 0.26}},
+      {"bore", {block, bore}, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}},
+      {"bore's rim", {block, bore}, {-0.1, -0.1, 0.15}, {0.1, 0.1, 0.26}},
+      {"cup's inside",
+       {cylinder(0.2, 0.3), without(cylinder(0.12, 0.3, {0, 0, 0.07}))},
+       {-0.1, -0.1, -0.08},
+       {0.1, 0.1, 0.0}},
+      {"ball on a stick",
+       {sphere(R), cylinder(0.6 * kSpacing, 0.3, {0, 0, 0.15})},
+       {-0.12, -0.12, -0.1},
+       {0.12, 0.12, 0.2}},
+      {"cylinder on a plate",
+       {box({0.6, 0.6, 0.3}, {0, 0, -0.15}), cylinder(R, 0.3, {0, 0, 0.15})},
+       {-0.12, -0.12, 0},
+       {0.12, 0.12, 0.08}},
+  };
+}
+
+class WallShareOf : public RandomCase, public ::testing::WithParamInterface<Case> {};
+
+TEST_P(WallShareOf, AgreesWithQuadrature) {
+  const Case& of = GetParam();
+  const Walls walls(of.shapes);
+  for (int n = 0; n < 30;) {
+    Vector3d x;
+    for (int a = 0; a < 3; ++a) x[a] = between(of.low[a], of.high[a]);
+    const double d = walls.distance(x);
+    if (d < 0.1 * kSpacing || d > kSupport) continue;
+    ++n;
+    const WallShare found = walls.at(x);
+    const Sums exact = walls.quadrature(x);
+    EXPECT_TRUE(within(found.share - exact.share, tol::kWallShare)) << x.transpose();
+    EXPECT_TRUE(within((found.slope.cast<double>() - exact.slope).norm() * kSupport, tol::kWallSlope)) << x.transpose();
+    EXPECT_TRUE(within((found.pull.cast<double>() - exact.pull).norm() / kPull.norm(), tol::kWallPull))
+        << x.transpose();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Solids, WallShareOf, ::testing::ValuesIn(cases()), [](const auto& one) {
+  std::string name = one.param.name;
+  for (char& letter : name)
+    if (std::isalnum(static_cast<unsigned char>(letter)) == 0) letter = '_';
+  return name;
+});
+
+// Behind a wall all is wall, however thin it is.
+TEST(WallShare, OfAThinWallIsThatOfAThickOne) {
+  const Walls thick({box({0.6, 0.6, 0.3}, {0, 0, -0.15})}), thin({box({0.6, 0.6, 0.0004}, {0, 0, -0.0002})});
+  for (double d = 0.05; d < 3; d += 0.1) {
+    const Vector3d x(0.01, 0.02, d * kSpacing);
+    EXPECT_TRUE(within(thin.at(x).share - thick.at(x).share, tol::kSameWall)) << d;
+    EXPECT_TRUE(within((thin.at(x).slope - thick.at(x).slope).norm() * kSupport, tol::kSameWall)) << d;
+  }
+}
+
+}  // namespace
+}  // namespace palp::test::wall_share_test
