@@ -37,7 +37,7 @@ struct ViscousBody {
 
 // The coefficients of the bodies beside a fluid particle (wall_drag.h), by their places among those that keep fluids
 // out. Of more than kMost the weakest are left out.
-struct WallDrag {
+struct WallDrag {  // NOLINT(bugprone-reserved-identifier): the name is the compiler's, as it copies the array of Vec3
   static constexpr int kMost = 3;
   std::uint32_t body[kMost];  // kNone: none
   real k[kMost];              // [N s/m]
