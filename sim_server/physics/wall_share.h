@@ -162,6 +162,8 @@ PALP_HD inline WallShare piece_share(const WallShape& shape, const Piece& p, con
   };
   WallShare out;
   if (p.type == PieceType::box) {
+    for (int a = 0; a < 3; ++a)
+      if (!(y[a] - p.high[a] < kernel.support && p.low[a] - y[a] < kernel.support)) return no_wall();
     out = axis(0);
     for (int a = 1; a < 3 && out.share > real(0); ++a) out = common(kernel, out, axis(a));
   } else if (p.type == PieceType::sphere) {
