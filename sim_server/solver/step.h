@@ -20,7 +20,14 @@
 namespace palp {
 
 // Says whether two particles ever act on each other: stored neighbour lists leave out the pairs that do not.
-struct Interacts {
+struct EveryPair {
+  PALP_HD bool operator()(Tag, Tag) const { return true; }
+  PALP_HD static real clear_around(Tag, const Vec3&) { return HUGE_VALF; }
+  PALP_HD static bool in_sight(Tag, const Vec3&, const Vec3&, real) { return true; }
+};
+
+// The same with solids.
+struct Interacts : EveryPair {
   bool all;  // method "paper": a solid's own particles count in its density; heat: they conduct
   bool contact;
   bool cohesion;  // fluids cling to solids that else act by their geometry
@@ -29,14 +36,6 @@ struct Interacts {
     if (a.is_fluid() || b.is_fluid()) return cohesion || !(a.by_geometry() || b.by_geometry());
     return contact && a.body() != b.body() && (a.kind() != BodyKind::fixed || b.kind() != BodyKind::fixed);
   }
-  PALP_HD static real clear_around(Tag, const Vec3&) { return HUGE_VALF; }
-  PALP_HD static bool in_sight(Tag, const Vec3&, const Vec3&, real) { return true; }
-};
-
-struct EveryPair {
-  PALP_HD bool operator()(Tag, Tag) const { return true; }
-  PALP_HD static real clear_around(Tag, const Vec3&) { return HUGE_VALF; }
-  PALP_HD static bool in_sight(Tag, const Vec3&, const Vec3&, real) { return true; }
 };
 
 // The same with thin walls, across which fluids do not interact.
@@ -283,7 +282,7 @@ void particle_stages(B& back_end, const Plan& plan, const StepViews& v, real ela
     back_end.sort_into_cells(v.state, v.sorted, v.particles, v.grid, static_cast<real>(plan.support),
                              static_cast<real>(plan.skin), interacts);
   };
-  const Interacts interacts{plan.method == Method::paper || plan.heat, plan.contact, plan.cohesion};
+  const Interacts interacts{{}, plan.method == Method::paper || plan.heat, plan.contact, plan.cohesion};
   if (v.fluid.walls.thin)
     sort(InteractsInSight{interacts,
                           {v.fluid.walls, v.body.body, v.grid, static_cast<real>(plan.support + plan.skin),
