@@ -1,0 +1,131 @@
+#!/usr/bin/env python3
+"""Tows a ball through a liquid at rest and compares its drag with the standard curve (Schiller & Naumann 1933).
+
+  tools/towed_ball.py                              radius 3 spacings at Re 10 to 1000, on the CPU
+  tools/towed_ball.py --backend cuda --radii 2 3 5 --jobs 5
+
+The ball goes 10 radii in a periodic box of 8 x 8 x 14 radii, at 0.2 m/s after a start of 0.2 radii. Prints the drag over
+the standard one in the last three fifths of the way, and the force's noise (what a mean of 26 ms leaves) over the drag."""
+import argparse
+import concurrent.futures
+import csv
+import math
+import os
+import pathlib
+import subprocess
+import tempfile
+
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+SPACING, SPEED, DENSITY, OFF_LATTICE = 0.02, 0.2, 1000.0, (0.003, 0.002)
+
+SCENE = """
+[scene]
+name = "tow"
+gravity = [0.0, 0.0, 0.0]
+rate_hz = 1000
+duration = {duration}
+[domain]
+min = [{low}, {low}, 0.0]
+max = [{high}, {high}, {length}]
+periodic = [true, true, true]
+[numerics]
+spacing = {spacing}
+support_over_spacing = {support}
+artificial_viscosity = {alpha}
+tension = true
+max_speed = {fastest}
+[[material]]
+name = "liquid"
+density = {density}
+viscosity = {viscosity}
+[[body]]
+name = "ball"
+type = "rigid"
+material = "liquid"
+position = [{x}, {y}, {start}]
+[[body.shape]]
+type = "sphere"
+radius = {radius}
+[[body]]
+name = "fluid"
+type = "fluid"
+material = "liquid"
+position = [0.0, 0.0, {middle}]
+[[body.shape]]
+type = "box"
+size = [{width}, {width}, {length}]
+[[body.shape]]
+type = "sphere"
+radius = {radius}
+position = [{x}, {y}, {hole}]
+subtract = true
+[[proxy]]
+device = 0
+body = "ball"
+handle = [0.0, 0.0, 0.0]
+[proxy.coupling_limit]
+stiffness = 2000
+damping = 40
+angular_stiffness = 20
+angular_damping = 0.4
+"""
+
+
+def write_scene(folder, radius, reynolds, options):
+    width, length = (round(sides * radius / SPACING) * SPACING for sides in (8, 14))
+    start, viscosity = 2 * radius, DENSITY * SPEED * 2 * radius / reynolds
+    (folder / "tow.toml").write_text(SCENE.format(
+        duration=10 * radius / SPEED, low=-width / 2, high=width / 2, width=width, length=length, middle=length / 2,
+        spacing=SPACING, support=options.support, alpha=options.alpha, fastest=2 * SPEED, density=DENSITY,
+        viscosity=viscosity, x=OFF_LATTICE[0], y=OFF_LATTICE[1], start=start, radius=radius, hole=start - length / 2))
+    ramp = 0.2 * radius / SPEED
+    with open(folder / "path.csv", "w") as out:
+        print("time,x,y,z,qx,qy,qz,qw", file=out)
+        for t in np.linspace(0, 10 * radius / SPEED, 401):
+            way = SPEED * t * t / (2 * ramp) if t < ramp else SPEED * (t - ramp / 2)
+            print(f"{t:.6f},{OFF_LATTICE[0]},{OFF_LATTICE[1]},{start + way:.8f},0,0,0,1", file=out)
+
+
+def tow(spacings, reynolds, options):
+    radius = spacings * SPACING
+    drag = (24 / reynolds * (1 + 0.15 * reynolds**0.687) * 0.5 * DENSITY * SPEED**2 * math.pi * radius**2)
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        write_scene(folder, radius, reynolds, options)
+        run = subprocess.run(
+            [options.bin / "palp-run", folder / "tow.toml", "--path", f"0={folder / 'path.csv'}", "--out",
+             folder / "out", "--backend", options.backend], capture_output=True, text=True)
+        if run.returncode != 0:
+            return f"R = {spacings:g} dx, Re {reynolds:g}: {run.stderr.strip().splitlines()[-1]}"
+        with open(folder / "out/proxy.csv") as table:
+            rows = list(csv.DictReader(table))
+    time = np.array([float(row["time_s"]) for row in rows])
+    force = -np.array([float(row["fz_N"] or "nan") for row in rows])
+    end = 10 * radius / SPEED
+    parts = [force[(time > end * low) & (time <= end * (low + 0.2))].mean() / drag for low in (0.4, 0.6, 0.8)]
+    smooth = np.convolve(np.pad(force, 13, "edge"), np.ones(26) / 26, "valid")[:len(force)]
+    noise = (force - smooth)[time > 0.4 * end].std() / drag
+    return (f"R = {spacings:g} dx, Re {reynolds:g}: {np.mean(parts):.2f} of the standard drag ("
+            + ", ".join(f"{p:.2f}" for p in parts) + f"), noise {noise:.3f}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--radii", type=float, nargs="+", default=[3], metavar="SPACINGS")
+    parser.add_argument("--reynolds", type=float, nargs="+", default=[10, 30, 100, 300, 1000])
+    parser.add_argument("--support", type=float, default=3, help="over the spacing")
+    parser.add_argument("--alpha", type=float, default=0.02, help="artificial viscosity")
+    parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at a time")
+    parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin")
+    options = parser.parse_args()
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        cases = [(r, re) for r in options.radii for re in options.reynolds]
+        for line in pool.map(lambda case: tow(*case, options), cases):
+            print(line, flush=True)
+
+
+if __name__ == "__main__":
+    main()
