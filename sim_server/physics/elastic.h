@@ -5,16 +5,19 @@
 // X_ji, x_ji  X_j - X_i at rest; now, x_ji = X_ji + u_j - u_i                displacements u keep small strains exact
 // F           kernel: gradW(X_i - X_j) = F X_ji                              smoothing.h
 // accurate:
+//   of i      sums over j of the bonds that i's gradient is taken from         solver/elastic_stencil.h
 //   L_i       (sum_j V_j F X_ji X_ji^T)^-1                                   Bonet & Lok 1999: affine fields exactly
 //   F_i       sum_j V_j F x_ji (L_i X_ji)^T, deformation gradient
 //   R_i       proper rotation nearest to F_i                                 rotation.h
 //   P_i       2 mu (F_i - R_i) + lambda tr(R_i^T F_i - I) R_i                of mu |R^T F - I|^2 + lambda/2 tr^2
 //   f_i       sum_j V_i V_j F (P_i L_i + P_j L_j) X_ji                       exact gradient of sum V psi(F): conserves
-//                                                                            both momenta
+//                                                                            both momenta; P_i in bonds that are in F_i
+//                                                                            alone
 //   h_i       -beta E sum_j V_i V_j F (d_i + d_j), d_i = F_i X_ji - x_ji     after Ganzenmueller 2015: against the
 //                                                                            hourglass modes that F_i cannot see; exact
 //                                                                            gradient of beta E / 2 sum V_i V_j F
-//                                                                            |d_i|^2, since F_i makes that least
+//                                                                            |d_i|^2, since F_i makes that least; d_i
+//                                                                            in bonds that are in F_i alone
 //             in matter that yields d's part along x_ji alone acts, and no more of it than yields
 // paper (Eq. 4 and 5, Becker, Ihmsen & Teschner 2009), without the factor that makes Eq. 4 twice too stiff for
 // Cauchy's strain:
@@ -25,6 +28,7 @@
 //   damping   10 eta V_i V_j F (v_ji.x) x, x = x_ji / |x_ji|                 Monaghan 2005: central
 #pragma once
 
+#include "sim_server/physics/elastic_bond.h"
 #include "sim_server/physics/plastic.h"
 #include "sim_server/physics/rigid.h"
 
@@ -35,11 +39,11 @@ namespace palp {
 // material: a clamp that felt nothing would be soft.
 struct ElasticViews {
   std::uint32_t count = 0;
-  const Packed* rest = nullptr;          // X, V [m, m^3]
-  Tag* tag = nullptr;                    // with the elastic material; says who sleeps (elastic_sleep.h)
-  const std::uint32_t* first = nullptr;  // [count + 1] index of each particle's first neighbour
-  const std::uint32_t* neighbor = nullptr;
-  Mat3* correction = nullptr;  // L; null with method "paper"
+  const Packed* rest = nullptr;             // X, V [m, m^3]
+  Tag* tag = nullptr;                       // with the elastic material; says who sleeps (elastic_sleep.h)
+  const std::uint32_t* first = nullptr;     // [count + 1] index of each particle's first neighbour
+  const std::uint32_t* neighbor = nullptr;  // index, marks (ElasticBond)
+  Mat3* correction = nullptr;               // L; null with method "paper"
   Mat3* projection = nullptr;  // onto the plane or line that neighbours lie in, else I; null where all fill space
   Packed* u = nullptr;         // displacement [m]
   Packed* v = nullptr;         // velocity [m/s]
@@ -55,14 +59,17 @@ struct ElasticViews {
   Packed* stretch = nullptr;     // axis at rest and size of the greatest stretch, where that is near to tearing; else 0
   real* integrity = nullptr;     // share of the stress that a torn neighbourhood still bears
 
+  PALP_HD ElasticBond bond(std::uint32_t k) const { return {neighbor[k]}; }
   PALP_HD bool bonded(std::uint32_t k) const { return torn == nullptr || torn[k] == 0; }
 
   // Returns true for a particle of a fixed body too deep in it for the bonds: it bears nothing and never moves.
   PALP_HD bool inert(std::uint32_t i) const { return tag[i].kind() == BodyKind::fixed && first[i] == first[i + 1]; }
 };
 
-// beta of the force against hourglass modes.
-inline constexpr real kHourglassShare = real(0.3);
+// beta of the force against hourglass modes, and that where gradients are taken from balanced bonds. There this force
+// stands for the moment of a strain that changes across a particle's own cell, too, which the strain at its middle has
+// not: plates and bars bend and twist as in theory, down to four spacings across within 3 %.
+inline constexpr real kHourglassShare = real(0.3), kBalancedHourglassShare = real(0.15);
 
 // Returns the stress P [Pa].
 PALP_HD inline Mat3 elastic_stress(const Material& m, const Mat3& F, const Mat3& R) {
@@ -150,8 +157,9 @@ struct ElasticStrain {
     const Vec3 u_i = elastic.u[i].xyz();
     Mat3 displaced = Mat3::Zero();  // sum V F u_ji X_ji^T
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
-      if (!elastic.bonded(k)) continue;
-      const std::uint32_t j = elastic.neighbor[k];
+      const ElasticBond bond = elastic.bond(k);
+      if (!bond.in_mine() || !elastic.bonded(k)) continue;
+      const std::uint32_t j = bond.j();
       const Packed X_j = elastic.rest[j];
       const Vec3 X_ji = rest_separation(grid, X_i, X_j);
       const real weight = X_j.w * kernel.F(X_ji.norm());
@@ -193,7 +201,7 @@ struct PaperStrain {
     const Vec3 u_i = elastic.u[i].xyz();
     Mat3 A = Mat3::Zero(), at_rest = Mat3::Zero(), now = Mat3::Zero();
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
-      const std::uint32_t j = elastic.neighbor[k];
+      const std::uint32_t j = elastic.bond(k).j();
       const Packed X_j = elastic.rest[j];
       const Vec3 X_ji = rest_separation(grid, X_i, X_j), x_ji = X_ji + elastic.u[j].xyz() - u_i;
       const real r = X_ji.norm(), weight = X_j.w * kernel.F(r);
@@ -235,16 +243,19 @@ struct ElasticForce {
     Vec3 force(0, 0, 0);
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
       if (!elastic.bonded(k)) continue;
-      const std::uint32_t j = elastic.neighbor[k];
+      const ElasticBond bond = elastic.bond(k);
+      const std::uint32_t j = bond.j();
       const Packed X_j = elastic.rest[j];
       const Material& m_j = medium.material[elastic.tag[j].material()];
       const Vec3 X_ji = rest_separation(grid, X_i, X_j), u_ji = elastic.u[j].xyz() - u_i, x_ji = X_ji + u_ji;
       const real VVF = X_i.w * X_j.w * kernel.F(X_ji.norm());
-      const real hold = hourglass ? hold_of(m) + hold_of(m_j) : real(0), damping = real(5) * (m.damping + m_j.damping);
-      force += VVF * pair_force(stress_i + elastic.stress[j], X_ji, hold, u_ji);
+      const real hold = hourglass ? bond.sum(hold_of(m), hold_of(m_j)) : real(0);
+      const real damping = real(5) * (m.damping + m_j.damping);
+      force += VVF * pair_force(bond.sum(stress_i, elastic.stress[j]), X_ji, hold, u_ji);
       real pull = 0;  // along x_ji, times |x_ji|
-      if (hourglass && m.yield > real(0)) pull -= yielding_hold(m, elastic.gradient[i], X_ji, x_ji);
-      if (hourglass && m_j.yield > real(0)) pull -= yielding_hold(m_j, elastic.gradient[j], X_ji, x_ji);
+      if (hourglass && m.yield > real(0) && bond.in_mine()) pull -= yielding_hold(m, elastic.gradient[i], X_ji, x_ji);
+      if (hourglass && m_j.yield > real(0) && bond.in_theirs())
+        pull -= yielding_hold(m_j, elastic.gradient[j], X_ji, x_ji);
       if (damping > real(0)) pull += damping * (elastic.v[j].xyz() - v_i).dot(x_ji);
       const real r2 = x_ji.squaredNorm();
       if (r2 > real(0)) force += (VVF * pull / r2) * x_ji;
@@ -303,8 +314,9 @@ struct MeasureStored {
   PALP_HD real hourglass(std::uint32_t i, const Mat3& F) const {
     real sum = 0;
     for (std::uint32_t k = elastic.first[i]; k < elastic.first[i + 1]; ++k) {
-      if (!elastic.bonded(k)) continue;
-      const std::uint32_t j = elastic.neighbor[k];
+      const ElasticBond bond = elastic.bond(k);
+      if (!bond.in_mine() || !elastic.bonded(k)) continue;
+      const std::uint32_t j = bond.j();
       const Packed X_j = elastic.rest[j];
       const Vec3 X_ji = rest_separation(grid, elastic.rest[i], X_j);
       const Vec3 d = mat_vec(F, X_ji) - X_ji - (before(j) - before(i));

@@ -65,7 +65,7 @@ struct ListPairs {
 
   PALP_HD void operator()(std::uint32_t i) const {
     for (std::uint32_t k = elastic.first[i]; k < elastic.first[i + 1]; ++k) {
-      const Packed X_j = elastic.rest[elastic.neighbor[k]];
+      const Packed X_j = elastic.rest[elastic.bond(k).j()];
       const Vec3 X_ji = rest_separation(grid, elastic.rest[i], X_j);
       solve.pair[k] = pack(X_ji, X_j.w * kernel.F(X_ji.norm()));
     }
@@ -118,7 +118,9 @@ struct PredictedStrain {
     const Vec3 u_i = elastic.u[i].xyz(), ahead_i = solve.predicted[i].xyz();
     Mat3 now = Mat3::Zero(), ahead = Mat3::Zero();
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
-      const std::uint32_t j = elastic.neighbor[k];
+      const ElasticBond bond = elastic.bond(k);
+      if (!bond.in_mine()) continue;
+      const std::uint32_t j = bond.j();
       const Packed pair = solve.pair[k];
       const Vec3 weighted = pair.w * pair.xyz();
       now += (elastic.u[j].xyz() - u_i) * weighted.transpose();
@@ -158,13 +160,15 @@ struct PredictedForce {
     const Mat3 stress_i = elastic.stress[i];
     Vec3 force(0, 0, 0);
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
-      const std::uint32_t j = elastic.neighbor[k];
+      const ElasticBond bond = elastic.bond(k);
+      const std::uint32_t j = bond.j();
       const Packed pair = solve.pair[k];
       const Material& m_j = medium.material[elastic.tag[j].material()];
       const Vec3 X_ji = pair.xyz(), x_ji = X_ji + elastic.u[j].xyz() - u_i;
       const real VVF = V_i * pair.w;
       const Vec3 ahead_ji = solve.predicted[j].xyz() - ahead_i;
-      force += VVF * pair_force(stress_i + elastic.stress[j], X_ji, hold_of(m) + hold_of(m_j), ahead_ji);
+      const real hold = bond.sum(hold_of(m), hold_of(m_j));
+      force += VVF * pair_force(bond.sum(stress_i, elastic.stress[j]), X_ji, hold, ahead_ji);
       const real r2 = x_ji.squaredNorm(), damping = real(5) * (m.damping + m_j.damping);
       if (damping > real(0) && r2 > real(0))
         force += (VVF * damping * (elastic.v[j].xyz() - v_i).dot(x_ji) / r2) * x_ji;
@@ -205,7 +209,9 @@ struct StrainChange {
     const Vec3 z_i = solve.scaled[i].xyz();
     Mat3 change = Mat3::Zero();
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
-      const std::uint32_t j = elastic.neighbor[k];
+      const ElasticBond bond = elastic.bond(k);
+      if (!bond.in_mine()) continue;
+      const std::uint32_t j = bond.j();
       const Packed pair = solve.pair[k];
       change += (solve.scaled[j].xyz() - z_i) * (pair.w * pair.xyz()).transpose();
     }
@@ -240,13 +246,14 @@ struct ForceChange {
     const real dt = medium.dt;
     Vec3 impulse(0, 0, 0);
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
-      const std::uint32_t j = elastic.neighbor[k];
+      const ElasticBond bond = elastic.bond(k);
+      const std::uint32_t j = bond.j();
       const Packed pair = solve.pair[k];
       const Material& m_j = medium.material[elastic.tag[j].material()];
       const Vec3 X_ji = pair.xyz(), z_ji = solve.scaled[j].xyz() - z_i;
       const real VVF = V_i * pair.w;
-      const real hold = hold_of(m) + hold_of(m_j), damping = real(5) * (m.damping + m_j.damping);
-      impulse += (dt * dt * VVF) * pair_force(stress_i + elastic.stress[j], X_ji, hold, z_ji);
+      const real hold = bond.sum(hold_of(m), hold_of(m_j)), damping = real(5) * (m.damping + m_j.damping);
+      impulse += (dt * dt * VVF) * pair_force(bond.sum(stress_i, elastic.stress[j]), X_ji, hold, z_ji);
       if (!(damping > real(0))) continue;
       const Vec3 x_ji = X_ji + elastic.u[j].xyz() - u_i;
       const real r2 = x_ji.squaredNorm();

@@ -85,7 +85,7 @@ struct TearBonds {
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     real broken = 0;
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
-      if (elastic.torn[k] != 0 || !breaks(i, elastic.neighbor[k])) continue;
+      if (elastic.torn[k] != 0 || !breaks(i, elastic.bond(k).j())) continue;
       elastic.torn[k] = kTearsNow;
       broken += real(1);
     }
@@ -95,10 +95,11 @@ struct TearBonds {
     Mat3 moment = Mat3::Zero(), before = Mat3::Zero(), after = Mat3::Zero();  // the latter: displaced of energy_of()
     real whole = 0;
     for (std::uint32_t k = elastic.first[i] + team.lane(); k < elastic.first[i + 1]; k += team.size()) {
-      const std::uint32_t j = elastic.neighbor[k];
+      const ElasticBond bond = elastic.bond(k);
+      const std::uint32_t j = bond.j();
       const Packed X_j = elastic.rest[j];
       const Vec3 X_ji = rest_separation(grid, X_i, X_j);
-      const real weight = X_j.w * kernel.F(X_ji.norm());
+      const real weight = bond.in_mine() ? X_j.w * kernel.F(X_ji.norm()) : real(0);
       whole += weight * X_ji.squaredNorm();
       if (elastic.torn[k] == 1) continue;
       const Mat3 displaced = (weight * (elastic.u[j].xyz() - u_i)) * X_ji.transpose();

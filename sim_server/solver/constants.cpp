@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim_server/solver/elastic_stencil.h"
 #include "sim_server/solver/lattice.h"
 
 namespace palp {
@@ -82,6 +83,13 @@ double corner_reach(double dx, double H) {
   return sum + all.norm();
 }
 
+// Returns true for the material of a body whose bonds form and end (physics/state_change.h).
+bool bonds_change(const Scene& scene, const Plan& plan, const MaterialConfig& material) {
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    if (plan.changes[b] && &scene.config.materials[scene.bodies[b].material] == &material) return true;
+  return false;
+}
+
 Material to_material(const Scene& scene, const Plan& plan, const MaterialConfig& from) {
   Material m{};
   m.sound_speed = static_cast<real>(sound_speed_in(scene, plan, from));
@@ -94,7 +102,8 @@ Material to_material(const Scene& scene, const Plan& plan, const MaterialConfig&
   m.yield = static_cast<real>(from.yield_stress.value_or(0));
   m.hardening = static_cast<real>(from.hardening);
   m.tear = static_cast<real>(from.tear_strain.value_or(0));
-  m.hourglass = kHourglassShare * static_cast<real>(*from.young_modulus);
+  const bool balanced = takes_balanced_bonds(from) && !bonds_change(scene, plan, from);
+  m.hourglass = (balanced ? kBalancedHourglassShare : kHourglassShare) * static_cast<real>(*from.young_modulus);
   return m;
 }
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "sim_server/physics/elastic.h"
-#include "sim_server/physics/gradient_correction.h"
+#include "sim_server/solver/elastic_stencil.h"
 
 namespace palp {
 namespace {
@@ -21,19 +21,23 @@ struct Bond {
   Vector3d g;  // of the gradient at i: grad u = sum (u_j - u_i) g^T
 };
 
-std::vector<std::vector<Bond>> bonds_of(const std::vector<Vector3d>& X, double support) {
+std::vector<std::vector<Bond>> bonds_of(const std::vector<Vector3d>& X, double support, bool balanced) {
   const auto kernel = WendlandC2Of<double>::with_support(support);
   std::vector<std::vector<Bond>> bonds(X.size());
   for (std::size_t i = 0; i < X.size(); ++i) {
-    Matrix3d moment = Matrix3d::Zero();
+    std::vector<Bond> near;
+    std::vector<RestBond> at_rest;
     for (std::size_t j = 0; j < X.size(); ++j) {
       const Vector3d r = X[j] - X[i];
       const double F = j != i ? kernel.F(r.norm()) : 0;
       if (!(F > 0)) continue;
-      bonds[i].push_back({j, r, F, F * r});
-      moment += F * r * r.transpose();
+      near.push_back({j, r, F, F * r});
+      at_rest.push_back({r, F, true});
     }
-    const Matrix3d L = gradient_correction(moment, kFlatNeighborhood).inverse;
+    const std::vector<bool> counts = balanced ? balanced_bonds(at_rest, 1) : std::vector<bool>(near.size(), true);
+    for (std::size_t k = 0; k < near.size(); ++k)
+      if (counts[k]) bonds[i].push_back(near[k]);
+    const Matrix3d L = gradient_correction_of(at_rest, counts, kFlatNeighborhood).inverse;
     for (Bond& b : bonds[i]) b.g = L * b.g;
   }
   return bonds;
@@ -63,11 +67,12 @@ void apply(const std::vector<std::vector<Bond>>& bonds, const Moduli& m, const s
 
 }  // namespace
 
-double free_elastic_limit(const std::vector<Vector3d>& positions, double support, double poisson_ratio) {
+double free_elastic_limit(const std::vector<Vector3d>& positions, double support, double poisson_ratio, bool balanced) {
   if (positions.size() < 2) return 1e30;
-  const auto bonds = bonds_of(positions, support);
+  const auto bonds = bonds_of(positions, support, balanced);
   const double nu = poisson_ratio, shear = (1 - 2 * nu) / (1 - nu);
-  const Moduli m{shear, double(kHourglassShare) * (1 + nu) * shear};
+  const double share = static_cast<double>(balanced ? kBalancedHourglassShare : kHourglassShare);
+  const Moduli m{shear, share * (1 + nu) * shear};
   std::vector<Vector3d> u(positions.size()), force(positions.size());
   for (std::size_t i = 0; i < u.size(); ++i)  // some of every mode, the same each time
     u[i] = Vector3d(std::sin(1.0 + 2.7 * double(i)), std::cos(2.0 + 3.1 * double(i)), std::sin(0.5 + 1.9 * double(i)));

@@ -13,6 +13,7 @@
 #include "sim_server/solver/body_bounds.h"
 #include "sim_server/solver/constants.h"
 #include "sim_server/solver/elastic_limit.h"
+#include "sim_server/solver/elastic_stencil.h"
 #include "sim_server/solver/sub_steps.h"
 
 namespace palp {
@@ -73,17 +74,18 @@ double free_limit(const Scene& scene, const Plan& plan, const Body& body) {
   const MaterialConfig& m = scene.config.materials[body.material];
   const double dx = scene.spacing, ratio = plan.elastic_support / dx;
   const double unit = dx / pressure_wave_speed(m);
+  const bool balanced = takes_balanced_bonds(m);
   std::vector<Eigen::Vector3d> points;
   if (body.count <= kLookedAt) {
     for (std::uint32_t i = body.first; i < body.first + body.count; ++i) points.push_back(scene.position[i] / dx);
-    return unit * free_elastic_limit(points, ratio, m.poisson_ratio);
+    return unit * free_elastic_limit(points, ratio, m.poisson_ratio, balanced);
   }
   const Eigen::Vector3i n = (extents(scene, body) / dx).array().round().cast<int>().max(1).min(6);
   const auto index = static_cast<std::size_t>(&body - scene.bodies.data());
   const auto& from = scene.config.bodies;  // none, where a scene was not read from a file
   const bool loose =
       index < from.size() && !from[index].shapes.empty() && from[index].shapes.front().type == ShapeType::particles;
-  return unit * (loose ? kDisordered : 1) * free_elastic_limit(lattice_block(n), ratio, m.poisson_ratio);
+  return unit * (loose ? kDisordered : 1) * free_elastic_limit(lattice_block(n), ratio, m.poisson_ratio, balanced);
 }
 
 // Returns the frequency of a body's slowest vibration, as of a beam: free, or clamped at one end [rad/s].
@@ -97,7 +99,8 @@ double slowest(const Scene& scene, const Body& body) {
 
 // Returns the square root of the solve's condition number, rigid motion left out, which takes no rounds.
 double root_condition(const Scene& scene, const Plan& plan, double dt) {
-  const double ratio = plan.elastic_support / scene.spacing;
+  // longer kernels have no longer gradients: all that is solved implicitly has balanced bonds (elastic_stencil.h)
+  const double ratio = std::min(plan.elastic_support / scene.spacing, 2.0);
   double worst = 1;
   for (const std::uint32_t b : plan.elastic_bodies) {
     const Body& body = scene.bodies[b];

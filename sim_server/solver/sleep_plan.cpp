@@ -65,7 +65,7 @@ SleepUnits sleep_units(const Scene& scene, const ElasticStore& store) {
     const std::vector<std::uint32_t> known = held_by;
     for (std::uint32_t k = 0; k < count; ++k)
       for (std::uint32_t e = store.first[k]; known[k] == kNone && e < store.first[k + 1]; ++e) {
-        const std::uint32_t other = known[store.neighbor[e]];
+        const std::uint32_t other = known[ElasticBond{store.neighbor[e]}.j()];
         if (other == kNone) continue;
         if (held_by[k] == kNone) held_by[k] = other;
         const std::uint32_t a = root[held_by[k]], b = root[other];

@@ -147,6 +147,11 @@ inline constexpr Tolerance kTopEnergy{1e-4, 1e-4, "relative, over 60 s at 1 ms"}
 inline constexpr Tolerance kTopFlip{0.5, 0.12,
                                     "s; round-off in float shifts the logarithm of the distance from the axis"};
 inline constexpr Tolerance kElasticGradient{2e-5, 1e-12, "of an affine field; displacements of ten spacings in real"};
+inline constexpr Tolerance kSectionStiffness{0.04, 0.04, "of E I or G J: bars of four spacings and more"};
+inline constexpr Tolerance kSectionFrequency{0.02, 0.02, "of the frequency: half of what stiffness may err by"};
+inline constexpr Tolerance kTwistFrequency{
+    0.05, 0.05, "of the frequency: n layers of points have 1 - 1/n^2 of a section's polar inertia, 3 % at four"};
+inline constexpr Tolerance kSolversFrequency{2e-3, 2e-3, "of the frequency: their sub-steps differ"};
 inline constexpr Tolerance kElasticForce{2e-4, 1e-9, "of E dx^2 or of the exact force; strains in real"};
 inline constexpr Tolerance kElasticMomentum{3e-6, 1e-13, "of the sum of the sizes"};
 inline constexpr Tolerance kFarAtRest{2e-5, 1e-11,

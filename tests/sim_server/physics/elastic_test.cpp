@@ -6,6 +6,7 @@
 
 #include "tests/support/elastic_stages.h"
 #include "tests/support/equations.h"
+#include "tests/support/lattice_gradient.h"
 #include "tests/support/random.h"
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
@@ -186,14 +187,15 @@ TEST_F(ElasticTest, ForcesKeepBothMomentaFarFromTheOrigin) {
 }
 
 // sum V (mu |R^T F - I|^2 + lambda / 2 tr(R^T F - I)^2), every pair, double precision, R from a singular value
-// decomposition. hourglass: and beta E / 2 sum V_i V_j F |F_i X_ji - x_ji|^2.
+// decomposition. hourglass: and beta E / 2 sum V_i V_j F |F_i X_ji - x_ji|^2. Both of the bonds that gradients are
+// taken from.
 double energy(const Scene& scene, double H, const std::vector<Vector3d>& x, bool hourglass) {
   const double mu = kYoung / (2 * (1 + kPoisson)), lambda = kYoung * kPoisson / ((1 + kPoisson) * (1 - 2 * kPoisson));
   double sum = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
     Matrix3d moment = Matrix3d::Zero(), now = Matrix3d::Zero();
     for (std::size_t j = 0; j < x.size(); ++j) {
-      if (j == i) continue;
+      if (j == i || !in_gradient(scene.position, i, j, kSpacing)) continue;
       const Vector3d X_ij = scene.position[i] - scene.position[j];
       const Vector3d gradient = scene.volume[j] * wendland_gradient(X_ij, H);
       moment += -gradient * X_ij.transpose();
@@ -206,10 +208,11 @@ double energy(const Scene& scene, double H, const std::vector<Vector3d>& x, bool
     const Matrix3d strain = R.transpose() * F - Matrix3d::Identity();
     sum += scene.volume[i] * (mu * strain.squaredNorm() + 0.5 * lambda * std::pow(strain.trace(), 2));
     for (std::size_t j = 0; hourglass && j < x.size(); ++j) {
-      if (j == i) continue;
+      if (j == i || !in_gradient(scene.position, i, j, kSpacing)) continue;
       const Vector3d X_ji = scene.position[j] - scene.position[i];
       const double weight = scene.volume[i] * scene.volume[j] * wendland_gradient(X_ji, H).norm() / X_ji.norm();
-      sum += 0.5 * double(kHourglassShare) * kYoung * weight * (F * X_ji - (x[j] - x[i])).squaredNorm();
+      const double share = double(kBalancedHourglassShare);
+      sum += 0.5 * share * kYoung * weight * (F * X_ji - (x[j] - x[i])).squaredNorm();
     }
   }
   return sum;

@@ -12,7 +12,8 @@
 namespace palp::test::state_change_test {
 namespace {
 
-// Matter that is solid and stays so moves as an elastic body of the same stuff, which is another code (elastic.h).
+// Matter that is solid and stays so moves as an elastic body of the same stuff, which is another code (elastic.h): of
+// one that could tear, since that takes its gradients from all of its bonds, too.
 TEST(StateChange, ASolidIsAnElasticBody) {
   Scene scene = melting_scene();
   scene.config.numerics.support_over_spacing = 2;
@@ -25,6 +26,7 @@ TEST(StateChange, ASolidIsAnElasticBody) {
   Scene plain = scene;
   plain.config.materials[0].melting_temperature.reset();
   plain.config.materials[0].conductivity = 0;
+  plain.config.materials[0].tear_strain = 100;
   scene.temperature.assign(scene.position.size(), kMelting - 10);
   ASSERT_EQ(make_plan(scene).slots, 120u);
   ASSERT_EQ(make_plan(plain).elastic_count, 120u);
