@@ -151,7 +151,7 @@ inline constexpr Tolerance kSectionStiffness{0.04, 0.04, "of E I or G J: bars of
 inline constexpr Tolerance kSectionFrequency{0.02, 0.02, "of the frequency: half of what stiffness may err by"};
 inline constexpr Tolerance kTwistFrequency{
     0.05, 0.05, "of the frequency: n layers of points have 1 - 1/n^2 of a section's polar inertia, 3 % at four"};
-inline constexpr Tolerance kSolversFrequency{2e-3, 2e-3, "of the frequency: their sub-steps differ"};
+inline constexpr Tolerance kSolversFrequency{4e-3, 4e-3, "of the frequency: their sub-steps differ"};
 inline constexpr Tolerance kElasticForce{2e-4, 1e-9, "of E dx^2 or of the exact force; strains in real"};
 inline constexpr Tolerance kElasticMomentum{3e-6, 1e-13, "of the sum of the sizes"};
 inline constexpr Tolerance kFarAtRest{2e-5, 1e-11,
