@@ -58,27 +58,43 @@ PALP_HD inline WallShare common(const WallKernel& kernel, const WallShare& a, co
   return {a.share * b.share, b.share * a.slope + a.share * b.slope, pull, b.share * a.shear + a.share * b.shear};
 }
 
+// What lies behind a plane at the distance d >= 0, summed over layers: the share, and with the slope, along the normal,
+// its second moment, which is the pull of a unit acceleration along the normal.
+struct PlaneSums {
+  real share, slope, second;
+};
+PALP_HD inline PlaneSums plane_sums(const WallKernel& kernel, real d) {
+  const real dx = kernel.spacing * kernel.inv_support;
+  PlaneSums out{0, 0, 0};
+  for (real z = d + real(0.5) * kernel.spacing; z < kernel.support; z += kernel.spacing) {
+    const real v = real(1) - z * kernel.inv_support, v4 = v * v * v * v;
+    const real fall = real(21) * dx * v4 * (real(5) - real(4) * v) * z * kernel.inv_support * kernel.inv_support;
+    out.share += real(3) * dx * v4 * v * (real(7) + v * (real(-10.5) + real(4) * v));
+    out.slope += fall;
+    out.second += fall * z;
+  }
+  return out;
+}
+
+// Returns what shear is for a slope at the distance d from a face.
+PALP_HD inline real shear_of(const WallKernel& kernel, real slope, real d) {
+  return slope / (d > kernel.least ? d : kernel.least);
+}
+
 // Returns the share of what lies behind a face at the distance d >= 0.
 PALP_HD inline WallShare behind_face(const WallKernel& kernel, real d, const Vec3& n, real k) {
   const real H = kernel.support, u = real(1) - d * kernel.inv_support;
   if (!(u > real(0))) return no_wall();
-  real plane = 0, slope = 0, second = 0;
-  for (real z = d + real(0.5) * kernel.spacing; z < H; z += kernel.spacing) {
-    const real v = real(1) - z * kernel.inv_support, v4 = v * v * v * v, dx = kernel.spacing * kernel.inv_support;
-    const real fall = real(21) * dx * v4 * (real(5) - real(4) * v) * z * kernel.inv_support * kernel.inv_support;
-    plane += real(3) * dx * v4 * v * (real(7) + v * (real(-10.5) + real(4) * v));
-    slope += fall;
-    second += fall * z;
-  }
+  const PlaneSums plane = plane_sums(kernel, d);
   const real u2 = u * u, u5 = u2 * u2 * u, u7 = u5 * u2, kd = k * d;
-  const real Q = d * plane + H * u7 * (real(0.5) + u * (real(-9) / 16 + u / 6));
+  const real Q = d * plane.share + H * u7 * (real(0.5) + u * (real(-9) / 16 + u / 6));
   const real Q3 =
       H * H * H * u7 * (real(1) + u * (real(-2.75) + u * (real(2.875) + u * (real(-65) / 48 + real(8) / 33 * u))));
-  const real across = second - d * kd * slope - k * k * (real(2) * d * Q + k * Q3);
-  const real along = plane - real(2) * k * Q + k * k * (d * Q + real(0.5) * k * Q3);
-  const real g = slope * (real(1) - kd) - k * k * Q;
+  const real across = plane.second - d * kd * plane.slope - k * k * (real(2) * d * Q + k * Q3);
+  const real along = plane.share - real(2) * k * Q + k * k * (d * Q + real(0.5) * k * Q3);
+  const real g = plane.slope * (real(1) - kd) - k * k * Q;
   const Vec3 pull = along * kernel.a + ((across - along) * n.dot(kernel.a)) * n;
-  return {plane - k * Q, g * n, pull, g / (d > kernel.least ? d : kernel.least)};
+  return {plane.share - k * Q, g * n, pull, shear_of(kernel, g, d)};
 }
 
 // Returns the share of what lies behind a face, on either side of it.
@@ -109,7 +125,46 @@ PALP_HD inline WallShare rod_share(const WallKernel& kernel, const NodeGrid& pro
   const real share = mix(a.x, b.x), slope = mix(a.y, b.y), along = mix(a.z, b.z), around = mix(a.w, b.w);
   const real out = n.dot(kernel.a), up = axis.dot(kernel.a);
   const Vec3 pull = (along * out) * n + (share * up) * axis + around * (kernel.a - out * n - up * axis);
-  return {share, slope * n, pull, slope / (d > kernel.least ? d : kernel.least)};
+  return {share, slope * n, pull, shear_of(kernel, slope, d)};
+}
+
+// What lies between planes across an axis: share and shear as above, slope and pull along that axis for a unit
+// acceleration along it. Along the other two axes pull is the share.
+struct Slab {
+  real share, slope, pull, shear;
+};
+PALP_HD inline Slab full_slab() { return {1, 0, 1, 0}; }
+
+// Returns what lies behind a plane at the distance d, below 0 within; the axis is its normal.
+PALP_HD inline Slab behind_plane(const WallKernel& kernel, real d) {
+  if (!(Eigen::numext::abs(d) < kernel.support)) return d > real(0) ? Slab{0, 0, 0, 0} : full_slab();
+  const real away = Eigen::numext::abs(d);
+  const PlaneSums sums = plane_sums(kernel, away);
+  const real shear = shear_of(kernel, sums.slope, away);
+  if (d < real(0)) return {real(1) - sums.share, sums.slope, real(1) - sums.second, shear};
+  return {sums.share, sums.slope, sums.second, shear};
+}
+
+// Returns what lies between two planes, of which `low` has its normal against the axis.
+PALP_HD inline Slab between(const Slab& high, const Slab& low) {
+  return {high.share + low.share - real(1), high.slope - low.slope, high.pull + low.pull - real(1),
+          high.shear + low.shear};
+}
+
+// Returns the share of what three slabs across three axes at right angles have in common, in those axes.
+PALP_HD inline WallShare in_common(const WallKernel& kernel, const Slab (&s)[3]) {
+  const real cross = real(2) / (real(9) * kPi) * kernel.support * kernel.support;
+  WallShare out{s[0].share * s[1].share * s[2].share, Vec3(0, 0, 0), Vec3(0, 0, 0), 0};
+  for (int a = 0; a < 3; ++a) {
+    const int b = (a + 1) % 3, c = (a + 2) % 3;
+    const real both = s[b].share * s[c].share;
+    out.slope[a] = s[a].slope * both;
+    out.shear += s[a].shear * both;
+    out.pull[a] = s[a].pull * both * kernel.a[a] +
+                  cross * s[a].slope *
+                      (s[b].slope * s[c].share * kernel.a[b] + s[c].slope * s[b].share * kernel.a[c]);
+  }
+  return out;
 }
 
 // The solid of a body, and what its shares are asked for.
@@ -126,13 +181,54 @@ struct WallShape {
     if (!body.boxes) return distance_in_frame(body, piece, grid, y).d < kernel.reach;
     const Vec3 back = x - y;
     const real length = back.norm();
-    return length > real(0) && distance_in_frame(body, piece, grid, y + (kernel.reach / length) * back).d < real(0);
+    if (!(length > real(0))) return false;
+    const Vec3 before = y + (kernel.reach / length) * back;
+    for (std::uint32_t k = body.first; k < body.solid; ++k)
+      if (within(piece[k], before)) return true;
+    return false;
+  }
+  PALP_HD static bool within(const Piece& box, const Vec3& y) {
+    for (int a = 0; a < 3; ++a)
+      if (y[a] < box.low[a] || y[a] > box.high[a]) return false;
+    return true;
   }
 };
 
-// Returns the share of a slab from its two faces.
-PALP_HD inline WallShare between(const WallKernel& kernel, const WallShare& a, const WallShare& b) {
-  return {a.share + b.share - real(1), a.slope + b.slope, a.pull + b.pull - kernel.a, a.shear + b.shear};
+// Says of the faces of a piece whether a particle at x, solid's frame, sees them.
+struct FacesInSight {
+  const WallShape& shape;
+  const Piece& p;
+  Vec3 x;
+
+  // Returns true where solid hides the face at the distance d with the normal n, solid's frame: a face that is looked
+  // at from within.
+  PALP_HD bool hidden(real d, const Vec3& n) const {
+    return (p.subtract ? d > real(0) : d < real(0)) && shape.hides(x - d * n, x);
+  }
+};
+
+// Returns the share of a box for a particle at y, both in the box's axes, as the result and kernel.a are; nothing where
+// it is taken away and hidden. to_solid: a rotation to the solid's frame, of vectors.
+template <class ToSolid>
+PALP_HD inline WallShare box_share(const FacesInSight& faces, const WallKernel& kernel, const Vec3& y,
+                                   ToSolid to_solid) {
+  const Vec3 &low = faces.p.low, &high = faces.p.high;
+  for (int a = 0; a < 3; ++a)
+    if (!(y[a] - high[a] < kernel.support && low[a] - y[a] < kernel.support)) return no_wall();
+  bool gone = false;
+  const auto face = [&](real d, int a, real side) {
+    Vec3 n(0, 0, 0);
+    n[a] = side;
+    if (!(Eigen::numext::abs(d) < kernel.support) || !faces.hidden(d, to_solid(n))) return behind_plane(kernel, d);
+    gone = faces.p.subtract;
+    return full_slab();
+  };
+  Slab slab[3];
+  for (int a = 0; a < 3; ++a) {
+    slab[a] = between(face(y[a] - high[a], a, 1), face(low[a] - y[a], a, -1));
+    if (!(slab[a].share > real(0))) return no_wall();
+  }
+  return gone ? no_wall() : in_common(kernel, slab);
 }
 
 // Returns the share of a piece of a body's solid, the solid's frame. Where the piece is taken away it is that of the
@@ -140,33 +236,26 @@ PALP_HD inline WallShare between(const WallKernel& kernel, const WallShare& a, c
 PALP_HD inline WallShare piece_share(const WallShape& shape, const Piece& p, const Vec3& x) {
   const WallKernel& kernel = shape.kernel;
   const Vec3 y = p.R.transpose() * (x - p.c);
+  const FacesInSight faces{shape, p, x};
+  if (p.type == PieceType::box) {
+    WallKernel turned = kernel;
+    turned.a = p.R.transpose() * kernel.a;
+    const WallShare out = box_share(faces, turned, y, [&](const Vec3& n) { return Vec3(p.R * n); });
+    return {out.share, p.R * out.slope, p.R * out.pull, out.shear};
+  }
   bool gone = false;  // taken away, and hidden
   const auto face_by = [&](real d, const Vec3& n, auto share_of) {
     if (!(Eigen::numext::abs(d) < kernel.support)) return d > real(0) ? no_wall() : all_wall(kernel);
     const Vec3 world = p.R * n;
-    if (p.subtract ? d > real(0) : d < real(0)) {
-      if (shape.hides(x - d * world, x)) {
-        gone = p.subtract;
-        return all_wall(kernel);
-      }
-    }
-    return share_of(world);
+    if (!faces.hidden(d, world)) return share_of(world);
+    gone = p.subtract;
+    return all_wall(kernel);
   };
-  const auto face = [&](real d, const Vec3& n, real k) {
-    return face_by(d, n, [&](const Vec3& world) { return face_share(kernel, d, world, k); });
-  };
-  const auto axis = [&](int a) {
-    Vec3 n(0, 0, 0);
-    n[a] = 1;
-    return between(kernel, face(y[a] - p.high[a], n, 0), face(p.low[a] - y[a], -n, 0));
+  const auto face = [&](real d, const Vec3& n) {
+    return face_by(d, n, [&](const Vec3& world) { return face_share(kernel, d, world, 0); });
   };
   WallShare out;
-  if (p.type == PieceType::box) {
-    for (int a = 0; a < 3; ++a)
-      if (!(y[a] - p.high[a] < kernel.support && p.low[a] - y[a] < kernel.support)) return no_wall();
-    out = axis(0);
-    for (int a = 1; a < 3 && out.share > real(0); ++a) out = common(kernel, out, axis(a));
-  } else if (p.type == PieceType::sphere) {
+  if (p.type == PieceType::sphere) {
     const Distance at = sphere_distance(y, p.high.x());
     out = face_by(at.d, at.n, [&](const Vec3& world) { return ball_share(kernel, at.d, world, p.high.x()); });
   } else if (p.type == PieceType::cylinder) {
@@ -177,11 +266,14 @@ PALP_HD inline WallShare piece_share(const WallShape& shape, const Piece& p, con
     });
     if (out.share > real(0)) {
       const Vec3 up(0, 0, 1);
-      out = common(kernel, out, between(kernel, face(y.z() - p.high.z(), up, 0), face(-y.z() - p.high.z(), -up, 0)));
+      const WallShare high = face(y.z() - p.high.z(), up), low = face(-y.z() - p.high.z(), -up);
+      out = common(kernel, out,
+                   {high.share + low.share - real(1), high.slope + low.slope, high.pull + low.pull - kernel.a,
+                    high.shear + low.shear});
     }
   } else {
     const Distance at = grid_distance(shape.grid[p.grid], y);
-    out = face(at.d, at.n, 0);
+    out = face(at.d, at.n);
   }
   return gone ? no_wall() : out;
 }
@@ -196,7 +288,7 @@ PALP_HD inline WallShare wall_share(const ContactBody& body, const Piece* piece,
   WallShare out = no_wall();
   if (body.boxes) {
     for (std::uint32_t k = body.first; k < body.solid; ++k) {
-      const WallShare one = piece_share(shape, piece[k], y);
+      const WallShare one = box_share({shape, piece[k], y}, kernel, y, [](const Vec3& n) { return n; });
       out = {out.share + one.share, out.slope + one.slope, out.pull + one.pull, out.shear + one.shear};
     }
   } else {
