@@ -96,7 +96,8 @@ def tow(spacings, reynolds, options):
         write_scene(folder, radius, reynolds, options)
         run = subprocess.run(
             [options.bin / "palp-run", folder / "tow.toml", "--path", f"0={folder / 'path.csv'}", "--out",
-             folder / "out", "--backend", options.backend], capture_output=True, text=True)
+             folder / "out", "--backend", options.backend, *(word for pair in options.set for word in ("--set", pair))],
+            capture_output=True, text=True)
         if run.returncode != 0:
             return f"R = {spacings:g} dx, Re {reynolds:g}: {run.stderr.strip().splitlines()[-1]}"
         with open(folder / "out/proxy.csv") as table:
@@ -117,6 +118,7 @@ def main():
     parser.add_argument("--reynolds", type=float, nargs="+", default=[10, 30, 100, 300, 1000])
     parser.add_argument("--support", type=float, default=3, help="over the spacing")
     parser.add_argument("--alpha", type=float, default=0.02, help="artificial viscosity")
+    parser.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE", help="as of palp-run")
     parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at a time")
     parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin")
