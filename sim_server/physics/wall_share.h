@@ -58,8 +58,8 @@ PALP_HD inline WallShare common(const WallKernel& kernel, const WallShare& a, co
   return {a.share * b.share, b.share * a.slope + a.share * b.slope, pull, b.share * a.shear + a.share * b.shear};
 }
 
-// What lies behind a plane at the distance d >= 0, summed over layers: the share, and with the slope, along the normal,
-// its second moment, which is the pull of a unit acceleration along the normal.
+// The sums over layers behind a plane at a distance d >= 0: the share; the slope along the normal; its second moment,
+// which is the pull of a unit acceleration along the normal.
 struct PlaneSums {
   real share, slope, second;
 };
@@ -128,8 +128,8 @@ PALP_HD inline WallShare rod_share(const WallKernel& kernel, const NodeGrid& pro
   return {share, slope * n, pull, shear_of(kernel, slope, d)};
 }
 
-// What lies between planes across an axis: share and shear as above, slope and pull along that axis for a unit
-// acceleration along it. Along the other two axes pull is the share.
+// The part of space between two planes across an axis: share and shear as above, slope and pull along that axis for a
+// unit acceleration along it. Along the other two axes pull is the share.
 struct Slab {
   real share, slope, pull, shear;
 };
@@ -161,8 +161,7 @@ PALP_HD inline WallShare in_common(const WallKernel& kernel, const Slab (&s)[3])
     out.slope[a] = s[a].slope * both;
     out.shear += s[a].shear * both;
     out.pull[a] = s[a].pull * both * kernel.a[a] +
-                  cross * s[a].slope *
-                      (s[b].slope * s[c].share * kernel.a[b] + s[c].slope * s[b].share * kernel.a[c]);
+                  cross * s[a].slope * (s[b].slope * s[c].share * kernel.a[b] + s[c].slope * s[b].share * kernel.a[c]);
   }
   return out;
 }
