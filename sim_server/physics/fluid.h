@@ -36,6 +36,10 @@ inline constexpr real kDiffusionThreshold = real(0.0003);
 // at rest between all particles).
 inline constexpr real kWallDiffusion = real(2);
 
+// The least and the largest density over that at rest. Far past what a run is stopped for, so that what has diverged
+// stays finite until the haptic step ends and health tells of it.
+inline constexpr real kLeastDensity = real(0.1), kLargestDensity = real(10);
+
 PALP_HD inline real impedance(const Material& m) { return m.density * m.sound_speed; }
 
 // Returns 2 Z_j / (Z_i + Z_j): the weight of v_ij in the density of i, and of p_i in the pressure between the two.
@@ -139,7 +143,9 @@ struct AdvanceDensity {
     const real c = fluid.sound_speed, c2 = c * c, rho0 = fluid.density, rho = density_at(vp_i.w, rho0, c);
     const real diffusion = medium.diffusion * kernel.support * c;  // delta 2 h c, h = H/2
     const real regained = kVolumeTie * strain * volume_drift(medium, cover, slope);
-    const real p = vp_i.w + medium.dt * (diffusion * laplacian - c2 * rho * (divergence - regained));
+    const real next = vp_i.w + medium.dt * (diffusion * laplacian - c2 * rho * (divergence - regained));
+    const real least = pressure_at(kLeastDensity * rho0, rho0, c), most = pressure_at(kLargestDensity * rho0, rho0, c);
+    const real p = next < least ? least : min(most, next);  // what is not a number stays so
     copy_particle(from, i, to, i);
     to.vp[i].w = p;
     to.xV[i].w = from.mass[i] / density_at(p, rho0, c);

@@ -6,28 +6,30 @@
 
 namespace palp {
 
-// Alpha, measured on two CPU cores with tray_fluid along its stirring path at 40, 35, 30, 25, 20 and 16 mm, at one
-// cost: the force erred by 79, 55, 49, 46, 40 and 39 % with 0.02 at H = 3 dx, and by 94, 71, 70, 68, 59 and 58 % with
-// 0.05; at H = 2 dx by 103, 64, 61, 63, 58 and 50 % with 0.02, and by 148, 104, 113, 110, 98 and 93 % with 0.1
-// (tools/results/trade.md). It acts as a viscosity of alpha c H / 20, a hundred times an oil's with 0.05. But with 0.02
-// a gas beneath water was thrown faster than it could have fallen, and a rod that froze in a hand jumped by 3.4 %.
+// Alpha acts as a viscosity of alpha c H / 20: with 0.02 forty times an oil's. With H = 3 dx the force of tray_fluid
+// errs without it by 50, 31, 17, 14 and 11 % at 40, 30, 20, 16 and 12.8 mm, with 0.02 by 53, 35, 21, 17 and 14 %
+// (H100, tools/results/trade.md); a towed ball has its drag and a wave its energy. With H = 2 dx the lattice of
+// particles resists, whatever alpha, and 0.02 errs less than 0.1. Walls of particles feed sound without it: a vessel of
+// them never came to rest. Where fluids meet or change state, more is needed: with 0.02 a gas beneath water was thrown
+// faster than it could have fallen, and a rod that froze in a hand jumped by 3.4 %.
 struct Level {
   double support_over_spacing;  // H / dx
   double mach;                  // sound speed over the largest expected speed
-  double artificial_viscosity;  // alpha of a fluid by itself
+  double artificial_viscosity;  // alpha of a fluid by itself, among solids that act by their geometry
+  double wall_viscosity;        // alpha of one beside elastic bodies or loose particles
   double rough_viscosity;       // alpha where fluids meet, cohere, freeze or melt
 };
 
 inline Level level_of(Accuracy accuracy) {
   switch (accuracy) {
     case Accuracy::fast:
-      return {2.0, 7.0, 0.02, 0.1};
+      return {2.0, 7.0, 0.02, 0.02, 0.1};
     case Accuracy::balanced:
-      return {3.0, 10.0, 0.02, 0.05};
+      return {3.0, 10.0, 0, 0.02, 0.05};
     case Accuracy::accurate:
-      return {3.0, 10.0, 0.02, 0.02};
+      return {3.0, 10.0, 0, 0.02, 0.02};
   }
-  return {3.0, 10.0, 0.02, 0.05};
+  return {3.0, 10.0, 0, 0.02, 0.05};
 }
 
 }  // namespace palp

@@ -262,7 +262,8 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan.max_speed = n.max_speed.value_or(std::max(kLeastSpeed, expected_speed(scene)));
   plan.sound_speed = n.sound_speed.value_or(std::max(level.mach * plan.max_speed, carrying_sound_speed(scene)));
   const bool rough = !plan.one_fluid || plan.change || plan.cohesion;
-  plan.artificial = n.artificial_viscosity.value_or(rough ? level.rough_viscosity : level.artificial_viscosity);
+  const double smooth = plan.walls ? level.wall_viscosity : level.artificial_viscosity;
+  plan.artificial = n.artificial_viscosity.value_or(rough ? level.rough_viscosity : smooth);
   plan.diffusion = n.density_diffusion.value_or(0.1);
   // without a free surface nothing can come apart, and clamping pressure would bias it
   plan.tension = n.tension.value_or(config.gravity.isZero());

@@ -25,7 +25,7 @@ def flowing(support, alpha):
 GRIDS = {
     "fluid": {
         "spacings": (2, 1.75, 1.5, 1.25, 1, 0.8),
-        "rows": (flowing("3", "0.02"), flowing("3", "0"), flowing("3", "0.05"), flowing("2", "0.02"), flowing("2", "0.1")),
+        "rows": (flowing("3", "0"), flowing("3", "0.02"), flowing("2", "0"), flowing("2", "0.02"), flowing("2", "0.1")),
         "singles": ({SUPPORT: "4"}, {"numerics.density_diffusion": "0"}, {"numerics.density_diffusion": "0.3"},
                     {"numerics.safety": "0.25"}, {"numerics.safety": "0.9"}, {"scene.rate_hz": "500"},
                     {"scene.rate_hz": "2000"}, {"scene.accuracy": "fast"}, {"numerics.viscosity": "explicit"},
