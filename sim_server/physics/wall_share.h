@@ -125,7 +125,7 @@ PALP_HD inline WallShare rod_share(const WallKernel& kernel, const NodeGrid& pro
   const real share = mix(a.x, b.x), slope = mix(a.y, b.y), along = mix(a.z, b.z), around = mix(a.w, b.w);
   const real out = n.dot(kernel.a), up = axis.dot(kernel.a);
   const Vec3 pull = (along * out) * n + (share * up) * axis + around * (kernel.a - out * n - up * axis);
-  return {share, slope * n, pull, shear_of(kernel, slope, d)};
+  return {share, slope * n, pull, shear_of(kernel, slope, Eigen::numext::abs(d))};
 }
 
 // The part of space between two planes across an axis: share and shear as above, slope and pull along that axis for a

@@ -67,6 +67,7 @@ inline constexpr Tolerance kWallShare{0.02, 0.02, "quadrature errs by 0.005 in e
 inline constexpr Tolerance kSameWall{1e-5, 1e-11, "of a share and 1 / H: rounding"};
 inline constexpr Tolerance kWallSlope{
     0.08, 0.08, "of 1 / H; 1.5 at a plane. Where shapes join, products of shares err by 0.06; quadrature errs by 0.02"};
+inline constexpr Tolerance kWallShear{1e-4, 1e-8, "of the same: a rounded distance"};
 inline constexpr Tolerance kWallPull{0.02, 0.02, "of the acceleration, for the same reasons as the share"};
 inline constexpr Tolerance kPenetration{0.05, 0.05, "of a spacing: fluid that is stirred was within the ladle by 0.4"};
 inline constexpr Tolerance kRestingSpeed{0.01, 0.01, "of sqrt(g H)"};

@@ -170,6 +170,29 @@ INSTANTIATE_TEST_SUITE_P(Solids, WallShareOf, ::testing::ValuesIn(cases()), [](c
   return name;
 });
 
+// The shear is the slope over the distance, on either side of what is round.
+TEST(WallShare, ShearsByTheSlopeOverTheDistance) {
+  const double R = 5 * kSpacing;
+  struct Face {
+    const char* name;
+    std::vector<ShapeConfig> shapes;
+    Vector3d at, n;
+  };
+  const Face faces[] = {{"plane", {box({0.6, 0.6, 0.3}, {0, 0, -0.15})}, {0.01, 0.02, 0}, {0, 0, 1}},
+                        {"cylinder", {cylinder(R, 0.4)}, {R, 0, 0.01}, {1, 0, 0}},
+                        {"bore", {box({0.4, 0.4, 0.4}), without(cylinder(R, 0.5))}, {R, 0, 0.01}, {-1, 0, 0}},
+                        {"ball", {sphere(R)}, {R, 0, 0}, {1, 0, 0}},
+                        {"hollow", {box({0.4, 0.4, 0.4}), without(sphere(R))}, {R, 0, 0}, {-1, 0, 0}}};
+  for (const Face& face : faces) {
+    const Walls walls(face.shapes);
+    for (double d = 0.3; d < 2.8; d += 0.3) {
+      const WallShare found = walls.at(face.at + d * kSpacing * face.n);
+      EXPECT_TRUE(within(found.shear * d * kSpacing / found.slope.norm() - 1, tol::kWallShear))
+          << face.name << ", " << d;
+    }
+  }
+}
+
 // Behind a wall all is wall, however thin it is.
 TEST(WallShare, OfAThinWallIsThatOfAThickOne) {
   const Walls thick({box({0.6, 0.6, 0.3}, {0, 0, -0.15})}), thin({box({0.6, 0.6, 0.0004}, {0, 0, -0.0002})});
