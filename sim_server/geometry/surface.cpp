@@ -5,7 +5,6 @@
 #include <map>
 
 namespace palp {
-
 namespace {
 
 using Index = std::uint32_t;
@@ -367,29 +366,32 @@ SurfaceMesh surface_of_revolution(const Solid& solid, double cell) {
   return mesh;
 }
 
+// Adds the surface of a part by itself.
+void append_part(SurfaceMesh& to, const Part& part) {
+  if (part.type != ShapeType::box) return append(to, part_surface(part));
+  Solid box{Eigen::Isometry3d::Identity(), {part}, {-part.half, part.half}};
+  box.parts[0].pose.setIdentity();
+  box.parts[0].bounds = box.bounds;
+  SurfaceMesh faces = boxes_surface(box_cells(box));
+  for (Eigen::Vector3d& v : faces.vertices) v = part.pose * v;
+  append(to, faces);
+}
+
 }  // namespace
 
 SurfaceMesh solid_surface(const Solid& solid, double cell) {
   SurfaceMesh mesh;
   if (solid.aligned_boxes()) {
     mesh = boxes_surface(box_cells(solid));
-  } else if (std::none_of(solid.parts.begin(), solid.parts.end(), [](const Part& part) { return part.subtract; })) {
-    for (const Part& part : solid.parts) {
-      if (part.type != ShapeType::box) {
-        append(mesh, part_surface(part));
-        continue;
-      }
-      Solid box;
-      box.parts = {part};
-      box.parts[0].pose.setIdentity();
-      box.bounds = box.parts[0].bounds = Eigen::AlignedBox3d(-part.half, part.half);
-      SurfaceMesh faces = boxes_surface(box_cells(box));
-      for (Eigen::Vector3d& v : faces.vertices) v = part.pose * v;
-      append(mesh, faces);
-    }
   } else {
-    mesh = surface_of_revolution(solid, cell);
-    if (mesh.triangles.empty()) mesh = Marching(solid, cell).run();
+    // what comes after all that is cut away stands beside the rest
+    Solid cut = solid;
+    std::vector<Part> whole;
+    for (; !cut.parts.empty() && !cut.parts.back().subtract; cut.parts.pop_back()) whole.push_back(cut.parts.back());
+    if (!cut.parts.empty()) mesh = surface_of_revolution(cut, cell);
+    const bool beside = cut.parts.empty() || !mesh.triangles.empty();
+    if (!beside) mesh = Marching(solid, cell).run();
+    for (auto part = whole.rbegin(); beside && part != whole.rend(); ++part) append_part(mesh, *part);
   }
   for (Eigen::Vector3d& v : mesh.vertices) v = solid.frame * v;
   return mesh;

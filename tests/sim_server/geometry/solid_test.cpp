@@ -317,6 +317,28 @@ TEST_F(SolidTest, SurfacesOfRevolutionAreClosedAndExact) {
   }
 }
 
+// A pan with a handle: what is added at the end stands beside the rest, whose thin walls stay as they are.
+TEST_F(SolidTest, HandlesStandBesideWhatIsTurned) {
+  ShapeConfig outer = cylinder(), inner = outer, handle = box();
+  outer.position.setZero();
+  outer.orientation = inner.orientation = handle.orientation = Eigen::Quaterniond::Identity();
+  outer.radius = 0.5;
+  outer.height = 0.3;
+  inner.radius = 0.485;
+  inner.height = 0.3;
+  inner.position = {0, 0, 0.015};
+  inner.subtract = true;
+  handle.size = {0.1, 0.4, 0.05};
+  handle.position = {0, 0.7, 0.05};
+  const auto volume = [](const std::vector<ShapeConfig>& shapes) {
+    const SurfaceMesh mesh = solid_surface(make_solid(shapes), 0.05);
+    return mesh_moments(checked_mesh(mesh, "surface")).volume;
+  };
+  const double pan = volume({outer, inner});
+  EXPECT_NEAR(pan, M_PI * (0.25 * 0.3 - 0.485 * 0.485 * 0.285), 0.015 * pan);
+  EXPECT_NEAR(volume({outer, inner, handle}), pan + handle.size.prod(), 1e-9);
+}
+
 // Lines through a mesh agree with the shape that it was made from, also along the edges and vertices of its triangles.
 TEST_F(SolidTest, LinesThroughMeshesAreWatertight) {
   ShapeConfig cube;
