@@ -10,6 +10,7 @@
 //          is that of its few neighbours, would conduct ten times as well             m^3
 // m dh/dt  sum_j V_i V_j 4 k_i k_j / (k_i + k_j) F (T_j - T_i) / M + sources           W        Cleary & Monaghan 1999
 // M        sum_j V_j F x_j^2 within a lattice; 1 in the limit of many neighbours       -        below
+// wall     V_i 2 k_i shear (T_w - T_i) / M, of a solid that acts by its geometry       W        heat_walls.h
 // A        free surface: V (1 - S/S0 - e) / l, S = sum_j V_j W                         m^2      below
 //
 // Every pair conducts, those within a solid too. Heat that i gets j loses, so heat is kept to round-off. A body that is
@@ -17,10 +18,10 @@
 // M makes the flux through a lattice exact: with H = 2 dx it is 0.982. A material that does not melt has L = 0, and T_m
 // then is only where its h is zero.
 //
-// The free surface is told by how little of a particle's neighbourhood is filled. S0 is S within a lattice, and l makes
-// a plane surface of one come out exactly; a cube of 14 particles an edge comes out within 5 %. |sum V gradW|, the
-// usual measure, is not used: in disordered particles its noise has a sign and amounts to several times the surface,
-// while that of S cancels but for what passes the threshold e.
+// The free surface is told by how little of a particle's neighbourhood is filled, by particles or by solids. S0 is S
+// within a lattice, and l makes a plane surface of one come out exactly; a cube of 14 particles an edge comes out
+// within 5 %. |sum V gradW|, the usual measure, is not used: in disordered particles its noise has a sign and amounts
+// to several times the surface, while that of S cancels but for what passes the threshold e.
 #pragma once
 
 #include "sim_server/physics/rigid.h"
@@ -79,8 +80,25 @@ struct HeatMedium {
 // e, the share of the neighbourhood that may be missing without being a surface: the noise of S in a fluid.
 inline constexpr real kCoverNoise = real(0.05);
 
+// The part that a body has in heat. The last two have a distance field, and what particles they have take no part.
+enum class HeatRole : std::uint32_t {
+  conducts,   // its particles exchange heat
+  held,       // its particles keep their temperatures
+  held_wall,  // it keeps its temperature, and heat flows to its surface
+  insulator   // no heat flows to it
+};
+
+// The solids that act by their geometry, as a particle feels them.
+struct HeatWall {
+  real shear;        // WallShare::shear of those that hold their temperatures [1/m^2]
+  real temperature;  // of these, weighted by their shear [K]
+  real share;        // WallShare::share of all of them
+};
+PALP_HD inline HeatWall no_heat_wall() { return {0, 0, 0}; }
+
 struct HeatViews {
-  const std::uint32_t* held = nullptr;  // by body: 1 where its temperature is held
+  const HeatRole* role = nullptr;  // by body
+  HeatWall* wall = nullptr;        // by particle; null without solids that act by their geometry
   const HeatZone* zone = nullptr;
   real* zone_volume = nullptr;  // by zone: volume of the particles in it that can take up heat [m^3]
   std::uint32_t zones = 0;
@@ -112,7 +130,8 @@ struct MeasureHeatZones {
     const HeatZone zone = heat.zone[z];
     real volume = 0;
     for (std::uint32_t i = team.lane(); i < count; i += team.size())
-      if (heat.held[state.tag[i].body()] == 0 && !state.tag[i].inactive() && is_inside(zone, bodies, grid, state.xV[i]))
+      if (heat.role[state.tag[i].body()] == HeatRole::conducts && !state.tag[i].inactive() &&
+          is_inside(zone, bodies, grid, state.xV[i]))
         volume += state.xV[i].w;
     volume = team.sum(volume);
     if (team.leader()) heat.zone_volume[z] = volume;
@@ -150,7 +169,7 @@ struct ConductHeat {
   template <class Team>
   PALP_HD void operator()(std::uint32_t i, Team team) const {
     const Tag tag_i = state.tag[i];
-    if (heat.held[tag_i.body()] != 0 || tag_i.inactive()) return;
+    if (heat.role[tag_i.body()] != HeatRole::conducts || tag_i.inactive()) return;
     const HeatMaterial material_i = medium.material[tag_i.material()];
     const real T_i = state.temperature[i], k_i = material_i.conductivity;
     const Packed xV_i = state.xV[i];
@@ -159,16 +178,23 @@ struct ConductHeat {
     for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
                   [&](std::uint32_t j, const Packed& xV_j, const Vec3&, real r2) {
                     const Tag tag_j = state.tag[j];
+                    const HeatRole role = heat.role[tag_j.body()];
+                    if (role > HeatRole::held) return;
                     const real V_j = volume(j, tag_j, xV_j), r = Eigen::numext::sqrt(r2);
                     const real k_j = medium.material[tag_j.material()].conductivity, sum = k_i + k_j;
-                    const real k = heat.held[tag_j.body()] != 0 ? real(4) * k_i
-                                                                : (sum > real(0) ? real(4) * k_i * k_j / sum : real(0));
+                    const real k =
+                        role == HeatRole::held ? real(4) * k_i : (sum > real(0) ? real(4) * k_i * k_j / sum : real(0));
                     flux += V_j * kernel.F(r) * k * (state.temperature[j] - T_i);
                     cover += V_j * kernel.W(r);
                   });
     flux = team.sum(flux);
     cover = team.sum(cover);
     if (!team.leader()) return;
+    if (heat.wall != nullptr) {
+      const HeatWall wall = heat.wall[i];
+      flux += real(2) * k_i * wall.shear * (wall.temperature - T_i);
+      cover += wall.share;
+    }
     real h = state.enthalpy[i], power = V_i * flux / medium.moment;
     const real missing = real(1) - cover / medium.cover - kCoverNoise;
     if (missing > real(0)) power += medium.loss * (V_i * missing / medium.depth) * (medium.air_temperature - T_i);
@@ -185,7 +211,7 @@ struct UpdateTemperature {
 
   PALP_HD void operator()(std::uint32_t i) const {
     const Tag tag = state.tag[i];
-    if (heat.held[tag.body()] == 0)
+    if (heat.role[tag.body()] == HeatRole::conducts)
       state.temperature[i] = temperature_of(medium.material[tag.material()], state.enthalpy[i]);
   }
 };

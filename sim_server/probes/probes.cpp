@@ -6,6 +6,7 @@
 #include <map>
 
 #include "sim_server/physics/smoothing.h"
+#include "sim_server/scene/scene_heat.h"
 #include "sim_server/solver/rigid_motion.h"
 
 namespace palp {
@@ -152,12 +153,26 @@ ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d&
         sum += w * vector_at(snapshot_->velocity, i);
     }
   });
+  if (solids) add_solids(point, reach, weights, sum[0]);
   const bool vector = probe.quantity == Quantity::velocity;
   if (weights <= 0) return ProbeRow(vector ? 3 : 1);
   if (!vector) return {finite(sum[0] / weights)};
   ProbeRow row;
   add(row, sum / weights);
   return row;
+}
+
+void ProbeSampler::add_solids(const Eigen::Vector3d& point, double reach, double& weights, double& sum) const {
+  const auto bounds = [&](const Body& body) { return bounds_heat(scene_, body); };
+  if (std::none_of(scene_.bodies.begin(), scene_.bodies.end(), bounds)) return;
+  if (!solids_) solids_.emplace(scene_);
+  const auto state_of = [&](std::size_t body) { return body_state(body).state; };
+  solids_->near(point, reach, state_of, [&](std::size_t b, double share) {
+    const Body& body = scene_.bodies[b];
+    const double w = reach * reach * reach * share * effusivity(scene_.config.materials[body.material]);
+    weights += w;
+    sum += w * *body.temperature;
+  });
 }
 
 bool ProbeSampler::counts(const ProbeConfig& probe, std::size_t body) const {
@@ -222,26 +237,32 @@ ProbeRow ProbeSampler::extremes(const ProbeConfig& probe) const {
   return {finite(speed), finite(pressure[0]), finite(pressure[1]), finite(density[0]), finite(density[1])};
 }
 
-// Means are weighted by mass; the liquid fraction is that of what can melt.
+// Means are weighted by mass; the liquid fraction is that of what can melt. A solid that bounds heat is as warm as at
+// the start, whatever flows into it, and takes up none.
 ProbeRow ProbeSampler::heat(const ProbeConfig& probe) const {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   double taken_up = 0, low = kInf, high = -kInf, mean = 0, mass = 0, liquid = 0, melting = 0;
-  const bool flows = !snapshot_->heat.empty();
-  for (std::size_t b = 0; b < scene_.bodies.size() && !snapshot_->temperature.empty(); ++b) {
+  const bool flows = !snapshot_->heat.empty(), warm = has_temperatures(scene_) || !snapshot_->temperature.empty();
+  for (std::size_t b = 0; b < scene_.bodies.size() && warm; ++b) {
     const Body& body = scene_.bodies[b];
     if (!counts(probe, b)) continue;
     const MaterialConfig& material = scene_.config.materials[body.material];
-    for (std::size_t i = body.first; i < body.first + body.count; ++i) {
-      const double m = material.density * scene_.volume[i], T = snapshot_->temperature[i];
+    const auto add = [&](double m, double T, double liquid_share) {
       mass += m;
       mean += m * T;
       low = std::min(low, T);
       high = std::max(high, T);
-      if (!flows) continue;
-      taken_up += snapshot_->heat[i];
-      if (!material.melting_temperature) continue;
+      if (!flows || !material.melting_temperature) return;
       melting += m;
-      liquid += m * snapshot_->liquid[i];
+      liquid += m * liquid_share;
+    };
+    if (bounds_heat(scene_, body)) {
+      add(body.mass, *body.temperature, *body.temperature > material.melting_temperature.value_or(0) ? 1 : 0);
+      continue;
+    }
+    for (std::size_t i = body.first; i < body.first + body.count; ++i) {
+      add(material.density * scene_.volume[i], snapshot_->temperature[i], flows ? snapshot_->liquid[i] : 0);
+      if (flows) taken_up += snapshot_->heat[i];
     }
   }
   return {finite(flows ? taken_up : NAN), finite(low), finite(mean / mass), finite(high), finite(liquid / melting)};

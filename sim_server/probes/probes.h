@@ -8,6 +8,7 @@
 
 #include "config/csv_file.h"
 #include "sim_server/probes/fluid_pressure.h"
+#include "sim_server/probes/solid_temperatures.h"
 
 namespace palp {
 
@@ -18,9 +19,9 @@ std::vector<std::string> probe_columns(const ProbeConfig& probe);
 // Returns whether a probe needs a snapshot; false when StepOutput alone gives its values.
 bool needs_snapshot(const ProbeConfig& probe);
 
-// Evaluates probes on one state. Fields at a point are interpolated over the fluid particles (temperature: over all)
-// within two spacings (Wendland C2 weights, divided by their sum), across periodic boundaries; missing where there are
-// none.
+// Evaluates probes on one state. Fields at a point are interpolated over the fluid particles (temperature: over all,
+// and solids that bound heat without any) within two spacings (Wendland C2 weights, divided by their sum), across
+// periodic boundaries; missing where there are none.
 class ProbeSampler {
  public:
   explicit ProbeSampler(const Scene& scene);  // keeps a reference
@@ -33,6 +34,8 @@ class ProbeSampler {
 
  private:
   ProbeRow at_point(const ProbeConfig& probe, const Eigen::Vector3d& point) const;
+  // Adds the solids that bound heat to the sums of a temperature at a point.
+  void add_solids(const Eigen::Vector3d& point, double reach, double& weights, double& sum) const;
   ProbeRow front(const ProbeConfig& probe) const;
   ProbeRow energy(const ProbeConfig& probe) const;
   ProbeRow extremes(const ProbeConfig& probe) const;
@@ -48,6 +51,7 @@ class ProbeSampler {
   const StepOutput* output_ = nullptr;
   // of the fluid particles, and of all; each listed when a point of it is first asked for
   mutable std::optional<SnapshotPoints> fluids_, all_;
+  mutable std::optional<SolidTemperatures> solids_;  // made when a temperature is first asked for
 };
 
 // Writes one CSV file per probe, each at its own rate: probe NAME into FOLDER/NAME.csv.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sim_server/geometry/point_grid.h"
+#include "sim_server/scene/scene_heat.h"
 
 namespace palp {
 
@@ -13,8 +14,16 @@ using Eigen::Vector3d;
 bool is_solid(const Body& body) { return body.type == BodyKind::rigid || body.type == BodyKind::fixed; }
 bool is_shapeless(const Body& body) { return is_solid(body) && body.surface.triangles.empty(); }
 
-// Returns the particles to keep. Of a bonded body those within two support radii of elastic matter: those nearer than
-// one are strained, and their neighbours feel it.
+// Returns whether matter that changes state holds on to a body. It may melt, and freeze to it anywhere.
+bool freezes_to(const Scene& scene, std::size_t index) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& other) {
+    return changes_state(scene, other) &&
+           std::find(other.bonded_to.begin(), other.bonded_to.end(), index) != other.bonded_to.end();
+  });
+}
+
+// Returns the particles to keep. Of a body to which elastic matter is bonded that lasts those within two support radii
+// of it: those nearer than one are strained, and their neighbours feel it.
 std::vector<bool> needed_particles(const Scene& scene) {
   const PeriodicBox box = box_of(scene);
   const double reach = 2 * elastic_support(scene);
@@ -32,8 +41,8 @@ std::vector<bool> needed_particles(const Scene& scene) {
     const Body& body = scene.bodies[b];
     const ParticleReason reason = particle_reason(scene, b);
     if (reason == ParticleReason::none) continue;
-    for (std::size_t i = body.first; i < body.first + body.count; ++i)
-      needed[i] = reason != ParticleReason::bonded || is_near(scene.position[i]);
+    const bool all = reason != ParticleReason::bonded || freezes_to(scene, b);
+    for (std::size_t i = body.first; i < body.first + body.count; ++i) needed[i] = all || is_near(scene.position[i]);
   }
   return needed;
 }
@@ -41,9 +50,9 @@ std::vector<bool> needed_particles(const Scene& scene) {
 LeftOut measure(const Scene& scene) {
   LeftOut out;
   std::vector<bool> moves;
-  const bool fluid = std::any_of(scene.bodies.begin(), scene.bodies.end(),
-                                 [](const Body& body) { return body.type == BodyKind::fluid; });
-  for (const Body& body : scene.bodies) moves.push_back(body.type == (fluid ? BodyKind::fluid : BodyKind::rigid));
+  const auto flows = [&](const Body& body) { return body.type == BodyKind::fluid || changes_state(scene, body); };
+  const bool fluid = std::any_of(scene.bodies.begin(), scene.bodies.end(), flows);
+  for (const Body& body : scene.bodies) moves.push_back(fluid ? flows(body) : body.type == BodyKind::rigid);
   for (int axis = 0; axis < 3; ++axis)
     for (const int up : {0, 1})
       out.fall[static_cast<std::size_t>(axis)][static_cast<std::size_t>(up)] =
@@ -61,12 +70,12 @@ ParticleReason particle_reason(const Scene& scene, std::size_t index) {
   if (scene.config.method == Method::paper) return ParticleReason::paper;
   if (scene.config.numerics.solid_particles) return ParticleReason::asked;
   const auto any = [&](auto holds) { return std::any_of(scene.bodies.begin(), scene.bodies.end(), holds); };
-  if (!scene.temperature.empty()) return ParticleReason::temperature;
   if (any([&](const Body& other) {
         return other.type == BodyKind::fluid && scene.config.materials[other.material].adhesion > 0;
       }))
     return ParticleReason::adhesion;
   if (is_shapeless(body)) return ParticleReason::shapeless;
+  if (has_temperatures(scene) && !bounds_heat(scene, body)) return ParticleReason::temperature;
   if (any([&](const Body& other) {
         return is_shapeless(other) && (other.type == BodyKind::rigid || body.type == BodyKind::rigid);
       }))
@@ -92,7 +101,7 @@ const char* describe(ParticleReason reason) {
     case ParticleReason::adhesion:
       return "a fluid of the scene clings to them";
     case ParticleReason::temperature:
-      return "heat flows and temperature is measured between them";
+      return "its temperature changes, of which they keep account";
     case ParticleReason::shapeless:
       return "it consists of loose particles";
     case ParticleReason::springs:
@@ -118,6 +127,7 @@ void leave_out_particles(Scene& scene) {
   const std::vector<bool> needed = needed_particles(scene);
   if (std::find(needed.begin(), needed.end(), false) == needed.end()) return;
   scene.left_out = measure(scene);
+  const bool warm = !scene.temperature.empty();
   std::size_t kept = 0;
   for (Body& body : scene.bodies) {
     const std::size_t begin = body.first, end = begin + body.count;
@@ -129,6 +139,7 @@ void leave_out_particles(Scene& scene) {
       scene.velocity[kept] = scene.velocity[i];
       scene.volume[kept] = scene.volume[i];
       scene.body[kept] = scene.body[i];
+      if (warm) scene.temperature[kept] = scene.temperature[i];
       ++kept;
     }
     body.count = static_cast<std::uint32_t>(kept) - body.first;
@@ -138,10 +149,12 @@ void leave_out_particles(Scene& scene) {
   scene.velocity.resize(kept);
   scene.volume.resize(kept);
   scene.body.resize(kept);
+  if (warm) scene.temperature.resize(kept);
   scene.position.shrink_to_fit();
   scene.velocity.shrink_to_fit();
   scene.volume.shrink_to_fit();
   scene.body.shrink_to_fit();
+  scene.temperature.shrink_to_fit();
 }
 
 double fall_height(const Scene& scene, const std::vector<bool>& moves, int axis, double up) {

@@ -14,10 +14,10 @@ enum class ParticleReason : std::uint8_t {
   paper,        // method "paper" computes every contact between particles
   asked,        // numerics.solid_particles is true
   adhesion,     // a fluid of the scene clings to particles
-  temperature,  // heat flows, and probes measure, between particles
   shapeless,    // it consists of loose particles, to which there is no distance
+  temperature,  // its temperature changes: it conducts heat, or heat zones warm it
   springs,      // it can meet a body that has no distance field
-  bonded,       // an elastic body holds on to it: only the particles within its reach
+  bonded,       // an elastic body holds on to it: only the particles within its reach, but all if that changes state
 };
 
 // Returns the reason for the particles of a body of the scene; `none` for one that has none. Depends on what the scene

@@ -14,6 +14,7 @@
 #include "sim_server/scene/particle_reason.h"
 #include "sim_server/scene/sampling.h"
 #include "sim_server/scene/scene_checks.h"
+#include "sim_server/scene/scene_heat.h"
 
 namespace palp {
 
@@ -58,6 +59,7 @@ Body start_body(const SceneConfig& config, const BodyConfig& from) {
   body.velocity = from.velocity;
   body.angular_velocity = from.angular_velocity;
   body.holds_temperature = from.hold_temperature;
+  body.temperature = from.temperature;
   for (std::uint32_t b = 0; b < config.bodies.size(); ++b) {
     if (std::find(from.bonded_to.begin(), from.bonded_to.end(), config.bodies[b].name) != from.bonded_to.end())
       body.bonded_to.push_back(b);
@@ -81,11 +83,12 @@ void move(Particles& particles, const Eigen::Isometry3d& pose) {
   for (Eigen::Vector3d& v : particles.velocity) v = pose.linear() * v;
 }
 
-// Returns whether any solid, or what can become one, can run into another, or keeps a fluid out.
+// Returns whether any solid, or what can become one, can run into another, keeps a fluid out, or bounds heat.
 bool needs_distances(const SceneConfig& config) {
   std::size_t moving = 0, solids = 0;
   for (const BodyConfig& body : config.bodies) {
     const MaterialConfig* m = material_of(config, body);
+    if (body.temperature && (body.hold_temperature || (m != nullptr && m->conductivity == 0))) return true;
     const bool sets = m != nullptr && m->young_modulus && (m->melting_temperature || m->cooking_temperature);
     const bool solid = body.type != BodyKind::fluid || sets;
     moving += solid && body.type != BodyKind::fixed ? 1 : 0;
@@ -131,7 +134,7 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     if (particles.position.size() > room) throw BodyTooLarge{std::max(expected, most)};
     thin = thin_shapes(from, *solid, particles, spacing);
     const bool matter = body.type == BodyKind::fluid || body.type == BodyKind::elastic;
-    if (!thin.empty() && (matter || from.temperature)) throw ConfigError(thin);
+    if (!thin.empty() && matter) throw ConfigError(thin);
     move(particles, solid->frame);
     moments = moments.moved(solid->frame);
     if (body.type == BodyKind::rigid || body.type == BodyKind::fixed) body.surface = solid_surface(*solid, spacing / 2);
@@ -186,7 +189,7 @@ void check_temperature(const BodyConfig& from, const Particles& particles, const
                     from.where, from.name));
   }
   const bool warm = from.temperature || !particles.temperature.empty();
-  if (!scene.bodies.empty() && warm == scene.temperature.empty()) {
+  if (!scene.bodies.empty() && warm != has_temperatures(scene)) {
     faults.push_back(fmt::format("{}: body '{}' has {} temperature, expected one for every body or for none",
                                  from.where, from.name, warm ? "a" : "no"));
   }

@@ -35,6 +35,8 @@ struct Body {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // of the centre of mass [m/s]
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // world axes [rad/s]
   bool holds_temperature = false;                              // of each of its particles, as at the start
+  std::optional<double> temperature;                           // of all of it at the start [K]; unset: it has none, or
+                                                               // each of its particles its own
   std::vector<std::uint32_t> bonded_to;                        // of an elastic body: bodies it holds on to
   std::array<float, 3> color{};
   SurfaceMesh surface;  // for the viewer; empty for fluids

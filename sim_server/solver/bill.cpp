@@ -7,6 +7,7 @@
 
 #include "sim_server/geometry/point_grid.h"
 #include "sim_server/scene/particle_reason.h"
+#include "sim_server/scene/scene_heat.h"
 #include "sim_server/solver/fluid_room.h"
 
 namespace palp {
@@ -45,7 +46,12 @@ std::vector<std::string> reasons_of_solid(const Scene& scene, const Plan& plan, 
   if (body.type == BodyKind::elastic) reasons.emplace_back("elastic");
   if (is_wall_of_particles(scene, plan, b)) reasons.emplace_back("wall of a fluid");
   if (particle_reason(scene, b) == ParticleReason::adhesion) reasons.emplace_back("a fluid clings to it");
-  if (plan.heat && material_of(scene, body).conductivity > 0) reasons.emplace_back("conducts heat");
+  if (plan.heat && !bounds_heat(scene, body)) {
+    if (material_of(scene, body).conductivity > 0)
+      reasons.emplace_back("conducts heat");
+    else if (particle_reason(scene, b) == ParticleReason::temperature)
+      reasons.emplace_back("heat zones may warm it");
+  }
   const auto holds_on = [&](std::size_t other) {
     const auto& to = scene.bodies[other].bonded_to;
     return std::find(to.begin(), to.end(), b) != to.end();
@@ -189,6 +195,8 @@ std::vector<BillModule> bill_modules(const Scene& scene, const Plan& plan) {
   add(plan.tears, "tearing", bodies([&](std::size_t b) { return lasting(b) && material(b).tear_strain.has_value(); }));
   add(plan.temperature && !plan.heat, "temperatures", "carried along, no heat flows");
   add(plan.heat, "heat", fmt::format("{} steps every {} haptic steps", plan.heat_steps, plan.heat_interval));
+  add(plan.heat_walls, "heat at walls by geometry",
+      bodies([&](std::size_t b) { return bounds_heat(scene, scene.bodies[b]); }));
   add(plan.sleeps, "sleep", fmt::format("what rests, judged every {} haptic steps", plan.sleep_interval));
   add(plan.change, "changes of state", bodies([&](std::size_t b) { return bool(plan.changes[b]); }));
   add(plan.rigidifies, "rigid pieces", bodies([&](std::size_t b) {

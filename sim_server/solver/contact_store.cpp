@@ -174,8 +174,8 @@ ContactStore::ContactStore(const Scene& scene, const Plan& plan) : shape_of_(sce
     shape.push_back(add_shape(scene.bodies[b], *this));
     reach_past_periods(scene, scene.bodies[b], shape.back(), piece);
   }
+  if (plan.geometry || plan.heat_walls) add_profiles(plan.support, *this);
   if (plan.geometry) {
-    add_profiles(plan.support, *this);
     const std::vector<NodeGrid> grids = grids_at(node.data());
     for (std::size_t k = 0; k < shape.size(); ++k)
       shape[k].thin = is_thin(scene.bodies[shaped[k]], shape[k], scene, plan.support, *this, grids);

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include "config/error.h"
+#include "sim_server/physics/wall_share.h"
+#include "sim_server/scene/scene_heat.h"
 #include "sim_server/solver/lattice.h"
 #include "sim_server/solver/sub_steps.h"
 
@@ -46,6 +48,24 @@ void check(const Scene& scene) {
   if (!faults.empty()) throw ConfigError(faults);
 }
 
+// Returns by how much faster a particle relaxes beside one, two or three walls at right angles that hold their
+// temperatures, at the distance at which they draw most, than the fastest pattern of a lattice fades; of what is left
+// of its neighbours no more than their share counts. H: support radius over spacing.
+double wall_contrast(double H) {
+  const WallKernel kernel{static_cast<real>(H), static_cast<real>(1 / H), real(1), real(0.25), real(0.01),
+                          Vec3(0, 0, 0)};
+  const PlaneSums wall = plane_sums(kernel, kernel.least);
+  const double lattice = 2 / (viscous_limit(H) * lattice_sums(H).moment);
+  const double alone = 2 * double(wall.slope / kernel.least) / lattice_sums(H).moment;
+  double most = 0, open = 1;
+  for (int walls = 1; walls <= 3; ++walls) {
+    const double beside = open * walls * alone;
+    open *= 1 - double(wall.share);
+    most = std::max(most, beside / lattice + open);
+  }
+  return most;
+}
+
 // Returns the largest rate at which one particle's temperature relaxes [1/s], over all materials.
 double relaxation_rate(const Scene& scene, const Plan& plan) {
   const double dx = scene.spacing;
@@ -62,34 +82,37 @@ double relaxation_rate(const Scene& scene, const Plan& plan) {
     // an isolated particle has a free surface of about 8 dx^2 (heat.h)
     loss = std::max(loss, 8 * scene.config.heat.loss_to_air / (volumetric * dx));
   }
-  // against a far better conductor a pair conducts up to twice as well as among its like
-  const double contrast = held ? 2 : 2 * fastest / std::max(fastest + slowest, 1e-300);
   const double H = plan.support / dx;
+  // against a far better conductor a pair conducts up to twice as well as among its like
+  double contrast = held ? 2 : 2 * fastest / std::max(fastest + slowest, 1e-300);
+  if (held && plan.heat_walls) contrast = std::max(contrast, wall_contrast(H));
   return contrast * conduction / (dx * dx) / (viscous_limit(H) * lattice_sums(H).moment) + loss;
 }
 
 // Returns false where all is as warm as all else, the air included, and nothing heats or cools it: then nothing ever
 // flows.
 bool temperatures_differ(const Scene& scene) {
-  const auto [low, high] = std::minmax_element(scene.temperature.begin(), scene.temperature.end());
+  double low = 1e300, high = -1e300;
+  const auto take = [&](double T) {
+    low = std::min(low, T);
+    high = std::max(high, T);
+  };
+  for (const double T : scene.temperature) take(T);
+  for (const Body& body : scene.bodies)
+    if (body.temperature) take(*body.temperature);
   const HeatConfig& heat = scene.config.heat;
-  const bool cooled = heat.loss_to_air > 0 && heat.air_temperature != *low;
-  return *low != *high || cooled || !scene.config.heat_zones.empty();
+  const bool cooled = heat.loss_to_air > 0 && heat.air_temperature != low;
+  return low != high || cooled || !scene.config.heat_zones.empty();
 }
 
 }  // namespace
 
-bool has_heat(const Scene& scene) {
-  if (scene.temperature.empty()) return false;
-  if (scene.config.heat.loss_to_air > 0 || !scene.config.heat_zones.empty()) return true;
-  return std::any_of(scene.bodies.begin(), scene.bodies.end(),
-                     [&](const Body& body) { return material_of(scene, body).conductivity > 0; });
-}
-
 void plan_heat(const Scene& scene, Plan& plan) {
   // what changes state forms and ends its bonds when heat has been computed
-  plan.heat = has_heat(scene) && (plan.change || temperatures_differ(scene));
+  plan.heat = has_heat(scene) && !scene.temperature.empty() && (plan.change || temperatures_differ(scene));
   if (!plan.heat) return;
+  plan.heat_walls =
+      std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) { return bounds_heat(scene, body); });
   plan.neighbors = true;  // conduction is between neighbours
   check(scene);
   const SceneConfig& config = scene.config;
@@ -136,10 +159,22 @@ std::vector<HeatZone> make_heat_zones(const Scene& scene) {
   return zones;
 }
 
-std::vector<std::uint32_t> held_bodies(const Scene& scene) {
-  std::vector<std::uint32_t> held;
-  for (const Body& body : scene.bodies) held.push_back(body.holds_temperature ? 1 : 0);
-  return held;
+std::vector<HeatRole> heat_roles(const Scene& scene) {
+  std::vector<HeatRole> roles;
+  for (const Body& body : scene.bodies) {
+    const bool wall = bounds_heat(scene, body);
+    if (body.holds_temperature)
+      roles.push_back(wall ? HeatRole::held_wall : HeatRole::held);
+    else
+      roles.push_back(wall ? HeatRole::insulator : HeatRole::conducts);
+  }
+  return roles;
+}
+
+std::vector<real> body_temperatures(const Scene& scene) {
+  std::vector<real> out;
+  for (const Body& body : scene.bodies) out.push_back(static_cast<real>(body.temperature.value_or(0)));
+  return out;
 }
 
 std::uint32_t heat_zones_on(const SceneConfig& config, double time) {

@@ -364,12 +364,25 @@ void allocate_viscosity(B& back_end, const Scene& scene, const Plan& plan, Visco
 template <class B>
 void allocate_heat(B& back_end, const Scene& scene, const Plan& plan, StepViews& v) {
   v.heat.medium = make_heat_medium(scene, plan);
-  v.heat.views.held = allocate_copy(back_end, "heat held bodies", held_bodies(scene));
+  v.heat.views.role = allocate_copy(back_end, "heat roles", heat_roles(scene));
   const std::vector<HeatZone> zones = make_heat_zones(scene);
   if (zones.empty()) return;
   v.heat.views.zones = static_cast<std::uint32_t>(zones.size());
   v.heat.views.zone = allocate_copy(back_end, "heat zones", zones);
   v.heat.views.zone_volume = back_end.template allocate<real>("heat zone volumes", zones.size());
+}
+
+template <class B>
+void allocate_heat_walls(B& back_end, const Scene& scene, const ContactStore& store, const ContactFields& fields,
+                         HeatStageViews& heat) {
+  WallViews& walls = heat.solids.walls;
+  walls.by.bodies = static_cast<std::uint32_t>(store.shaped.size());
+  walls.body = allocate_copy(back_end, "heat wall bodies", store.shaped);
+  walls.shape = fields.shape;
+  walls.piece = fields.piece;
+  walls.grid = fields.grid;
+  heat.solids.temperature = allocate_copy(back_end, "heat wall temperatures", body_temperatures(scene));
+  heat.views.wall = back_end.template allocate<HeatWall>("heat walls", scene.position.size());
 }
 
 }  // namespace palp

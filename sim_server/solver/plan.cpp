@@ -11,6 +11,7 @@
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/rigid.h"
 #include "sim_server/scene/particle_reason.h"
+#include "sim_server/scene/scene_heat.h"
 #include "sim_server/solver/body_bounds.h"
 #include "sim_server/solver/elastic_plan.h"
 #include "sim_server/solver/fluid_room.h"

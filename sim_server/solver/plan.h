@@ -44,6 +44,7 @@ struct Plan {
   bool neighbors = false;    // particles whose neighbours change: of a fluid, or of bodies that can touch
   bool temperature = false;  // particles have temperatures
   bool heat = false;         // heat is conducted, lost and supplied
+  bool heat_walls = false;   // solids bound it by their geometry
   bool change = false;       // matter that melts, freezes or sets
   bool rigidifies = false;   // some of it becomes rigid
   bool sleeps = false;       // what rests is not computed

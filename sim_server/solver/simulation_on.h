@@ -227,11 +227,12 @@ class SimulationOn final : public Simulation {
       views_.list.rigid_count = static_cast<std::uint32_t>(plan_.rigid.size());
     }
     if (plan_.elastic) allocate_elastic(back_end_, scene_, plan_, views_);
-    if (plan_.fields || plan_.geometry) {
+    if (plan_.fields || plan_.geometry || plan_.heat_walls) {
       const ContactStore store(scene_, plan_);
       const ContactFields fields = allocate_fields(back_end_, store);
       if (plan_.fields) contact_counts_ = allocate_contact(back_end_, store, fields, plan_, views_.contact);
       if (plan_.geometry) allocate_walls(back_end_, scene_, plan_, store, fields, views_.fluid);
+      if (plan_.heat_walls) allocate_heat_walls(back_end_, scene_, store, fields, views_.heat);
     }
     if (plan_.elastic_rounds > 0) allocate_implicit(back_end_, scene_, plan_, views_);
     if (plan_.change) allocate_change(back_end_, scene_, plan_, views_);

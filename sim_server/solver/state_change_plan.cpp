@@ -7,7 +7,7 @@
 
 #include "config/error.h"
 #include "sim_server/geometry/point_grid.h"
-#include "sim_server/solver/heat_plan.h"
+#include "sim_server/scene/scene_heat.h"
 
 namespace palp {
 namespace {
@@ -94,12 +94,6 @@ std::uint32_t bonded_material(const Scene& scene, const Plan& plan, std::uint32_
 }
 
 }  // namespace
-
-bool changes_state(const Scene& scene, const Body& body) {
-  const MaterialConfig& m = material_of(scene, body);
-  const bool matter = body.type == BodyKind::fluid || body.type == BodyKind::elastic;
-  return matter && has_heat(scene) && m.young_modulus && (m.melting_temperature || m.cooking_temperature);
-}
 
 void plan_slots(const Scene& scene, Plan& plan) {
   const std::size_t count = scene.bodies.size();

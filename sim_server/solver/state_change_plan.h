@@ -9,10 +9,6 @@
 
 namespace palp {
 
-// Returns true for a body that changes state: fluid or elastic, of a material with a stiffness that melts or sets, in a
-// scene with heat.
-bool changes_state(const Scene& scene, const Body& body);
-
 // Fills in the plan's slots; first of all, because matter that changes state counts as a fluid everywhere else. Throws
 // ConfigError: a wrench asked for, method "paper" without bonds.
 void plan_slots(const Scene& scene, Plan& plan);

@@ -192,6 +192,9 @@ void heat_stages(B& back_end, const Plan& plan, const StepViews& v) {
   if (v.heat.views.zones > 0)
     back_end.for_each_large("heat zones", v.heat.views.zones,
                             MeasureHeatZones{v.state, v.grid, bodies, v.heat.views, v.particles});
+  if (plan.heat_walls)
+    back_end.for_each("heat walls", v.particles,
+                      MeasureHeatWalls{v.state, bodies, v.heat.solids, v.grid, v.medium, v.heat.views});
   for (int s = 0; s < plan.heat_steps; ++s) {
     back_end.for_each_team("heat", v.particles,
                            ConductHeat{v.state, v.grid, kernel, v.heat.medium, bodies, v.heat.views});

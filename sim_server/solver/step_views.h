@@ -5,7 +5,7 @@
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/elastic_sleep.h"
 #include "sim_server/physics/health.h"
-#include "sim_server/physics/heat.h"
+#include "sim_server/physics/heat_walls.h"
 #include "sim_server/physics/implicit_elastic.h"
 #include "sim_server/physics/pieces.h"
 #include "sim_server/physics/proxy.h"
@@ -42,6 +42,7 @@ struct BodyLists {
 struct HeatStageViews {
   HeatMedium medium;
   HeatViews views;
+  HeatWallViews solids;
 };
 
 struct ChangeStageViews {

@@ -122,6 +122,9 @@ inline constexpr Tolerance kRestingNoise{0.002, 0.002,
 // heat, reference C and D17
 inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature difference that drives it"};
 inline constexpr Tolerance kRoundHeat{0.04, 0.04, "as above, over a curved surface made of cells"};
+inline constexpr Tolerance kHeatAtPlane{0.004, 0.004, "as above, of a lattice half a spacing above what is held"};
+inline constexpr Tolerance kDisorderedHeat{0.05, 0.05, "as above, particles off their lattice by up to a fifth of dx"};
+inline constexpr Tolerance kMovedHeat{1e-3, 1e-3, "of the same: places in a step are rounded, and lists made anew"};
 inline constexpr Tolerance kHeatDecay{0.02, 0.02, "of the decay rate of a sine of 20 particles"};
 inline constexpr Tolerance kMeltFront{1.0, 1.0, "of a spacing: the front is smeared over the particles that melt"};
 inline constexpr Tolerance kMeltSlope{0.03, 0.03, "of the front's slope over sqrt(t)"};

@@ -62,6 +62,10 @@ Books::Books(Simulation& simulation, const Plan& plan)
   const auto [low, high] = std::minmax_element(snapshot_.temperature.begin(), snapshot_.temperature.end());
   coldest_ = *low;
   hottest_ = *high;
+  for (const Body& body : scene_.bodies) {  // those without particles, too
+    coldest_ = std::min(coldest_, body.temperature.value_or(coldest_));
+    hottest_ = std::max(hottest_, body.temperature.value_or(hottest_));
+  }
 }
 
 void Books::weigh(double sound_speed) {

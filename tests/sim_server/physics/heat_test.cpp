@@ -321,7 +321,7 @@ TEST(Lightness, HeatIsPaidForWhereItFlows) {
     EXPECT_EQ(name.find("heat"), std::string::npos) << name;
     EXPECT_EQ(name.find("enthalpy"), std::string::npos) << name;
   }
-  EXPECT_EQ(added(without.arrays, with.arrays), (Names{"state enthalpy", "sorted enthalpy", "heat held bodies"}));
+  EXPECT_EQ(added(without.arrays, with.arrays), (Names{"state enthalpy", "sorted enthalpy", "heat roles"}));
   EXPECT_EQ(added(without.launches, with.launches), (Names{"heat", "temperature"}));
   EXPECT_EQ(added(with.arrays, more.arrays), (Names{"heat zones", "heat zone volumes"}));
   EXPECT_EQ(added(with.launches, more.launches), (Names{"heat zones"}));

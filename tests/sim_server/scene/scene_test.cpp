@@ -77,6 +77,7 @@ TEST(Scene, BodiesFollowOneAnotherAndProxiesFindTheirs) {
   config.bodies.push_back(body("tool", BodyKind::rigid, box({0.2, 0.2, 0.2}, {0.6, 0, 0})));
   config.bodies[0].temperature = 300;
   config.bodies[1].temperature = 320;
+  config.materials[0].conductivity = 1;  // so that the solid has particles
   ProxyConfig proxy;
   proxy.device = 3;
   proxy.body = "tool";

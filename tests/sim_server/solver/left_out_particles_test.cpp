@@ -157,7 +157,51 @@ TEST(LeftOutParticles, StayWhereSomethingNeedsThem) {
   EXPECT_EQ(floor_of(config), ParticleReason::adhesion);
   config = bodies_alone();
   for (BodyConfig& each : config.bodies) each.temperature = 300;
+  config.materials[0].conductivity = 1;
   EXPECT_EQ(floor_of(config), ParticleReason::temperature);
+  config.materials[0].conductivity = 0;
+  config.heat_zones.emplace_back();
+  EXPECT_EQ(floor_of(config), ParticleReason::temperature);
+}
+
+// Heat meets by their geometry those solids whose temperature stays as it is.
+TEST(LeftOutParticles, HeatNeedsThemWhereItFlowsOn) {
+  SceneConfig config = with_water();
+  for (BodyConfig& each : config.bodies) each.temperature = 300 + static_cast<double>(each.name.size());
+  const auto count = [](const Scene& s) { return s.bodies[0].count + s.bodies[1].count + s.bodies[2].count; };
+  const auto expect_none = [&] {
+    const Scene s = sample_scene(config, 1000000);
+    EXPECT_EQ(count(s), 0u);
+    EXPECT_EQ(s.temperature, std::vector<double>(s.position.size(), 305));
+    EXPECT_EQ(particle_reason(s, 0), ParticleReason::none);
+  };
+  expect_none();  // nothing conducts
+  config.materials[0].conductivity = 1;
+  for (BodyConfig& each : config.bodies) each.hold_temperature = each.type != BodyKind::fluid;
+  expect_none();
+  config.bodies[0].hold_temperature = false;
+  const Scene s = sample_scene(config, 1000000);
+  EXPECT_EQ(s.bodies[0].count, s.bodies[0].sites);
+  EXPECT_EQ(count(s), s.bodies[0].count);
+  EXPECT_EQ(s.temperature.size(), s.position.size());
+  EXPECT_EQ(s.temperature.front(), 305);
+}
+
+// Matter that melts may freeze again to any place of a body that it is bonded to.
+TEST(LeftOutParticles, WhatMeltsNeedsAllOfThem) {
+  SceneConfig config = with_bar("floor");
+  for (BodyConfig& each : config.bodies) each.temperature = 300;
+  config.materials.push_back(config.materials[0]);
+  config.materials[1].name = std::string("ice");
+  config.materials[1].conductivity = 1;
+  config.materials[1].melting_temperature = 310;
+  config.materials[1].latent_heat = 1000;
+  for (MaterialConfig& each : config.materials) each.heat_capacity = 1000;
+  config.bodies.back().material = std::string("ice");
+  const Scene s = sample_scene(config, 1000000);
+  EXPECT_EQ(particle_reason(s, 0), ParticleReason::bonded);
+  EXPECT_EQ(s.bodies[0].count, s.bodies[0].sites);
+  EXPECT_EQ(s.bodies[1].count, 0u);
 }
 
 }  // namespace

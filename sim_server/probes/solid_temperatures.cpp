@@ -1,0 +1,29 @@
+#include "sim_server/probes/solid_temperatures.h"
+
+#include <cmath>
+
+#include "sim_server/physics/distance.h"
+#include "sim_server/scene/scene_heat.h"
+#include "sim_server/solver/plan.h"
+
+namespace palp {
+
+SolidTemperatures::SolidTemperatures(const Scene& scene)
+    : scene_(scene), store_(scene, make_plan(scene)), grids_(store_.grids_at(store_.node.data())) {
+  for (const std::uint32_t body : store_.shaped) bounds_heat_.push_back(bounds_heat(scene, scene.bodies[body]));
+}
+
+double SolidTemperatures::distance(std::size_t k, const Eigen::Vector3d& x, const RigidState& state) const {
+  const Body& body = scene_.bodies[store_.shaped[k]];
+  const Eigen::Vector3d center = state.position + state.orientation * body.center;
+  const Eigen::Vector3d r = state.orientation.conjugate() * box_of(scene_).between(x, center);
+  return solid_distance(store_.shape[k], store_.piece.data(), grids_.data(), r.cast<real>()).d;
+}
+
+double SolidTemperatures::share_of_plane(double distance) {
+  const double u = std::max(0.0, 1 - std::abs(distance)), u2 = u * u;
+  const double beyond = u2 * u2 * u2 * (3.5 - 4.5 * u + 1.5 * u2);
+  return distance < 0 ? 1 - beyond : beyond;
+}
+
+}  // namespace palp
