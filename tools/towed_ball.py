@@ -117,7 +117,7 @@ def main():
     parser.add_argument("--radii", type=float, nargs="+", default=[3], metavar="SPACINGS")
     parser.add_argument("--reynolds", type=float, nargs="+", default=[10, 30, 100, 300, 1000])
     parser.add_argument("--support", type=float, default=3, help="over the spacing")
-    parser.add_argument("--alpha", type=float, default=0.02, help="artificial viscosity")
+    parser.add_argument("--alpha", type=float, default=0.0, help="artificial viscosity; default that of the levels with H = 3 dx")
     parser.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE", help="as of palp-run")
     parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at a time")
