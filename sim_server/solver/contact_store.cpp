@@ -150,9 +150,11 @@ bool is_thin(const Body& body, const ContactBody& shape, const Scene& scene, dou
   bool thin = false;
   for_each_place(body.surface, support / 2, [&](const Eigen::Vector3d& at, const Eigen::Vector3d& normal) {
     const Vec3 n = (to_solid.linear() * normal).cast<real>(), x = (to_solid * at).cast<real>();
-    for (int k = 1; k <= 4 && !thin; ++k)
-      thin = blocks_sight(shape, store.piece.data(), grids.data(), x + real(0.1 * scene.spacing) * n,
-                          x - real(0.25 * k * deepest) * n, near);
+    for (int k = 1; k <= 4 && !thin; ++k) {
+      const Vec3 behind = x - real(0.25 * k * deepest) * n;  // within the wall nothing looks out of it
+      thin = distance_in_frame(shape, store.piece.data(), grids.data(), behind).d > real(0) &&
+             blocks_sight(shape, store.piece.data(), grids.data(), x + real(0.1 * scene.spacing) * n, behind, near);
+    }
   });
   return thin;
 }

@@ -153,5 +153,21 @@ TEST(WallsOfATray, NoFluidEntersTheLadle) {
   }
 }
 
+// Fluids keep as far off a surface as the guard reaches; past that they would see each other through a thin wall.
+TEST(WallsOfATray, AreThinWhereFluidsReachThroughThem) {
+  for (const double thick : {0.1, 1.0, 2.2, 2.6, 3.5, 5.0, 8.0}) {
+    SceneConfig config = scene(kSpacing);
+    const double inner = 8 * kSpacing, outer = inner + 2 * thick * kSpacing;
+    BodyConfig tray = body("tray", BodyKind::fixed, box({outer, outer, outer}));
+    tray.shapes.push_back(box({inner, inner, inner}));
+    tray.shapes.back().subtract = true;
+    config.bodies = {tray, body("fluid", BodyKind::fluid, box({0.5 * inner, 0.5 * inner, 0.5 * inner}))};
+    const Scene scene = sample_scene(config, 100000);
+    const Plan plan = make_plan(scene);
+    const double reach = plan.support - 2 * double(kGuardReach) * kSpacing;
+    EXPECT_EQ(ContactStore(scene, plan).shape[0].thin, thick * kSpacing < reach) << thick << " spacings";
+  }
+}
+
 }  // namespace
 }  // namespace palp::test::walls_test
