@@ -14,12 +14,14 @@ using Eigen::Vector3d;
 bool is_solid(const Body& body) { return body.type == BodyKind::rigid || body.type == BodyKind::fixed; }
 bool is_shapeless(const Body& body) { return is_solid(body) && body.surface.triangles.empty(); }
 
+bool holds_on_to(const Body& body, std::size_t other) {
+  return std::find(body.bonded_to.begin(), body.bonded_to.end(), other) != body.bonded_to.end();
+}
+
 // Returns whether matter that changes state holds on to a body. It may melt, and freeze to it anywhere.
 bool freezes_to(const Scene& scene, std::size_t index) {
-  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& other) {
-    return changes_state(scene, other) &&
-           std::find(other.bonded_to.begin(), other.bonded_to.end(), index) != other.bonded_to.end();
-  });
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                     [&](const Body& other) { return changes_state(scene, other) && holds_on_to(other, index); });
 }
 
 // Returns the particles to keep. Of a body to which elastic matter is bonded that lasts those within two support radii
@@ -80,10 +82,7 @@ ParticleReason particle_reason(const Scene& scene, std::size_t index) {
         return is_shapeless(other) && (other.type == BodyKind::rigid || body.type == BodyKind::rigid);
       }))
     return ParticleReason::springs;
-  if (any([&](const Body& other) {
-        return other.type == BodyKind::elastic &&
-               std::find(other.bonded_to.begin(), other.bonded_to.end(), index) != other.bonded_to.end();
-      }))
+  if (any([&](const Body& other) { return other.type == BodyKind::elastic && holds_on_to(other, index); }))
     return ParticleReason::bonded;
   return ParticleReason::none;
 }

@@ -7,7 +7,7 @@
 namespace palp {
 
 // Alpha acts as a viscosity of alpha c H / 20: with 0.02 forty times an oil's. With H = 3 dx the force of tray_fluid
-// errs without it by 50, 31, 17, 14 and 11 % at 40, 30, 20, 16 and 12.8 mm, with 0.02 by 53, 35, 21, 17 and 14 %
+// errs without it by 51, 31, 17, 14 and 12 % at 40, 30, 20, 16 and 12.8 mm, with 0.02 by 53, 35, 21, 17 and 13 %
 // (H100, tools/results/trade.md); a towed ball has its drag and a wave its energy. With H = 2 dx the lattice of
 // particles resists, whatever alpha, and 0.02 errs less than 0.1. Walls of particles feed sound without it: a vessel of
 // them never came to rest. Where fluids meet or change state, more is needed: with 0.02 a gas beneath water was thrown

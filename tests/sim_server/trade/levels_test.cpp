@@ -72,7 +72,7 @@ std::vector<std::string> outdated_levels(const TradeScene& scene) {
       const double value = parse_number(value_of(setting)).value_or(-1);
       const bool outdated = (key == "numerics.support_over_spacing" && value != level.support_over_spacing) ||
                             (key == "numerics.artificial_viscosity" && value != level.artificial_viscosity &&
-                             value != level.wall_viscosity && value != level.rough_viscosity);
+                             value != level.rough_viscosity);
       if (outdated)
         faults.push_back(fmt::format("{}: {} was measured with {}", scene.name, to_string(accuracy), setting));
     }
