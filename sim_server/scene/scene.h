@@ -81,6 +81,11 @@ struct Scene {
 // Returns the scene's domain.
 inline PeriodicBox box_of(const Scene& scene) { return {scene.bounds_min, scene.bounds_max, scene.config.periodic}; }
 
+// Returns the material of a body of the scene.
+inline const MaterialConfig& material_of(const Scene& scene, const Body& body) {
+  return scene.config.materials[body.material];
+}
+
 // Takes what is being done and which share of it is done, 0 to 1, now and then; called by the thread that loads.
 using LoadingProgress = std::function<void(const char* doing, double share)>;
 

@@ -3,13 +3,6 @@
 #include <algorithm>
 
 namespace palp {
-namespace {
-
-const MaterialConfig& material_of(const Scene& scene, const Body& body) {
-  return scene.config.materials[body.material];
-}
-
-}  // namespace
 
 bool has_temperatures(const Scene& scene) {
   return !scene.temperature.empty() || std::any_of(scene.bodies.begin(), scene.bodies.end(),

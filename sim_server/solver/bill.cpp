@@ -13,10 +13,6 @@
 namespace palp {
 namespace {
 
-const MaterialConfig& material_of(const Scene& scene, const Body& body) {
-  return scene.config.materials[body.material];
-}
-
 std::string kind_of(const Body& body) {
   switch (body.type) {
     case BodyKind::fluid:

@@ -14,10 +14,6 @@
 namespace palp {
 namespace {
 
-const MaterialConfig& material_of(const Scene& scene, const Body& body) {
-  return scene.config.materials[body.material];
-}
-
 const Body* find_body(const Scene& scene, const std::string& name) {
   const auto found =
       std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) { return body.name == name; });

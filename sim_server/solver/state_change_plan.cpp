@@ -12,10 +12,6 @@
 namespace palp {
 namespace {
 
-const MaterialConfig& material_of(const Scene& scene, const Body& body) {
-  return scene.config.materials[body.material];
-}
-
 // Returns the solid fraction and the share that has set, at the start, at a temperature [K].
 std::pair<double, double> start_fraction(const Scene& scene, const Body& body, double temperature) {
   const MaterialConfig& m = material_of(scene, body);
