@@ -171,18 +171,18 @@ std::vector<StepLimit> limits_by_elasticity(const Scene& scene, const Plan& plan
     // neighbourhoods that are torn are stiffer than whole ones: a sheet that was pierced at 0.42 of this limit
     // diverged, at 0.21 it did not
     double left = m.yield_stress ? left_of_flow(scene, scene.bodies[b]) : m.tear_strain ? 0.5 : 1;
-    // In a mush the bonds' stiffness adds to the fluid's, and matter that froze in disorder is stiffer than a lattice.
-    // A splash that freezes at once held with 0.27 of the limit, as much as safety may leave
-    // (tests/sim_server/physics/state_change_motion_test.cpp); with hourglass forces along the bonds it diverged.
+    // Matter that froze in disorder is stiffer than a lattice. Splashes that freeze at once
+    // (tests/sim_server/physics/state_change_motion_test.cpp) held up to 0.29 to 0.30 of a lattice's limit at 1e5 and
+    // 1e6 Pa, and diverged at 0.31 and 0.32. The fluid's stiffness does not add to that: bonds get the share of a
+    // pair's forces that the fluid loses. At 2e3 and 1e4 Pa, where sound limits, they held to 0.9 of that limit.
     if (plan.changes[b]) left = 0.3;
     // method "paper" has no gradient's correction to look at; of a nearly incompressible block the corners diverged at
     // 0.9 of this limit, at 0.85 they did not
     if (plan.method == Method::paper) left = std::min(left, 0.85);
-    const double sound = plan.changes[b] ? sound_speed_in(scene, plan, m) : 0;
     const NumericsConfig& n = scene.config.numerics;
     const bool corrected = plan.method == Method::accurate && !plan.changes[b];
     const double free = corrected ? free_limit(scene, plan, scene.bodies[b]) : 1e30;
-    double waves = std::min(elastic_limit(ratio) * left * dx / std::hypot(pressure_wave_speed(m), sound),
+    double waves = std::min(elastic_limit(ratio) * left * dx / pressure_wave_speed(m),
                             n.sub_steps ? free : kMostOfFree * free / n.safety);
     // the damping is central, as Monaghan's viscosity, whose limit is less than half that of Morris's
     const double damping = elastic_damping(scene, plan, m);
