@@ -73,7 +73,7 @@ double lattice_cover(double H) {
 
 // d rho/dt = - rho div v + delta h c sum_j V_j psi_ij . gradW + rho k e (C/C0 - 1) (1 - (2 H |grad C|)^2)+,
 // psi_ij = 2 (rho_j - rho_i - hydrostatic) x_ji / r^2, C = sum_j V_j W_ij with j = i, k = 0.1,
-// e = sum_j V_j |v_ij.gradW|, no last term where C is 20 % from C0
+// e = sum_j V_j |v_ij.gradW|, no last term where C is 20 % from C0; then V = m / rho(acting pressure)
 void continuity(Restated& w) {
   const double h = 0.5 * w.plan.support, lattice = lattice_cover(w.plan.support / w.scene->spacing);
   const Vector3d g = level_gravity(w);
@@ -93,8 +93,7 @@ void continuity(Restated& w) {
       const Vector3d v_meet = (impedance(w, i) * w.v[i] + impedance(w, j) * v_j) / (impedance(w, i) + impedance(w, j));
       divergence += w.V[j] * (is_fluid(w, j) ? Vector3d(2 * (v_meet - w.v[i])) : Vector3d(v_j - w.v[i])).dot(gradient);
       if (!is_fluid(w, j) || body_of(w, j).material != body_of(w, i).material) return;
-      const double rho_j = rho0 + w.p[j] / c2;
-      const double resting = rho0 * g.dot(-x_ij) / c2;
+      const double rho_j = rho0 + w.p[j] / c2, resting = rho0 * g.dot(-x_ij) / c2;
       // density does not diffuse between particles that are at rest against each other
       const double moves = (w.v[i] - w.v[j]).dot(x_ij) / (0.0003 * c * w.scene->spacing);
       diffusion += std::min(1.0, moves * moves) * w.V[j] * 2 * (rho_j - rho_i - resting) * (-x_ij).dot(gradient) /
@@ -107,7 +106,7 @@ void continuity(Restated& w) {
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     if (!is_fluid(w, i)) continue;
     w.p[i] = sound(w, i) * sound(w, i) * (rho_new[i] - density0(w, i));
-    w.V[i] = w.m[i] / rho_new[i];
+    w.V[i] = w.m[i] / std::max(rho_new[i], w.plan.tension ? 0 : density0(w, i));
   }
 }
 
@@ -374,6 +373,7 @@ void sub_step(Restated& w, const StepInput& input, double elapsed) {
   move(w);
 }
 
+double density_of(const Restated& w, std::size_t i) { return density0(w, i) + w.p[i] / std::pow(sound(w, i), 2); }
 RigidState handle_of(const Restated& w, std::size_t proxy) {
   const RestatedBody& b = w.body[w.scene->proxies[proxy].body];
   const Vector3d r = b.q * b.handle;

@@ -38,6 +38,8 @@ struct Restated {
 Restated restate(const Scene& scene);
 // One sub-step, `elapsed` seconds of the haptic step being over at its end.
 void sub_step(Restated& world, const StepInput& input, double elapsed);
+// Returns the density of a fluid particle by its equation of state.
+double density_of(const Restated& world, std::size_t particle);
 // Returns the state of the handle of a proxy.
 RigidState handle_of(const Restated& world, std::size_t proxy);
 

@@ -48,7 +48,7 @@ Residuals compare(const Restated& w, const Snapshot& s) {
     if (body.type != BodyKind::fluid) continue;
     const double acting = w.plan.tension ? w.p[i] : std::max(0.0, w.p[i]);
     r.pressure = std::max(r.pressure, std::abs(s.pressure[i] - acting) / p_scale);
-    r.density = std::max(r.density, std::abs(s.density[i] * w.V[i] / w.m[i] - 1));
+    r.density = std::max(r.density, std::abs(s.density[i] / density_of(w, i) - 1));
   }
   return r;
 }
