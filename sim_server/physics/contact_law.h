@@ -250,11 +250,18 @@ struct PairPoints {
     return normal.push * t.n + f;
   }
 
+  // Returns whether nothing of a pair can touch in this sub-step. In a period a body's bounds have images beyond the
+  // nearest centre, so only the balls around the bodies count there.
   PALP_HD bool far(const ContactPair& pair) const {
     const BodyState &a = body[pair.a], &b = body[pair.b];
-    const real reach_a = contact.shape[pair.shape_a].reach, reach_b = contact.shape[pair.shape_b].reach;
-    const real speed = (a.v - b.v).norm() + a.w.norm() * reach_a + b.w.norm() * reach_b;
-    return nearest_image(grid, a.x - b.x).norm() > reach_a + reach_b + real(3) * dt * speed;
+    const ContactBody &shape_a = contact.shape[pair.shape_a], &shape_b = contact.shape[pair.shape_b];
+    const real speed = (a.v - b.v).norm() + a.w.norm() * shape_a.reach + b.w.norm() * shape_b.reach;
+    const real both = shape_a.reach + shape_b.reach, margin = real(3) * dt * speed + real(0.01) * both;
+    const Vec3 x = nearest_image(grid, b.x - a.x);
+    if (x.norm() > both + margin) return true;
+    if (grid.periodic(0) || grid.periodic(1) || grid.periodic(2)) return false;
+    const Mat3 R_a = a.q.toRotationMatrix(), R_b = b.q.toRotationMatrix();
+    return bounds_apart(shape_a, R_a, shape_b, R_b, x, margin) || bounds_apart(shape_b, R_b, shape_a, R_a, -x, margin);
   }
 
   PALP_HD Touch touch(const ContactPair& pair, const Mat3& R_a, const Mat3& R_b, std::uint32_t p) const {

@@ -53,6 +53,20 @@ PALP_HD inline bool outside_bounds(const ContactBody& shape, const Vec3& y, real
   return false;
 }
 
+// Returns true where the bounds of two solids, the second at x from the first, are more than margin apart along an axis
+// of the first one's frame. x leads from one centre of mass to the other; R and R_other turn body axes to those of x.
+PALP_HD inline bool bounds_apart(const ContactBody& shape, const Mat3& R, const ContactBody& other, const Mat3& R_other,
+                                 const Vec3& x, real margin) {
+  const Mat3 to = shape.R.transpose() * R.transpose(), turn = to * R_other * other.R;
+  const Vec3 middle = real(0.5) * (other.low + other.high), half = real(0.5) * (other.high - other.low);
+  const Vec3 z = to * (x + R_other * other.c) - shape.R.transpose() * shape.c + turn * middle;
+  for (int a = 0; a < 3; ++a) {
+    const real extent = turn.row(a).cwiseAbs().dot(half) + margin;
+    if (z[a] + extent < shape.low[a] || z[a] - extent > shape.high[a]) return true;
+  }
+  return false;
+}
+
 PALP_HD inline Distance box_distance(const Vec3& x, const Vec3& low, const Vec3& high) {
   Vec3 q, side, out;
   int axis = 0;

@@ -8,6 +8,7 @@
 #include "tests/sim_server/geometry/mesh_shape.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/scene_builder.h"
+#include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::test::distance_test {
@@ -32,6 +33,7 @@ class Field {
                           (x - scene_.bodies[0].center).cast<real>());
   }
   const Body& body() const { return scene_.bodies[0]; }
+  const ContactBody& shape() const { return store_->shape[0]; }
   const std::vector<ContactPoint>& points() const { return body().contact->points; }
 
  private:
@@ -205,6 +207,28 @@ TEST_F(DistanceTest, PointsStickOutOfABox) {
   }
   EXPECT_EQ(corners, 8);
   EXPECT_EQ(field.points().size(), 8u + 4 * (4 + 2 + 1));
+}
+
+// Where the bounds of two solids are apart no point of the second is within the margin of the first one's.
+TEST(Bounds, AreApartWhereNoPointIsNear) {
+  const unsigned seed = drawn_seed();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Random random(seed);
+  const Field one({box({0.3, 0.1, 0.2}, {0.05, 0.02, 0})}), other({box({0.1, 0.4, 0.1}), sphere(0.1, {0, 0.2, 0})});
+  int apart = 0;
+  for (int n = 0; n < 2000; ++n) {
+    const Vec3 x = random_vector(random, 0.6).cast<real>();
+    const Mat3 R = random_rotation(random).toRotationMatrix().cast<real>();
+    const Mat3 R_other = random_rotation(random).toRotationMatrix().cast<real>();
+    const real margin = real(0.05);
+    if (!bounds_apart(one.shape(), R, other.shape(), R_other, x, margin)) continue;
+    ++apart;
+    for (const ContactPoint& point : other.points()) {
+      const Vec3 arm = (point.position - other.body().center).cast<real>();
+      ASSERT_TRUE(outside_bounds(one.shape(), R.transpose() * (x + R_other * arm), margin - real(1e-5)));
+    }
+  }
+  EXPECT_GT(apart, 200);
 }
 
 }  // namespace
