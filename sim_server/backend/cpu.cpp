@@ -193,6 +193,13 @@ class Cpu {
     complete_ = false;
   }
 
+  // Runs stages that those up to join() need not wait for: here, before them.
+  template <class F>
+  void beside(F&& stages) {
+    stages();
+  }
+  void join() {}
+
   // sleepers: tags of the items, of which those that sleep are passed over; null: all are awake.
   template <class F>
   void for_each(const char* name, std::uint32_t n, const F& f, const Tag* sleepers = nullptr) {

@@ -40,6 +40,9 @@ class Cuda {
     name_ = std::string("cuda, ") + properties.name + ", float";
     check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "creating a stream");
     check(cudaStreamCreateWithFlags(&copy_stream_, cudaStreamNonBlocking), "creating a stream");
+    check(cudaStreamCreateWithFlags(&side_stream_, cudaStreamNonBlocking), "creating a stream");
+    check(cudaEventCreateWithFlags(&forked_, cudaEventDisableTiming), "creating an event");
+    check(cudaEventCreateWithFlags(&joined_, cudaEventDisableTiming), "creating an event");
     check(cudaEventCreateWithFlags(&packed_, cudaEventDisableTiming), "creating an event");
     check(cudaEventCreateWithFlags(&copied_, cudaEventDisableTiming), "creating an event");
   }
@@ -51,11 +54,11 @@ class Cuda {
     for (cudaGraphExec_t graph : graphs_) cudaGraphExecDestroy(graph);
     for (void* p : device_blocks_) cudaFree(p);
     for (void* p : host_blocks_) cudaFreeHost(p);
-    cudaEventDestroy(packed_);
-    cudaEventDestroy(copied_);
+    for (cudaEvent_t event : {packed_, copied_, forked_, joined_}) cudaEventDestroy(event);
     for (const Mark& mark : marks_) cudaEventDestroy(mark.event);
     cudaStreamDestroy(stream_);
     cudaStreamDestroy(copy_stream_);
+    cudaStreamDestroy(side_stream_);
   }
 
   std::string name() const { return name_; }
@@ -156,6 +159,28 @@ class Cuda {
     graphs_.clear();
     request_lists();
     launches_.clear();
+  }
+
+  // Runs stages beside those that follow until join(), neither of which may write what the others touch.
+  template <class F>
+  void beside(F&& stages) {
+    if (times_ != nullptr) return stages();
+    check(cudaEventRecord(forked_, stream_), "recording an event");
+    check(cudaStreamWaitEvent(side_stream_, forked_, 0), "waiting for an event");
+    std::swap(stream_, side_stream_);
+    after_event_ = true;
+    stages();
+    check(cudaEventRecord(joined_, stream_), "recording an event");
+    std::swap(stream_, side_stream_);
+    after_event_ = false;
+    forks_ = true;
+  }
+  // Waits, on the device, for what runs beside.
+  void join() {
+    if (!forks_) return;
+    check(cudaStreamWaitEvent(stream_, joined_, 0), "waiting for an event");
+    forks_ = false;
+    after_event_ = true;
   }
 
   // sleepers: tags of the items, of which those that sleep are passed over; null: all are awake.
@@ -282,7 +307,7 @@ class Cuda {
     config.numAttrs = 1;
     check(cudaLaunchKernelEx(&config, rebuild_lists<kOneThread, Pair>, work_, interacts), "sorting");
   }
-  // Launches a kernel. It may be started before the work in front of it has ended, for it waits by itself
+  // Launches a kernel. It may be started before the work in front of it on its stream has ended, for it waits by itself
   // (wait_for_previous_kernel).
   template <class... P, class... A>
   void launch(const char* name, void (*kernel)(P...), std::uint64_t threads, unsigned size, const A&... arguments) {
@@ -294,7 +319,8 @@ class Cuda {
     config.blockDim = size;
     config.stream = stream_;
     config.attrs = &early;
-    config.numAttrs = early_launch_ ? 1 : 0;
+    config.numAttrs = early_launch_ && !after_event_ ? 1 : 0;
+    after_event_ = false;
     check(cudaLaunchKernelEx(&config, kernel, arguments...), name);
   }
   static unsigned blocks(std::uint64_t threads, unsigned size) {
@@ -332,8 +358,8 @@ class Cuda {
   };
 
   std::string name_;
-  cudaStream_t stream_ = nullptr, copy_stream_ = nullptr;
-  cudaEvent_t packed_ = nullptr, copied_ = nullptr;
+  cudaStream_t stream_ = nullptr, copy_stream_ = nullptr, side_stream_ = nullptr;
+  cudaEvent_t packed_ = nullptr, copied_ = nullptr, forked_ = nullptr, joined_ = nullptr;
   std::vector<cudaGraphExec_t> graphs_;  // by variant
   std::vector<void*> device_blocks_, host_blocks_;
   std::vector<std::pair<std::string, std::size_t>> arrays_;
@@ -344,6 +370,8 @@ class Cuda {
   std::size_t marked_ = 0;  // marks of the step that is being timed
   int processors_ = 1;
   bool early_launch_ = false;
+  bool forks_ = false;        // something runs beside
+  bool after_event_ = false;  // what is launched next waits for another stream
   ListWork work_;
   real skin_ = 0;
 };

@@ -13,41 +13,11 @@
 #include "sim_server/physics/tear.h"
 #include "sim_server/physics/viscous_bodies.h"
 #include "sim_server/physics/wall_drag.h"
-#include "sim_server/physics/wall_sight.h"
+#include "sim_server/solver/listed_pairs.h"
 #include "sim_server/solver/plan.h"
 #include "sim_server/solver/step_views.h"
 
 namespace palp {
-
-// Says whether two particles ever act on each other: stored neighbour lists leave out the pairs that do not.
-struct EveryPair {
-  PALP_HD bool operator()(Tag, Tag) const { return true; }
-  PALP_HD static real clear_around(Tag, const Vec3&) { return HUGE_VALF; }
-  PALP_HD static bool in_sight(Tag, const Vec3&, const Vec3&, real) { return true; }
-};
-
-// The same with solids.
-struct Interacts : EveryPair {
-  bool all;  // method "paper": a solid's own particles count in its density; heat: they conduct
-  bool contact;
-  bool cohesion;  // fluids cling to solids that else act by their geometry
-  PALP_HD bool operator()(Tag a, Tag b) const {
-    if (all) return true;
-    if (a.is_fluid() || b.is_fluid()) return cohesion || !(a.by_geometry() || b.by_geometry());
-    return contact && a.body() != b.body() && (a.kind() != BodyKind::fixed || b.kind() != BodyKind::fixed);
-  }
-};
-
-// The same with thin walls, across which fluids do not interact.
-struct InteractsInSight : Interacts {
-  WallSight sight;
-  // Returns within what distance of a particle at x all are in its sight.
-  PALP_HD real clear_around(Tag a, const Vec3& x) const { return a.is_fluid() ? sight.clear_around(x) : HUGE_VALF; }
-  // Returns whether particle i, with such a distance, sees one with tag b at x_i - x_ij.
-  PALP_HD bool in_sight(Tag b, const Vec3& x_i, const Vec3& x_ij, real clear) const {
-    return !b.is_fluid() || x_ij.squaredNorm() < clear * clear || sight.open(x_i, x_ij);
-  }
-};
 
 inline Medium without_viscosity(Medium medium) {
   for (Material& material : medium.material) material.viscosity = 0;
@@ -323,15 +293,32 @@ void contact_stages(B& back_end, const StepViews& v) {
 // Runs a sub-step, which ends `elapsed` after the start of the haptic step [s].
 template <class B>
 void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, bool heat) {
+  const auto bonds = [&] {
+    if (plan.change) bond_stages(back_end, v);
+  };
+  const auto contact = [&] {
+    if (plan.fields) contact_stages(back_end, v);
+  };
+  // these and the fluids' stages ask nothing of each other where no forces on bodies' particles are added up
+  const bool some = plan.change || plan.fields;
+  const bool beside = some && plan.neighbors && plan.force_count == 0 && !(heat && plan.change);
+  if (beside)
+    back_end.beside([&] {
+      bonds();
+      contact();
+    });
   if (plan.neighbors) particle_stages(back_end, plan, v, elapsed);
   if (heat) heat_stages(back_end, plan, v);
   if (heat && plan.change) change_stages(back_end, plan, v);
-  if (plan.change) bond_stages(back_end, v);
+  if (!beside) bonds();
   const bool implicit = plan.elastic_rounds > 0;
   if (implicit && !plan.neighbors)
     back_end.for_each("implicit clear", v.elastic.count, ClearForce{v.body}, v.elastic_sleepers());
   if (plan.elastic && !implicit) elastic_stages(back_end, plan, v);
-  if (plan.fields) contact_stages(back_end, v);
+  if (beside)
+    back_end.join();
+  else
+    contact();
   if (plan.fields && !implicit) elastic_contact_stages(back_end, v, elapsed);
   if (implicit) implicit_elastic_stages(back_end, v, elapsed);
   if (plan.wrench)
