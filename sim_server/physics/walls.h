@@ -88,6 +88,7 @@ struct WallViews {
   real* rate = nullptr;             // by particle [1/s]
   std::uint32_t* beside = nullptr;  // by particle: how many bodies it is beside
   KeptBody* kept = nullptr;         // kKeptBodies by particle
+  std::uint8_t* open = nullptr;     // by cell: 1 where no fixed body is within the support radius; null: not known
   bool thin = false;                // some have thin walls (wall_sight.h)
 };
 
@@ -133,6 +134,36 @@ PALP_HD inline NearBody known_body(const WallViews& walls, const CellGrid& grid,
   return not_near();
 }
 
+// Finds the cells of a domain without periods that are out of the reach of all fixed bodies; one thread a cell.
+// Outermost cells have particles from outside, too, and so are never open.
+struct MarkOpenCells {
+  const BodyState* bodies;
+  WallViews walls;
+  CellGrid grid;
+  Medium medium;
+
+  PALP_HD void operator()(std::uint32_t c) const {
+    const auto nx = static_cast<std::uint32_t>(grid.n[0]), ny = static_cast<std::uint32_t>(grid.n[1]);
+    const int at[3] = {static_cast<int>(c % nx), static_cast<int>(c / nx % ny), static_cast<int>(c / nx / ny)};
+    bool open = true;
+    Vec3 x;
+    for (int a = 0; a < 3; ++a) {
+      open = open && at[a] > 0 && at[a] + 1 < grid.n[a];
+      x[a] = grid.origin[a] + (static_cast<real>(at[a]) + real(0.5)) * grid.cell[a];
+    }
+    // distances from a lattice's nodes may be a spacing too large
+    const real reach = medium.support + real(0.5) * grid.cell.norm() + medium.spacing;
+    for (std::uint32_t k = 0; open && k < walls.by.bodies; ++k) {
+      const BodyState& body = bodies[walls.body[k]];
+      if (body.kind != BodyKind::fixed) continue;
+      const Vec3 y = body.q.toRotationMatrix().transpose() * (x - body.x);
+      open = outside_bounds(walls.shape[k], y, reach) ||
+             !(solid_distance(walls.shape[k], walls.piece, walls.grid, y).d < reach);
+    }
+    walls.open[c] = open ? 1 : 0;
+  }
+};
+
 // Measures what solids add to the sums of the density's rate, and keeps what they are to the particles.
 template <class Bonds>
 struct MeasureWalls {
@@ -161,16 +192,19 @@ struct MeasureWalls {
     Vec3 slope(0, 0, 0);
     real share = 0, rate = 0;
     std::uint32_t beside = 0;
+    const Vec3 x = state.xV[i].xyz();
+    const bool open = walls.open != nullptr && walls.open[grid.index_of(x)] != 0;
     for (std::uint32_t k = 0; k < walls.by.bodies; ++k) {
-      const NearBody b =
-          near_body(walls, grid, medium, bodies.body[walls.body[k]], k, state.xV[i].xyz(), forcing->level_gravity);
+      const BodyState& body = bodies.body[walls.body[k]];
+      if (open && body.kind == BodyKind::fixed) continue;
+      const NearBody b = near_body(walls, grid, medium, body, k, x, forcing->level_gravity);
       if (!b.near) continue;
       if (beside < kKeptBodies) walls.kept[i * kKeptBodies + beside] = {k, b};
       ++beside;
       slope += b.wall.slope;
       share += b.wall.share;
-      rate += kMirror * resisting(i, b, bodies.body[walls.body[k]]) *
-              bonds.wall_share(tag, bonds.solid(state, i), walls.body[k]) * b.wall.slope.dot(state.vp[i].xyz() - b.v);
+      rate += kMirror * resisting(i, b, body) * bonds.wall_share(tag, bonds.solid(state, i), walls.body[k]) *
+              b.wall.slope.dot(state.vp[i].xyz() - b.v);
     }
     walls.slope[i] = pack(slope, share);
     walls.rate[i] = rate;
@@ -234,6 +268,7 @@ struct WallForce {
       const bool asked = body.force_first != kNone;  // for its wrench
       Vec3 force(0, 0, 0), torque(0, 0, 0);
       for (std::uint32_t i = begin + team.lane(); i < end; i += team.size()) {
+        if (walls.beside[i] == 0) continue;
         const Tag tag = state.tag[i];
         if (!tag.is_fluid() || tag.inactive() || (tag.asleep() && !asked)) continue;
         const real share = bonds.wall_share(tag, bonds.solid(state, i), walls.body[k]);

@@ -187,7 +187,7 @@ ContactFields allocate_fields(B& back_end, const ContactStore& store) {
 }
 
 template <class B>
-void allocate_walls(B& back_end, const Scene& scene, const Plan& plan, const ContactStore& store,
+void allocate_walls(B& back_end, const Scene& scene, const Plan& plan, const CellGrid& grid, const ContactStore& store,
                     const ContactFields& fields, FluidViews& fluid) {
   WallViews& g = fluid.walls;
   std::vector<std::uint32_t> place(scene.bodies.size(), kNone);
@@ -205,6 +205,8 @@ void allocate_walls(B& back_end, const Scene& scene, const Plan& plan, const Con
   g.rate = back_end.template allocate<real>("wall rates", scene.position.size());
   g.beside = back_end.template allocate<std::uint32_t>("wall counts", scene.position.size());
   g.kept = back_end.template allocate<KeptBody>("walls beside particles", kKeptBodies * scene.position.size());
+  if (!grid.periodic(0) && !grid.periodic(1) && !grid.periodic(2))
+    g.open = back_end.template allocate<std::uint8_t>("open cells", grid.cells());
   if (plan.viscous_stages == 0) return;
   ViscosityViews& v = fluid.viscosity;
   v.wall = g.body;

@@ -100,6 +100,9 @@ class SimulationOn final : public Simulation {
     if (plan_.change) reset_change(back_end_, scene_, plan_, views_);
     if (plan_.sleeps) reset_sleep(back_end_, scene_, plan_, views_);
     if (plan_.solids) back_end_.upload(views_.body.body, store.bodies);
+    if (views_.fluid.walls.open != nullptr)
+      back_end_.for_each("open cells", views_.grid.cells(),
+                         MarkOpenCells{views_.body.body, views_.fluid.walls, views_.grid, views_.medium});
     results_.reset(store.bodies, output_);
   }
 
@@ -231,7 +234,7 @@ class SimulationOn final : public Simulation {
       const ContactStore store(scene_, plan_);
       const ContactFields fields = allocate_fields(back_end_, store);
       if (plan_.fields) contact_counts_ = allocate_contact(back_end_, store, fields, plan_, views_.contact);
-      if (plan_.geometry) allocate_walls(back_end_, scene_, plan_, store, fields, views_.fluid);
+      if (plan_.geometry) allocate_walls(back_end_, scene_, plan_, views_.grid, store, fields, views_.fluid);
       if (plan_.heat_walls) allocate_heat_walls(back_end_, scene_, store, fields, views_.heat);
     }
     if (plan_.elastic_rounds > 0) allocate_implicit(back_end_, scene_, plan_, views_);

@@ -153,6 +153,49 @@ TEST(WallsOfATray, NoFluidEntersTheLadle) {
   }
 }
 
+class OpenCells : public RandomCase {};
+
+// Particles in an open cell are beside no fixed body, and a good part of a large tank is open.
+TEST_F(OpenCells, AreOutOfTheReachOfFixedBodies) {
+  SceneConfig config = scene(kSpacing);
+  BodyConfig tank = body("tank", BodyKind::fixed, box({1.8, 1.8, 1.8}));
+  tank.shapes.push_back(box({1.6, 1.6, 1.8}, {0, 0, 0.1}));
+  tank.shapes.back().subtract = true;
+  const Eigen::Quaterniond turned = random_rotation(random_);
+  config.bodies = {tank, body("post", BodyKind::fixed, box({0.1, 0.2, 0.3})),
+                   body("ball", BodyKind::rigid, sphere(0.1, {0, 0, 0.65})),
+                   body("fluid", BodyKind::fluid, box({1.0, 1.0, 0.2}, {0, 0, -0.6}))};
+  config.bodies[1].position = vector(0.3);
+  config.bodies[1].orientation = turned;
+  const Scene scene = sample_scene(config, 100000);
+  const Plan plan = make_plan(scene);
+  const ContactStore contact(scene, plan);
+  const ParticleStore store(scene, plan);
+  const CellGrid grid = make_grid(scene, plan);
+  const Medium medium = make_medium(scene, plan);
+  std::vector<std::uint8_t> open(grid.cells());
+  WallViews walls;
+  walls.by.bodies = static_cast<std::uint32_t>(contact.shaped.size());
+  walls.body = contact.shaped.data();
+  walls.shape = contact.shape.data();
+  walls.piece = contact.piece.data();
+  walls.open = open.data();
+  const MarkOpenCells mark{store.bodies.data(), walls, grid, medium};
+  for (std::uint32_t c = 0; c < grid.cells(); ++c) mark(c);
+  int within = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const Vec3 x = vector(1).cast<real>();
+    if (open[grid.index_of(x)] == 0) continue;
+    ++within;
+    for (std::uint32_t k = 0; k < walls.by.bodies; ++k) {
+      const BodyState& body = store.bodies[walls.body[k]];
+      if (body.kind != BodyKind::fixed) continue;
+      ASSERT_FALSE(near_body(walls, grid, medium, body, k, x, Vec3(0, 0, 0)).near) << x.transpose();
+    }
+  }
+  EXPECT_GT(within, 2000);
+}
+
 // Fluids keep as far off a surface as the guard reaches; past that they would see each other through a thin wall.
 TEST(WallsOfATray, AreThinWhereFluidsReachThroughThem) {
   for (const double thick : {0.1, 1.0, 2.2, 2.6, 3.5, 5.0, 8.0}) {
