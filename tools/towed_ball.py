@@ -4,8 +4,9 @@
   tools/towed_ball.py                              radius 3 spacings at Re 10 to 1000, on the CPU
   tools/towed_ball.py --backend cuda --radii 2 3 5 --jobs 5
 
-The ball goes 10 radii in a periodic box of 8 x 8 x 14 radii, at 0.2 m/s after a start of 0.2 radii. Prints the drag over
-the standard one in the last three fifths of the way, and the force's noise (what a mean of 26 ms leaves) over the drag."""
+The ball goes 10 radii, or --way, in a periodic box of 8 x 8 radii that is 4 radii longer than its way, at 0.2 m/s after a
+start of 0.2 radii. Prints the drag over the standard one in the last three fifths of the way, and the force's noise (what a
+mean of 26 ms leaves) over the drag."""
 import argparse
 import concurrent.futures
 import csv
@@ -74,16 +75,16 @@ angular_damping = 0.4
 
 
 def write_scene(folder, radius, reynolds, options):
-    width, length = (round(sides * radius / SPACING) * SPACING for sides in (8, 14))
+    width, length = (round(sides * radius / SPACING) * SPACING for sides in (8, options.way + 4))
     start, viscosity = 2 * radius, DENSITY * SPEED * 2 * radius / reynolds
     (folder / "tow.toml").write_text(SCENE.format(
-        duration=10 * radius / SPEED, low=-width / 2, high=width / 2, width=width, length=length, middle=length / 2,
+        duration=options.way * radius / SPEED, low=-width / 2, high=width / 2, width=width, length=length, middle=length / 2,
         spacing=SPACING, support=options.support, alpha=options.alpha, fastest=2 * SPEED, density=DENSITY,
         viscosity=viscosity, x=OFF_LATTICE[0], y=OFF_LATTICE[1], start=start, radius=radius, hole=start - length / 2))
     ramp = 0.2 * radius / SPEED
     with open(folder / "path.csv", "w") as out:
         print("time,x,y,z,qx,qy,qz,qw", file=out)
-        for t in np.linspace(0, 10 * radius / SPEED, 401):
+        for t in np.linspace(0, options.way * radius / SPEED, 401):
             way = SPEED * t * t / (2 * ramp) if t < ramp else SPEED * (t - ramp / 2)
             print(f"{t:.6f},{OFF_LATTICE[0]},{OFF_LATTICE[1]},{start + way:.8f},0,0,0,1", file=out)
 
@@ -104,7 +105,7 @@ def tow(spacings, reynolds, options):
             rows = list(csv.DictReader(table))
     time = np.array([float(row["time_s"]) for row in rows])
     force = -np.array([float(row["fz_N"] or "nan") for row in rows])
-    end = 10 * radius / SPEED
+    end = options.way * radius / SPEED
     parts = [force[(time > end * low) & (time <= end * (low + 0.2))].mean() / drag for low in (0.4, 0.6, 0.8)]
     smooth = np.convolve(np.pad(force, 13, "edge"), np.ones(26) / 26, "valid")[:len(force)]
     noise = (force - smooth)[time > 0.4 * end].std() / drag
@@ -116,6 +117,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--radii", type=float, nargs="+", default=[3], metavar="SPACINGS")
     parser.add_argument("--reynolds", type=float, nargs="+", default=[10, 30, 100, 300, 1000])
+    parser.add_argument("--way", type=float, default=10, help="in radii")
     parser.add_argument("--support", type=float, default=3, help="over the spacing")
     parser.add_argument("--alpha", type=float, default=0.0, help="artificial viscosity; default that of the levels with H = 3 dx")
     parser.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE", help="as of palp-run")
