@@ -106,6 +106,7 @@ void open_ends(ContactPiece& piece, const Eigen::AlignedBox3d& bounds) {
 struct Feature {
   Eigen::Vector3d at, middle;
   double radius;
+  int round = -1;  // of its part
 };
 
 // The ball that touches all faces with these normals through a point, none (radius 0) where there is no such ball.
@@ -173,29 +174,39 @@ void add_edge_points(const SurfaceMesh& mesh, double spacing, double radius, std
     if (used[v]) out.push_back(rounded(mesh.vertices[v], normals[v], radius));
 }
 
-// Rings around the axis, so many that a roll over them is smooth.
-void add_rings(const Part& part, double spacing, double ball, std::vector<Feature>& out) {
-  const double around = std::max(32.0, std::ceil(4 * kPi * part.radius / spacing));
+// Rings around the axis. A multiple of four points, so that what lies in a right angle touches both of its sides at
+// one.
+void add_rings(const Part& part, double spacing, double ball, std::vector<Feature>& out,
+               std::vector<ContactRound>& rounds) {
+  const double around = 4 * std::ceil(std::max(8.0, kPi * part.radius / (2 * spacing)));
   const double along = std::max(1.0, std::ceil(2 * part.half_height / spacing - 1e-9));
-  for (double k = 0; k <= along; ++k)
+  for (double k = 0; k <= along; ++k) {
+    const double z = (2 * k / along - 1) * part.half_height, inner = part.half_height - ball;
+    const double middle = std::clamp(z, -inner, inner);
+    const int round = static_cast<int>(rounds.size());
+    rounds.push_back({part.pose * Eigen::Vector3d(0, 0, middle), part.pose.linear().col(2), part.pose.linear().col(0),
+                      part.radius, false});
     for (double i = 0; i < around; ++i) {
       const double angle = 2 * kPi * i / around;
       const Eigen::Vector3d outward(std::cos(angle), std::sin(angle), 0);
-      const double z = (2 * k / along - 1) * part.half_height, inner = part.half_height - ball;
-      out.push_back(
-          {part.pose * (part.radius * outward + z * Eigen::Vector3d::UnitZ()),
-           part.pose * ((part.radius - ball) * outward + std::clamp(z, -inner, inner) * Eigen::Vector3d::UnitZ()),
-           ball});
+      out.push_back({part.pose * (part.radius * outward + z * Eigen::Vector3d::UnitZ()),
+                     part.pose * ((part.radius - ball) * outward + middle * Eigen::Vector3d::UnitZ()), ball, round});
     }
+  }
 }
 
-void add_ball(const Part& part, double spacing, double ball, std::vector<Feature>& out) {
+void add_ball(const Part& part, double spacing, double ball, std::vector<Feature>& out,
+              std::vector<ContactRound>& rounds) {
   const double count = std::max(64.0, std::ceil(16 * kPi * std::pow(part.radius / spacing, 2)));
+  const int round = static_cast<int>(rounds.size());
   for (double i = 0; i < count; ++i) {
     const double z = 1 - (2 * i + 1) / count, angle = i * kPi * (3 - std::sqrt(5.0)), r = std::sqrt(1 - z * z);
     const Eigen::Vector3d outward(r * std::cos(angle), r * std::sin(angle), z);
+    if (i == 0)
+      rounds.push_back(
+          {part.pose.translation(), part.pose.linear().col(1), part.pose.linear() * outward, part.radius, true});
     out.push_back({part.pose * Eigen::Vector3d(part.radius * outward),
-                   part.pose * Eigen::Vector3d((part.radius - ball) * outward), ball});
+                   part.pose * Eigen::Vector3d((part.radius - ball) * outward), ball, round});
   }
 }
 
@@ -213,12 +224,22 @@ bool on_surface(const Solid& solid, const Part& part, const Eigen::Vector3d& x) 
   return !solid.contains(x + kBit * (x - middle)) && solid.contains(x - kBit * (x - middle));
 }
 
-// Vertices of the marched surface where two parts' surfaces meet.
-void add_meeting_points(const Solid& solid, const SurfaceMesh& surface, double spacing, ContactShape& shape) {
+// Returns whether a point is on the round surface of a sphere or cylinder, but for what a marched surface errs by.
+bool on_round(const Part& part, const Eigen::Vector3d& x, double spacing) {
+  const Eigen::Vector3d y = part.pose.inverse() * x;
+  const double r = part.type == ShapeType::sphere ? y.norm() : y.head<2>().norm();
+  return std::abs(r - part.radius) < 0.1 * spacing;
+}
+
+// Vertices of the marched surface where two parts' surfaces meet. turning: parts whose round surfaces are whole, so
+// that their own points serve all of these.
+void add_meeting_points(const Solid& solid, const SurfaceMesh& surface, double spacing,
+                        const std::vector<const Part*>& turning, ContactShape& shape) {
   const Eigen::Isometry3d to_solid = solid.frame.inverse();
   const double near = 0.5 * spacing;
   for (const Eigen::Vector3d& v : surface.vertices) {
     const Eigen::Vector3d x = to_solid * v;
+    if (std::any_of(turning.begin(), turning.end(), [&](const Part* p) { return on_round(*p, x, spacing); })) continue;
     int parts = 0;
     for (const Part& part : solid.parts) {
       bool in = false, out = false;
@@ -230,18 +251,34 @@ void add_meeting_points(const Solid& solid, const SurfaceMesh& surface, double s
   }
 }
 
-void add_features(const Part& part, double spacing, double ball, std::vector<Feature>& out) {
+void add_features(const Part& part, double spacing, double ball, std::vector<Feature>& out,
+                  std::vector<ContactRound>& rounds) {
   if (part.type == ShapeType::sphere)
-    add_ball(part, spacing, ball, out);
+    add_ball(part, spacing, ball, out, rounds);
   else if (part.type == ShapeType::cylinder)
-    add_rings(part, spacing, ball, out);
+    add_rings(part, spacing, ball, out, rounds);
   else
     add_edge_points(part.type == ShapeType::mesh ? part.mesh->mesh() : solid_surface(alone(part), spacing), spacing,
                     ball, out);
 }
 
+// Adds the points of a part. whole: by round, whether all of it is on the surface.
+void add_found(const std::vector<Feature>& found, const std::vector<ContactRound>& rounds,
+               const std::vector<bool>& whole, const Eigen::Isometry3d& frame, ContactShape& shape) {
+  std::vector<int> place(rounds.size(), -1);
+  for (std::size_t k = 0; k < rounds.size(); ++k) {
+    if (!whole[k]) continue;
+    place[k] = static_cast<int>(shape.rounds.size());
+    const ContactRound& r = rounds[k];
+    shape.rounds.push_back({frame * r.center, frame.linear() * r.axis, frame.linear() * r.zero, r.reach, r.sphere});
+  }
+  for (const Feature& f : found)
+    shape.points.push_back({frame * f.middle, f.radius, f.round < 0 ? -1 : place[static_cast<std::size_t>(f.round)]});
+}
+
 void add_points(const Solid& solid, const SurfaceMesh& surface, double spacing, ContactShape& shape) {
   std::vector<Feature> found;
+  std::vector<const Part*> turning;
   const auto ball_in = [&](const Eigen::AlignedBox3d& bounds) {
     return std::min(spacing / 4, 0.25 * bounds.sizes().minCoeff());
   };
@@ -258,13 +295,18 @@ void add_points(const Solid& solid, const SurfaceMesh& surface, double spacing, 
       continue;
     }
     found.clear();
+    std::vector<ContactRound> rounds;
     // a cut may leave less than the ball of what is around the point
-    add_features(part, spacing, cut ? 0 : ball_in(part.bounds), found);
+    add_features(part, spacing, cut ? 0 : ball_in(part.bounds), found, rounds);
+    std::vector<bool> whole(rounds.size(), true);
+    const auto lost = [&](const Feature& f) { return solid.parts.size() > 1 && !on_surface(solid, part, f.at); };
     for (const Feature& f : found)
-      if (solid.parts.size() == 1 || on_surface(solid, part, f.at))
-        shape.points.push_back({solid.frame * f.middle, f.radius});
+      if (f.round >= 0 && lost(f)) whole[static_cast<std::size_t>(f.round)] = false;
+    std::erase_if(found, lost);
+    if (!rounds.empty() && std::find(whole.begin(), whole.end(), false) == whole.end()) turning.push_back(&part);
+    add_found(found, rounds, whole, solid.frame, shape);
   }
-  if (cut) add_meeting_points(solid, surface, spacing, shape);
+  if (cut) add_meeting_points(solid, surface, spacing, turning, shape);
 }
 
 }  // namespace

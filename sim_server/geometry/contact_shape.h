@@ -31,6 +31,14 @@ struct ContactPiece {
 struct ContactPoint {
   Eigen::Vector3d position;  // body frame
   double radius = 0;         // a ball around it belongs to the solid
+  int round = -1;            // index into ContactShape::rounds
+};
+
+// A circle or a sphere all of which is on the surface, so that its points may turn in it (physics/distance.h, Round).
+struct ContactRound {
+  Eigen::Vector3d center, axis, zero;  // body frame
+  double reach = 0;                    // [m]
+  bool sphere = false;
 };
 
 struct ContactShape {
@@ -43,6 +51,7 @@ struct ContactShape {
   std::vector<DistanceGrid> grids;
   Eigen::AlignedBox3d bounds;  // in the solid's frame
   std::vector<ContactPoint> points;
+  std::vector<ContactRound> rounds;
 };
 
 // surface: the solid's, in the body frame. spacing: points are nowhere further apart along an edge than this, and the

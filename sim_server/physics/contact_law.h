@@ -48,7 +48,8 @@ struct ContactLaw {
 struct ContactPair {
   std::uint32_t a, b;              // bodies
   std::uint32_t shape_a, shape_b;  // indices in ContactViews::shape; kNone where a is soft
-  std::uint32_t first;             // index in ContactViews::state: a's points, then b's; where a is soft its particles
+  std::uint32_t first;  // index in ContactViews::state: a's points, b's points, a's rounds, b's rounds; where a is soft
+                        // its particles
   ContactLaw law;
 };
 
@@ -82,7 +83,8 @@ struct ContactViews {
   const ContactBody* shape = nullptr;
   const Piece* piece = nullptr;
   const NodeGrid* grid = nullptr;
-  const Packed* point = nullptr;  // about the centre of mass, body axes; radius of the ball around it
+  const SurfacePoint* point = nullptr;
+  const Round* round = nullptr;
   const SoftPart* elastic_part = nullptr;
   const SoftPart* frozen_part = nullptr;
   ContactState* state = nullptr;
@@ -264,14 +266,74 @@ struct PairPoints {
     return bounds_apart(shape_a, R_a, shape_b, R_b, x, margin) || bounds_apart(shape_b, R_b, shape_a, R_a, -x, margin);
   }
 
-  PALP_HD Touch touch(const ContactPair& pair, const Mat3& R_a, const Mat3& R_b, std::uint32_t p) const {
+  // One side of a pair against the other's distance field.
+  struct Side {
+    const BodyState &owner, &field;
+    const ContactBody &of_owner, &of_field;
+    const Mat3 &R_owner, &R_field;
+  };
+
+  // Returns the side whose owner is a (mine), or b.
+  PALP_HD Side side_of(const ContactPair& pair, const Mat3& R_a, const Mat3& R_b, bool mine) const {
     const BodyState &a = body[pair.a], &b = body[pair.b];
     const ContactBody &shape_a = contact.shape[pair.shape_a], &shape_b = contact.shape[pair.shape_b];
-    const Packed side = contact.state[pair.first + p].side;
-    const bool mine = p < shape_a.points;
-    const Packed point = contact.point[mine ? shape_a.first_point + p : shape_b.first_point + p - shape_a.points];
-    return touch(motion_of(mine ? a : b), motion_of(mine ? b : a), (mine ? R_a : R_b) * point.xyz(), point.w, true,
-                 mine ? R_b : R_a, mine ? shape_b : shape_a, side);
+    return mine ? Side{a, b, shape_a, shape_b, R_a, R_b} : Side{b, a, shape_b, shape_a, R_b, R_a};
+  }
+
+  PALP_HD Touch touch(const Side& s, const Vec3& place, real radius, const ContactState& state) const {
+    return touch(motion_of(s.owner), motion_of(s.field), s.R_owner * place, radius, true, s.R_field, s.of_field,
+                 state.side);
+  }
+
+  // Returns the touch of the ball around a round, which says where the round comes nearest.
+  PALP_HD Touch round_touch(const Side& s, const Round& round, const ContactState& state) const {
+    const real turns = real(2) * dt * s.owner.w.norm() * round.reach;
+    return touch(s, round.center, round.reach + turns, state);
+  }
+
+  // The states of the rounds of a pair's side; indices are those of ContactViews::round.
+  PALP_HD ContactState& round_state(const ContactPair& pair, const Side& s, bool mine, std::uint32_t round) const {
+    const std::uint32_t before = mine ? 0 : contact.shape[pair.shape_a].rounds;
+    return contact.state[pair.first + points(pair) + before + round - s.of_owner.first_round];
+  }
+
+  PALP_HD Touch touch(const ContactPair& pair, const Mat3& R_a, const Mat3& R_b, std::uint32_t p) const {
+    const std::uint32_t of_a = contact.shape[pair.shape_a].points;
+    const bool mine = p < of_a;
+    const Side s = side_of(pair, R_a, R_b, mine);
+    const SurfacePoint point = contact.point[s.of_owner.first_point + (mine ? p : p - of_a)];
+    const ContactState& state = contact.state[pair.first + p];
+    if (point.round == kNone) return touch(s, point.ball.xyz(), point.ball.w, state);
+    const Round& round = contact.round[point.round];
+    const Touch all = round_touch(s, round, round_state(pair, s, mine, point.round));
+    if (!all.near) return all;
+    const Vec3 place = turned(round, s.R_owner.transpose() * all.n, point.ball.xyz());
+    Touch t = touch(s, place, point.ball.w, state);
+    if (!t.near) return t;
+    // the pattern does not spin with the body: its points come no nearer by that
+    const Vec3 axis = s.R_owner * round.axis;
+    const Vec3 spin = round.sphere ? s.owner.w : Vec3(s.owner.w.dot(axis) * axis);
+    t.v -= spin.cross(t.r - s.R_owner * round.center).dot(t.n) * t.n;
+    set_depth(t, t.depth);
+    return t;
+  }
+
+  // Remembers on which side the rounds of a pair are; k: one of them, a's first.
+  PALP_HD void remember_round(const ContactPair& pair, const Mat3& R_a, const Mat3& R_b, std::uint32_t k) const {
+    const std::uint32_t of_a = contact.shape[pair.shape_a].rounds;
+    const bool mine = k < of_a;
+    const Side s = side_of(pair, R_a, R_b, mine);
+    const std::uint32_t round = s.of_owner.first_round + (mine ? k : k - of_a);
+    ContactState& state = round_state(pair, s, mine, round);
+    const Touch t = round_touch(s, contact.round[round], state);
+    if (t.near)
+      state.side = pack(s.R_field.transpose() * t.n, t.depth);
+    else
+      state = no_contact();
+  }
+
+  PALP_HD std::uint32_t rounds(const ContactPair& pair) const {
+    return contact.shape[pair.shape_a].rounds + contact.shape[pair.shape_b].rounds;
   }
 
   PALP_HD std::uint32_t points(const ContactPair& pair) const {

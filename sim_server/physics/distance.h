@@ -42,7 +42,45 @@ struct ContactBody {
   std::uint32_t first, solid, last;  // boxes: pieces [first, solid) fill it, [solid, last) the rest; else [first, last)
                                      // are added and subtracted in order
   std::uint32_t first_point, points;
+  std::uint32_t first_round, rounds;
 };
+
+// A circle or a sphere of a body's surface, in body axes about the centre of mass. Its points stand in a pattern that
+// turns in it, so that one of them is always where it comes nearest to the other solid: as the body rolls, that point
+// is felt alone, and no distance between points is.
+struct Round {
+  Vec3 center;
+  Vec3 axis, zero;  // of the circle; where its first point is in the pattern; unit, normal to each other
+  real reach;       // largest distance of the surface from the center
+  bool sphere;
+};
+
+// A point of a body's surface: the middle of a ball inside that touches it, about the centre of mass, body axes, and
+// that ball's radius. round: index of the circle or sphere in whose pattern this is its place, kNone.
+struct SurfacePoint {
+  Packed ball;
+  std::uint32_t round;
+};
+
+// Returns where a point of a round's pattern is once the pattern faces against n, the unit normal of the other solid in
+// body axes. A circle that lies flat on the other solid has no side that faces it: its pattern keeps its place.
+PALP_HD inline Vec3 turned(const Round& round, const Vec3& n, const Vec3& place) {
+  constexpr real kFlat = real(1e-3);  // sine of the angle up to which a circle lies flat
+  const Vec3 arm = place - round.center;
+  if (!round.sphere) {
+    const Vec3 across = n.dot(round.axis) * round.axis - n;
+    const real size = across.norm();
+    if (!(size > kFlat)) return place;
+    const Vec3 to = across / size;
+    return round.center + arm.dot(round.zero) * to + arm.dot(round.axis.cross(round.zero)) * round.axis.cross(to);
+  }
+  // the shortest turn; to what is behind by a half-turn first
+  const bool behind = round.zero.dot(n) > real(0);
+  const Vec3 from = behind ? Vec3(-round.zero) : round.zero;
+  const Vec3 x = behind ? Vec3(real(2) * round.axis.dot(arm) * round.axis - arm) : arm;
+  const Vec3 turn = n.cross(from);
+  return round.center + x + turn.cross(x) + turn.cross(turn.cross(x)) / (real(1) - from.dot(n));
+}
 
 // Returns true for a point y, in body axes from the centre of mass, that is more than margin outside the bounds along
 // an axis of the solid's frame.

@@ -21,7 +21,8 @@ PALP_HD PairLoad load_of(const PairPoints& all, std::uint32_t index, Team team) 
   Vec3 sums(0, 0, 0);
   const bool far = all.far(pair), used = all.contact.by.wrench[index].near;
   if (far && used)
-    for (std::uint32_t p = team.lane(); p < points; p += team.size()) all.contact.state[pair.first + p] = no_contact();
+    for (std::uint32_t p = team.lane(); p < points + all.rounds(pair); p += team.size())
+      all.contact.state[pair.first + p] = no_contact();
   if (!far) {
     const Mat3 R_a = all.body[pair.a].q.toRotationMatrix(), R_b = all.body[pair.b].q.toRotationMatrix();
     for (std::uint32_t p = team.lane(); p < points; p += team.size()) {
@@ -150,7 +151,8 @@ struct RigidContact {
     }
     force_a = team.sum(force_a);
     torque_a = team.sum(torque_a);
-    torque_b = team.sum(torque_b);
+    torque_b = team.sum(torque_b);  // by now all have read the states of rounds
+    for (std::uint32_t k = team.lane(); k < all.rounds(pair); k += team.size()) all.remember_round(pair, R_a, R_b, k);
     if (pair.law.implicit) put_resistance(resists, index, load.depth > real(0), team);
     // the depth stays as it was measured: other pairs may still compare theirs with it
     if (!team.leader()) return;

@@ -74,8 +74,14 @@ ContactBody add_shape(const Body& body, ContactStore& store) {
   to.last = static_cast<std::uint32_t>(store.piece.size());
   to.first_point = static_cast<std::uint32_t>(store.point.size());
   to.points = static_cast<std::uint32_t>(from.points.size());
+  to.first_round = static_cast<std::uint32_t>(store.round.size());
+  to.rounds = static_cast<std::uint32_t>(from.rounds.size());
   for (const ContactPoint& p : from.points)
-    store.point.push_back(pack((p.position - body.center).cast<real>(), static_cast<real>(p.radius)));
+    store.point.push_back({pack((p.position - body.center).cast<real>(), static_cast<real>(p.radius)),
+                           p.round < 0 ? kNone : to.first_round + static_cast<std::uint32_t>(p.round)});
+  for (const ContactRound& r : from.rounds)
+    store.round.push_back({(r.center - body.center).cast<real>(), r.axis.cast<real>(), r.zero.cast<real>(),
+                           static_cast<real>(r.reach), r.sphere});
   double reach = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const auto which = static_cast<Eigen::AlignedBox3d::CornerType>(corner);
@@ -212,7 +218,7 @@ void ContactStore::add_rigid_pairs(const Scene& scene, const Plan& plan, Parts& 
       pair.push_back(
           {a, b, shape_of_[a], shape_of_[b], static_cast<std::uint32_t>(states),
            contact_law(scene.config.materials[first.material], scene.config.materials[second.material], implicit)});
-      states += shape[shape_of_[a]].points + shape[shape_of_[b]].points;
+      for (const ContactBody& one : {shape[shape_of_[a]], shape[shape_of_[b]]}) states += one.points + one.rounds;
       parts[a].push_back(2 * index);
       parts[b].push_back(2 * index + 1);
     }

@@ -20,7 +20,8 @@ struct ContactStore {
   std::vector<Piece> piece;
   std::vector<NodeGrid> grid;  // without their nodes
   std::vector<Packed> node;    // of all grids, one after another
-  std::vector<Packed> point;
+  std::vector<SurfacePoint> point;
+  std::vector<Round> round;
   std::vector<std::uint32_t> of_body, part;
   std::vector<std::uint32_t> held;  // PairWrenches::held; empty without such pairs
   std::uint32_t held_pairs = 0;

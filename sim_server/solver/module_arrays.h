@@ -234,6 +234,7 @@ ContactCounts allocate_contact(B& back_end, const ContactStore& store, const Con
   c.piece = fields.piece;
   c.grid = fields.grid;
   c.point = allocate_copy(back_end, "contact points", store.point);
+  c.round = allocate_copy(back_end, "contact rounds", store.round);
   c.elastic_part = allocate_copy(back_end, "contact elastic parts", store.elastic_part);
   c.frozen_parts = static_cast<std::uint32_t>(store.frozen_part.size());
   c.frozen_part = allocate_copy(back_end, "contact frozen parts", store.frozen_part);
