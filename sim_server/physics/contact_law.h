@@ -7,24 +7,31 @@
 // D_i        depth, averaged over the sub-step at constant velocity                         m
 // N          (sum D)^2 / sum D^2 over the pair's points: the number that share the load     -
 // normal     k_i D_i - c_i v.n >= 0,  k_i = kappa m_i / (N dt^2),  c_i = gamma m_i / (N dt)
-// tangential -k_t s - c_t v_t, at most mu times the normal force, s = what the point has moved since it stuck;
-//            k_t = 2/7 k N D_i / sum D (Cundall & Strack 1979), so that each point holds in proportion to its load
-//            and all slip at once; static friction acts until a point slips, kinetic friction while it slips
+// tangential -k_t s - c_t v_t, at most the friction below, s = what the point has moved since it stuck;
+//            k_t = kappa_t m_t D_i / (sum D dt^2), c_t = gamma_t m_t D_i / (sum D dt), m_t as m_i, but along the force:
+//            each point holds in proportion to its load and all slip at once, and a ball, whose m_t is 2/7 of m_i,
+//            has 2/7 of k (Cundall & Strack 1979)
+// friction   mu_k N_i + exp(-(v_t / v_s)^2) (mu_s H_i - mu_k N_i), N_i the normal force: static friction falls to
+//            kinetic friction as a point slips faster (Stribeck's curve: Armstrong-Helouvry, Dupont & Canudas de Wit
+//            1994)
+// H_i        the load that a point holds with while it hardly slips: the most of N_i, what would stop the bodies'
+//            approach within the sub-step, and what it was, less a 32nd a sub-step
+//
+// The spring of contact needs several sub-steps to bear a body that arrives, and swings for some more, which a rigid
+// surface does not. Coulomb's law with that load lets a body slip that is placed on a slope below its angle of
+// friction, and kinetic friction then never stops it again. H is the load of the surface that the spring stands for.
+// What slips faster than v_s does not feel it, so that impacts keep their friction.
 //
 // A tool in a hand meets fixed bodies implicitly: its step (proxy.h) takes dt k_i + c_i times the change of v.n from
 // the normal force, and no number of points or walls makes that unstable. Its kappa is 1, more than an explicit step
 // affords: the tool enters a wall less. Its tangential stiffness is that of the explicit law; friction counts no more
-// than the spring, since the damper's force ahead of that change is far too large.
+// than the spring, since the damper's force ahead of that change is far too large, and H is N_i.
 //
 // k grows with the mass and falls with the sub-step so that k dt^2/m + 2 c dt/m keeps its share of the stability limit
-// of 4; dividing by N makes it independent of how many points touch. Where a body meets more than two others at once, N
-// grows in proportion. kappa and gamma of a pair follow from its restitution (solver/constants.h). The averaged depth
-// makes a bounce independent, to first order in kappa, of the moment within the sub-step at which it begins.
-//
-// A body that is placed on another one has no load in its first moments, which friction would count with: it would
-// begin to slide. So while a scene settles a body that gravity alone moves does not bounce, the load that it will have
-// at rest, m g cos, counts already, and the tangential spring, damped almost critically, alone decides whether a
-// point slips.
+// of 4, k_t and c_t likewise; dividing by N makes it independent of how many points touch. Where a body meets more than
+// two others at once, N grows in proportion. kappa and gamma of a pair follow from its restitution
+// (solver/constants.h). The averaged depth makes a bounce independent, to first order in kappa, of the moment within
+// the sub-step at which it begins.
 //
 // A point remembers on which side it came near: past the middle of a thin plate its nearest surface would be the wrong
 // one, and its depth is then counted on from the last sub-step.
@@ -35,13 +42,18 @@
 
 namespace palp {
 
-// The time in which gravity accelerates a body to the speed past which it counts as thrown, not as placed [s].
-inline constexpr real kSettlingFall = real(0.01);
+// The speed across the normal at which static friction has fallen to kinetic friction by 1 - 1/e [m/s], but for what
+// gravity adds in a sub-step.
+inline constexpr real kStribeck = real(0.01);
+
+// The share of the load it holds with that a point forgets in a sub-step. Blocks on the floor swing on their contacts
+// in some twenty sub-steps.
+inline constexpr real kForgets = real(1) / real(32);
 
 struct ContactLaw {
   real friction, kinetic;   // static and kinetic coefficient
   real stiffness, damping;  // kappa, gamma
-  real tangential;          // kappa of the tangential spring
+  real tangential, drag;    // kappa_t, gamma_t
   bool implicit;
 };
 
@@ -63,7 +75,7 @@ struct SoftPart {
 // The memory of one point against one body, in that body's axes.
 struct ContactState {
   Packed side;    // normal of the side on which the point is; its depth, -1e30: far away
-  Packed anchor;  // displacement since it stuck; 1: it slips
+  Packed anchor;  // displacement since it stuck; of rigid and frozen matter H, of elastic particles 1: it slips
 };
 
 // The distance from a body up to which a soft body's particle may come [m], negative where it was inside, and its state
@@ -184,10 +196,10 @@ struct PairPoints {
     t.share = share_inside(depth, half);
   }
 
-  // Returns the effective mass of both bodies along n at the point [kg].
+  // Returns the effective mass of both bodies along the unit vector u at the point [kg].
   PALP_HD static real moving_mass(const BodyState& owner, const BodyState& field, const Mat3& R_owner,
-                                  const Mat3& R_field, const Touch& t) {
-    const Vec3 a = R_owner.transpose() * t.r.cross(t.n), b = R_field.transpose() * t.other.cross(t.n);
+                                  const Mat3& R_field, const Touch& t, const Vec3& u) {
+    const Vec3 a = R_owner.transpose() * t.r.cross(u), b = R_field.transpose() * t.other.cross(u);
     return real(1) / (inverse_mass(owner) + inverse_mass(field) + a.dot(owner.inverse_inertia * a) +
                       b.dot(field.inverse_inertia * b));
   }
@@ -198,57 +210,48 @@ struct PairPoints {
     real push, load, resists;
   };
 
-  // Returns true while the scene settles for a point that gravity alone can have set in motion since the start.
-  PALP_HD bool settles(const Touch& t) const {
-    return forcing->settling && t.v.squaredNorm() < kSettlingFall * kSettlingFall * forcing->gravity.squaredNorm();
-  }
-
   PALP_HD NormalForce normal_force(const ContactLaw& law, const Touch& t, real m, real sharing) const {
-    const real k = law.stiffness * m / (sharing * dt * dt), most = real(0.5) * (real(1.6) - law.stiffness);
-    const real gamma = settles(t) && law.damping < most ? most : law.damping;
-    const real c = gamma * m / (sharing * dt);
+    const real k = law.stiffness * m / (sharing * dt * dt), c = law.damping * m / (sharing * dt);
     const real spring = k * t.mean, push = spring - c * t.share * t.v.dot(t.n);
     if (!(push > real(0))) return {real(0), real(0), real(0)};
     return {push, law.implicit && spring < push ? spring : push, law.implicit ? t.share * (dt * k + c) : real(0)};
   }
 
-  // The mass of a body on a fixed one [kg], and its load once it is at rest [N]; 0 once the scene has settled.
-  struct Settling {
-    real mass, load;
-  };
-  PALP_HD Settling settling(const BodyState& owner, const BodyState& field, const Touch& t) const {
-    // within a stack dampers as strong as these would add up past the stability limit
-    const bool one_moves = (owner.kind == BodyKind::rigid) != (field.kind == BodyKind::rigid);
-    if (!one_moves || !settles(t)) return {real(0), real(0)};
-    const real mass = owner.kind == BodyKind::rigid ? owner.mass : field.mass;
-    return {mass, mass * Eigen::numext::abs(forcing->gravity.dot(t.n))};
+  // Returns the load with which a point that hardly slips holds [N]. before: what it was in the last sub-step; mass: of
+  // both bodies, reduced [kg].
+  PALP_HD real holding(const ContactLaw& law, const Touch& t, const NormalForce& normal, real part, real mass,
+                       real before) const {
+    if (law.implicit) return normal.load;
+    const real stops = -part * mass * t.v.dot(t.n) / dt, fading = (real(1) - kForgets) * before;
+    const real most = stops > fading ? stops : fading;
+    return most > normal.load ? most : normal.load;
   }
 
-  // Returns normal and tangential force. part: the share of the pair's load that this point bears. rests:
-  // settling().
-  PALP_HD Vec3 force(const ContactLaw& law, const Touch& t, real m, const NormalForce& normal, real part,
-                     const Settling& rests, const Mat3& R_field, ContactState& state) const {
+  // Returns normal and tangential force. part: the share of the pair's load that this point bears; mass: of both
+  // bodies, reduced; mass_along(u): their effective mass along a unit vector at the point [kg].
+  template <class MassAlong>
+  PALP_HD Vec3 force(const ContactLaw& law, const Touch& t, const NormalForce& normal, real part, real mass,
+                     const MassAlong& mass_along, const Mat3& R_field, ContactState& state) const {
     if (!(law.friction > real(0))) return normal.push * t.n;
     const Vec3 v_t = t.v - t.v.dot(t.n) * t.n;
     Vec3 s = R_field * state.anchor.xyz() + dt * v_t;
     s -= s.dot(t.n) * t.n;
-    const real k_t = real(2) / real(7) * law.tangential * m * part / (dt * dt);
-    const bool settles = rests.load > real(0);
-    const real load = part * rests.load > normal.load ? part * rests.load : normal.load;
-    // the damper's share of a ball's mass that rolls is 3.5 times this
-    const real most = real(0.5) * part * rests.mass / dt;
-    const real over = real(3) * Eigen::numext::sqrt(k_t * part * rests.mass);
-    const real c_t = !settles ? real(0.6) * Eigen::numext::sqrt(k_t * m * part) : (over < most ? over : most);
-    Vec3 f = -k_t * s - c_t * v_t;
-    const real size = settles ? k_t * s.norm() : f.norm();
-    const real holds = (state.anchor.w > real(0) && !settles ? law.kinetic : law.friction) * load;
-    real slips = 0;
-    if (size > holds) {
-      f *= law.kinetic * load / f.norm();
-      s = -f / k_t;
-      slips = 1;
+    const Vec3 held = law.tangential * s + law.drag * dt * v_t;
+    const real size = held.norm();
+    const real load = holding(law, t, normal, part, mass, state.anchor.w);
+    Vec3 f(0, 0, 0);
+    if (size > real(0)) {
+      const real m = part * mass_along(Vec3(held / size)) / (dt * dt);
+      const real falls = kStribeck + dt * forcing->gravity.norm();
+      const real slow = Eigen::numext::exp(-v_t.squaredNorm() / (falls * falls));
+      const real slides = law.kinetic * normal.load, most = slides + slow * (law.friction * load - slides);
+      f = -m * held;
+      if (m * size > most) {
+        f *= most / (m * size);
+        s = -f / (law.tangential * m);
+      }
     }
-    state.anchor = pack(R_field.transpose() * s, slips);
+    state.anchor = pack(R_field.transpose() * s, load);
     return normal.push * t.n + f;
   }
 

@@ -51,7 +51,8 @@ struct FrozenContact {
     ContactLaw law = pair.law;
     if (!rough(i)) law.friction = real(0);
     const real m = (rough(i) ? change.solid[i] : real(1)) * moving_mass(i, field, R, t);
-    return all.force(law, t, m, all.normal_force(law, t, m, real(1)), real(1), {real(0), real(0)}, R, state);
+    return all.force(
+        law, t, all.normal_force(law, t, m, real(1)), real(1), m, [m](const Vec3&) { return m; }, R, state);
   }
 
   template <class Team>

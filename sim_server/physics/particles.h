@@ -108,7 +108,6 @@ struct Forcing {
   Vec3 gravity;          // [m/s^2], balanced by pressure
   Vec3 level_gravity;    // gravity without its components along periodic axes, which no pressure can balance
   Vec3 body_force;       // [m/s^2]
-  bool settling;         // the scene has just begun: what was placed on something has not come to rest on it yet
   bool changed = false;  // gravity has changed since what sleeps was last judged
 };
 

@@ -121,6 +121,7 @@ struct RigidContact {
     const BodyState &a = all.body[pair.a], &b = all.body[pair.b];
     const Mat3 R_a = a.q.toRotationMatrix(), R_b = b.q.toRotationMatrix();
     const bool held_a = a.proxy >= 0;  // or b is, where the law is implicit
+    const real mass = real(1) / (PairPoints::inverse_mass(a) + PairPoints::inverse_mass(b));
     Vec3 force_a(0, 0, 0), torque_a(0, 0, 0), torque_b(0, 0, 0);
     Resistance resists = no_resistance();
     for (std::uint32_t p = team.lane(); p < points; p += team.size()) {
@@ -138,10 +139,12 @@ struct RigidContact {
         state.anchor = {0, 0, 0, 0};
         continue;
       }
-      const real m = PairPoints::moving_mass(owner, field, R_owner, R_field, t);
-      const PairPoints::NormalForce normal = all.normal_force(pair.law, t, m, load.sharing);
-      const Vec3 f = all.force(pair.law, t, m, normal, t.mean / (load.sharing * load.depth),
-                               all.settling(owner, field, t), R_field, state);
+      const auto mass_along = [&](const Vec3& u) {
+        return PairPoints::moving_mass(owner, field, R_owner, R_field, t, u);
+      };
+      const PairPoints::NormalForce normal = all.normal_force(pair.law, t, mass_along(t.n), load.sharing);
+      const Vec3 f =
+          all.force(pair.law, t, normal, t.mean / (load.sharing * load.depth), mass, mass_along, R_field, state);
       if (pair.law.implicit)
         add_resistance(resists, mine == held_a ? t.n : Vec3(-t.n), mine == held_a ? t.r : t.other, normal);
       const Vec3 on_a = mine ? f : Vec3(-f);

@@ -229,6 +229,7 @@ ContactLaw contact_law(const MaterialConfig& a, const MaterialConfig& b, bool im
   law.stiffness = static_cast<real>(bounce.stiffness);
   law.damping = static_cast<real>(bounce.damping);
   law.tangential = static_cast<real>(std::min(kMaxStiffness, bounce.stiffness));
+  law.drag = real(0.5) * (real(kShareOfLimit) - law.tangential);
   law.implicit = implicit;
   return law;
 }
@@ -238,7 +239,8 @@ ContactLaw soft_contact_law(const MaterialConfig& soft, const MaterialConfig& ot
   // its own elasticity makes it bounce; the layer that touches is only damped as springs are (rigid.h)
   law.stiffness = real(0.4);
   law.damping = real(0.15);
-  law.tangential = law.stiffness;
+  law.tangential = real(2) / real(7) * law.stiffness;
+  law.drag = real(0.6) * std::sqrt(law.tangential);
   return law;
 }
 

@@ -60,10 +60,6 @@ double fastest_tool(const Scene& scene, const Plan& plan) {
   return std::min(in_fluid, deforms ? scene.spacing / plan.dt : 1e30);
 }
 
-// The time in which a body that was placed on another one comes to rest on it, [s]: at 1 ms its tangential spring
-// (physics/contact_law.h) approaches its load as exp(-t / 12 ms), and at 0.99 of the friction angle must do so to 1 %.
-constexpr double kSettlingTime = 0.15;
-
 // The noise of encoders with a hand at rest, which tells the blend nothing.
 constexpr double kNoiseDistance = 1e-5;  // [m]
 constexpr double kNoiseSpeed = 1e-3;     // [m/s]
@@ -106,8 +102,7 @@ void StepResults::fill(const StepInput& input, double time, StepBlock& block) {
   const bool changed = changed_for_ > 0;
   changed_for_ -= changed ? 1 : 0;
   gravity_ = gravity + config.body_force;
-  block.forcing = {gravity.cast<real>(), level.cast<real>(), config.body_force.cast<real>(), time < kSettlingTime,
-                   changed};
+  block.forcing = {gravity.cast<real>(), level.cast<real>(), config.body_force.cast<real>(), changed};
   block.heat_zones = heat_zones_on(config, time + 0.5 * step_);
   for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
     // a device that sends nonsense counts as let go
