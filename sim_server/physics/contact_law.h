@@ -9,13 +9,15 @@
 // normal     k_i D_i - c_i v.n >= 0,  k_i = kappa m_i / (N dt^2),  c_i = gamma m_i / (N dt)
 // tangential -k_t s - c_t v_t, at most the friction below, s = what the point has moved since it stuck;
 //            k_t = kappa_t m_t D_i / (sum D dt^2), c_t = gamma_t m_t D_i / (sum D dt), m_t as m_i, but along the force:
-//            each point holds in proportion to its load and all slip at once, and a ball, whose m_t is 2/7 of m_i,
-//            has 2/7 of k (Cundall & Strack 1979)
+//            each point holds in proportion to its load and all slip at once (Cundall & Strack 1979)
 // friction   mu_k N_i + exp(-(v_t / v_s)^2) (mu_s H_i - mu_k N_i), N_i the normal force: static friction falls to
 //            kinetic friction as a point slips faster (Stribeck's curve: Armstrong-Helouvry, Dupont & Canudas de Wit
 //            1994)
 // H_i        the load that a point holds with while it hardly slips: the most of N_i, what would stop the bodies'
 //            approach within the sub-step, and what it was, less a 32nd a sub-step
+//
+// What hardly moves, by v_s, does not bounce: gamma is as large for it as stability affords, or what was placed would
+// swing for long.
 //
 // The spring of contact needs several sub-steps to bear a body that arrives, and swings for some more, which a rigid
 // surface does not. Coulomb's law with that load lets a body slip that is placed on a slope below its angle of
@@ -53,6 +55,7 @@ inline constexpr real kForgets = real(1) / real(32);
 struct ContactLaw {
   real friction, kinetic;   // static and kinetic coefficient
   real stiffness, damping;  // kappa, gamma
+  real resting;             // gamma of what hardly moves
   real tangential, drag;    // kappa_t, gamma_t
   bool implicit;
 };
@@ -210,8 +213,15 @@ struct PairPoints {
     real push, load, resists;
   };
 
+  // Returns 1 for a point at rest and 0 for one that is faster than the speeds of settling, v in m/s.
+  PALP_HD real slowness(real v) const {
+    const real falls = kStribeck + dt * forcing->gravity.norm();
+    return Eigen::numext::exp(-(v * v) / (falls * falls));
+  }
+
   PALP_HD NormalForce normal_force(const ContactLaw& law, const Touch& t, real m, real sharing) const {
-    const real k = law.stiffness * m / (sharing * dt * dt), c = law.damping * m / (sharing * dt);
+    const real slow = slowness(t.v.dot(t.n)), gamma = law.damping + slow * (law.resting - law.damping);
+    const real k = law.stiffness * m / (sharing * dt * dt), c = gamma * m / (sharing * dt);
     const real spring = k * t.mean, push = spring - c * t.share * t.v.dot(t.n);
     if (!(push > real(0))) return {real(0), real(0), real(0)};
     return {push, law.implicit && spring < push ? spring : push, law.implicit ? t.share * (dt * k + c) : real(0)};
@@ -242,9 +252,8 @@ struct PairPoints {
     Vec3 f(0, 0, 0);
     if (size > real(0)) {
       const real m = part * mass_along(Vec3(held / size)) / (dt * dt);
-      const real falls = kStribeck + dt * forcing->gravity.norm();
-      const real slow = Eigen::numext::exp(-v_t.squaredNorm() / (falls * falls));
-      const real slides = law.kinetic * normal.load, most = slides + slow * (law.friction * load - slides);
+      const real slides = law.kinetic * normal.load;
+      const real most = slides + slowness(v_t.norm()) * (law.friction * load - slides);
       f = -m * held;
       if (m * size > most) {
         f *= most / (m * size);

@@ -228,8 +228,12 @@ ContactLaw contact_law(const MaterialConfig& a, const MaterialConfig& b, bool im
   law.kinetic = static_cast<real>(std::sqrt(a.kinetic_friction * b.kinetic_friction));
   law.stiffness = static_cast<real>(bounce.stiffness);
   law.damping = static_cast<real>(bounce.damping);
-  law.tangential = static_cast<real>(std::min(kMaxStiffness, bounce.stiffness));
-  law.drag = real(0.5) * (real(kShareOfLimit) - law.tangential);
+  const double most = 0.5 * (kShareOfLimit - bounce.stiffness);
+  law.resting = static_cast<real>(implicit ? bounce.damping : std::max(bounce.damping, most));
+  // 2/7: with as much as along the normal a block on a slope, whose load swings from edge to edge, swung for ever at a
+  // restitution of 0.6; critically damped, within kShareOfLimit
+  law.tangential = real(2) / real(7) * static_cast<real>(std::min(kMaxStiffness, bounce.stiffness));
+  law.drag = real(2) * std::sqrt(law.tangential);
   law.implicit = implicit;
   return law;
 }
@@ -238,7 +242,7 @@ ContactLaw soft_contact_law(const MaterialConfig& soft, const MaterialConfig& ot
   ContactLaw law = contact_law(soft, other, false);
   // its own elasticity makes it bounce; the layer that touches is only damped as springs are (rigid.h)
   law.stiffness = real(0.4);
-  law.damping = real(0.15);
+  law.damping = law.resting = real(0.15);
   law.tangential = real(2) / real(7) * law.stiffness;
   law.drag = real(0.6) * std::sqrt(law.tangential);
   return law;

@@ -203,7 +203,10 @@ inline constexpr Tolerance kBurstGain{5e-2, 5e-2,
 inline constexpr Tolerance kRotation{2e-5, 1e-10, "orthonormality and optimality after convergence"};
 inline constexpr Tolerance kFrictionlessSlide{0.01, 0.01, "of the way; the block settles on the plate at first"};
 inline constexpr Tolerance kFrictionSlide{0.02, 0.02, "of the way, reference D14 and D16"};
-inline constexpr Tolerance kRolling{1e-3, 1e-3, "of the speed: it follows from the ball's inertia alone"};
+inline constexpr Tolerance kRolling{1e-3, 1e-3, "of the speed: it follows from the body's inertia alone"};
+inline constexpr Tolerance kRollingBumps{
+    1e-5, 1e-5, "of the radius: a tenth of a micrometre of 5 cm is some bits of a place in float"};
+inline constexpr Tolerance kRollingSwing{5e-3, 5e-3, "of the swing over five periods, sampled each millisecond"};
 inline constexpr Tolerance kRestitution{0.02, 0.02,
                                         "of the speed, reference D16; the moment of arrival matters a little"};
 inline constexpr Tolerance kToolRestitution{0.05, 0.05,
