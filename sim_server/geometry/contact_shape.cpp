@@ -185,7 +185,7 @@ void add_rings(const Part& part, double spacing, double ball, std::vector<Featur
     const double middle = std::clamp(z, -inner, inner);
     const int round = static_cast<int>(rounds.size());
     rounds.push_back({part.pose * Eigen::Vector3d(0, 0, middle), part.pose.linear().col(2), part.pose.linear().col(0),
-                      part.radius, false});
+                      part.radius, around});
     for (double i = 0; i < around; ++i) {
       const double angle = 2 * kPi * i / around;
       const Eigen::Vector3d outward(std::cos(angle), std::sin(angle), 0);
@@ -195,18 +195,13 @@ void add_rings(const Part& part, double spacing, double ball, std::vector<Featur
   }
 }
 
-void add_ball(const Part& part, double spacing, double ball, std::vector<Feature>& out,
-              std::vector<ContactRound>& rounds) {
+void add_ball(const Part& part, double spacing, double ball, std::vector<Feature>& out) {
   const double count = std::max(64.0, std::ceil(16 * kPi * std::pow(part.radius / spacing, 2)));
-  const int round = static_cast<int>(rounds.size());
   for (double i = 0; i < count; ++i) {
     const double z = 1 - (2 * i + 1) / count, angle = i * kPi * (3 - std::sqrt(5.0)), r = std::sqrt(1 - z * z);
     const Eigen::Vector3d outward(r * std::cos(angle), r * std::sin(angle), z);
-    if (i == 0)
-      rounds.push_back(
-          {part.pose.translation(), part.pose.linear().col(1), part.pose.linear() * outward, part.radius, true});
     out.push_back({part.pose * Eigen::Vector3d(part.radius * outward),
-                   part.pose * Eigen::Vector3d((part.radius - ball) * outward), ball, round});
+                   part.pose * Eigen::Vector3d((part.radius - ball) * outward), ball});
   }
 }
 
@@ -224,14 +219,13 @@ bool on_surface(const Solid& solid, const Part& part, const Eigen::Vector3d& x) 
   return !solid.contains(x + kBit * (x - middle)) && solid.contains(x - kBit * (x - middle));
 }
 
-// Returns whether a point is on the round surface of a sphere or cylinder, but for what a marched surface errs by.
-bool on_round(const Part& part, const Eigen::Vector3d& x, double spacing) {
-  const Eigen::Vector3d y = part.pose.inverse() * x;
-  const double r = part.type == ShapeType::sphere ? y.norm() : y.head<2>().norm();
-  return std::abs(r - part.radius) < 0.1 * spacing;
+// Returns whether a point is on the round surface of a cylinder, but for what a marched surface errs by.
+bool on_round(const Part& cylinder, const Eigen::Vector3d& x, double spacing) {
+  const Eigen::Vector3d y = cylinder.pose.inverse() * x;
+  return std::abs(y.head<2>().norm() - cylinder.radius) < 0.1 * spacing;
 }
 
-// Vertices of the marched surface where two parts' surfaces meet. turning: parts whose round surfaces are whole, so
+// Vertices of the marched surface where two parts' surfaces meet. turning: cylinders whose rims are whole, so
 // that their own points serve all of these.
 void add_meeting_points(const Solid& solid, const SurfaceMesh& surface, double spacing,
                         const std::vector<const Part*>& turning, ContactShape& shape) {
@@ -254,7 +248,7 @@ void add_meeting_points(const Solid& solid, const SurfaceMesh& surface, double s
 void add_features(const Part& part, double spacing, double ball, std::vector<Feature>& out,
                   std::vector<ContactRound>& rounds) {
   if (part.type == ShapeType::sphere)
-    add_ball(part, spacing, ball, out, rounds);
+    add_ball(part, spacing, ball, out);
   else if (part.type == ShapeType::cylinder)
     add_rings(part, spacing, ball, out, rounds);
   else
@@ -270,7 +264,7 @@ void add_found(const std::vector<Feature>& found, const std::vector<ContactRound
     if (!whole[k]) continue;
     place[k] = static_cast<int>(shape.rounds.size());
     const ContactRound& r = rounds[k];
-    shape.rounds.push_back({frame * r.center, frame.linear() * r.axis, frame.linear() * r.zero, r.reach, r.sphere});
+    shape.rounds.push_back({frame * r.center, frame.linear() * r.axis, frame.linear() * r.zero, r.reach, r.points});
   }
   for (const Feature& f : found)
     shape.points.push_back({frame * f.middle, f.radius, f.round < 0 ? -1 : place[static_cast<std::size_t>(f.round)]});

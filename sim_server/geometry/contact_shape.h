@@ -34,11 +34,11 @@ struct ContactPoint {
   int round = -1;            // index into ContactShape::rounds
 };
 
-// A circle or a sphere all of which is on the surface, so that its points may turn in it (physics/distance.h, Round).
+// A circle all of which is on the surface, so that its points may move along it (physics/distance.h, Round).
 struct ContactRound {
   Eigen::Vector3d center, axis, zero;  // body frame
   double reach = 0;                    // [m]
-  bool sphere = false;
+  double points = 0;
 };
 
 struct ContactShape {

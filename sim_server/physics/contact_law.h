@@ -319,12 +319,18 @@ struct PairPoints {
     const Round& round = contact.round[point.round];
     const Touch all = round_touch(s, round, round_state(pair, s, mine, point.round));
     if (!all.near) return all;
-    const Vec3 place = turned(round, s.R_owner.transpose() * all.n, point.ball.xyz());
-    Touch t = touch(s, place, point.ball.w, state);
+    const Vec3 n = s.R_owner.transpose() * all.n, place = counted_from(round, n, point.ball.xyz());
+    // the one that faces the other solid from the middle; others find their own way, as to a second wall of a corner
+    Vec3 nearest = nearest_in_sector(round, n, place);
+    Touch t = touch(s, nearest, point.ball.w, state);
+    if (t.depth < -round.reach) return t;
+    if (nearest == place) {
+      nearest = nearest_in_sector(round, s.R_owner.transpose() * t.n, place);
+      if (nearest != place) t = touch(s, nearest, point.ball.w, state);
+    }
     if (!t.near) return t;
-    // the pattern does not spin with the body: its points come no nearer by that
-    const Vec3 axis = s.R_owner * round.axis;
-    const Vec3 spin = round.sphere ? s.owner.w : Vec3(s.owner.w.dot(axis) * axis);
+    // a place that moves in its sector comes no nearer by the body's spin
+    const Vec3 axis = s.R_owner * round.axis, spin = s.owner.w.dot(axis) * axis;
     t.v -= spin.cross(t.r - s.R_owner * round.center).dot(t.n) * t.n;
     set_depth(t, t.depth);
     return t;

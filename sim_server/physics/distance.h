@@ -3,6 +3,8 @@
 // references: interpolated normals of unit length kink less than a gradient of interpolated distances).
 #pragma once
 
+#include <cmath>
+
 #include "sim_server/physics/real.h"
 
 namespace palp {
@@ -45,41 +47,51 @@ struct ContactBody {
   std::uint32_t first_round, rounds;
 };
 
-// A circle or a sphere of a body's surface, in body axes about the centre of mass. Its points stand in a pattern that
-// turns in it, so that one of them is always where it comes nearest to the other solid: as the body rolls, that point
-// is felt alone, and no distance between points is.
+// A circle of a body's surface, in body axes about the centre of mass. Its points stand evenly around it, and each
+// moves within its sector to where the circle comes nearest to the other solid: so a body rolls on one point a circle,
+// and no distance between points is felt.
 struct Round {
   Vec3 center;
-  Vec3 axis, zero;  // of the circle; where its first point is in the pattern; unit, normal to each other
+  Vec3 axis, zero;  // where its first point is; unit, normal to each other
   real reach;       // largest distance of the surface from the center
-  bool sphere;
+  real points;
 };
 
 // A point of a body's surface: the middle of a ball inside that touches it, about the centre of mass, body axes, and
-// that ball's radius. round: index of the circle or sphere in whose pattern this is its place, kNone.
+// that ball's radius. round: index of the circle that it is one of the points of, kNone.
 struct SurfacePoint {
   Packed ball;
   std::uint32_t round;
 };
 
-// Returns where a point of a round's pattern is once the pattern faces against n, the unit normal of the other solid in
-// body axes. A circle that lies flat on the other solid has no side that faces it: its pattern keeps its place.
-PALP_HD inline Vec3 turned(const Round& round, const Vec3& n, const Vec3& place) {
-  constexpr real kFlat = real(1e-3);  // sine of the angle up to which a circle lies flat
-  const Vec3 arm = place - round.center;
-  if (!round.sphere) {
-    const Vec3 across = n.dot(round.axis) * round.axis - n;
-    const real size = across.norm();
-    if (!(size > kFlat)) return place;
-    const Vec3 to = across / size;
-    return round.center + arm.dot(round.zero) * to + arm.dot(round.axis.cross(round.zero)) * round.axis.cross(to);
-  }
-  // the shortest turn; to what is behind by a half-turn first
-  const bool behind = round.zero.dot(n) > real(0);
-  const Vec3 from = behind ? Vec3(-round.zero) : round.zero;
-  const Vec3 x = behind ? Vec3(real(2) * round.axis.dot(arm) * round.axis - arm) : arm;
-  const Vec3 turn = n.cross(from);
-  return round.center + x + turn.cross(x) + turn.cross(turn.cross(x)) / (real(1) - from.dot(n));
+// Returns the way across a circle against n, a unit normal in body axes, and its length, the sine of the angle by which
+// the circle leans; not normalized.
+PALP_HD inline Vec3 across(const Round& round, const Vec3& n) { return n.dot(round.axis) * round.axis - n; }
+
+// A circle that leans by less than this, as a sine, lies flat on the other solid, and none of its points is the
+// nearest.
+inline constexpr real kLiesFlat = real(1e-3);
+
+// Returns the place of a point that is as far around the circle from the sector that faces against n as `place` is from
+// the first. So a point keeps its memory of the contact while the body rolls on.
+PALP_HD inline Vec3 counted_from(const Round& round, const Vec3& n, const Vec3& place) {
+  const Vec3 to = across(round, n), side = round.axis.cross(round.zero), arm = place - round.center;
+  if (!(to.squaredNorm() > kLiesFlat * kLiesFlat)) return place;
+  const real sector = real(6.2831853071795865) / round.points;
+  const real turn = sector * Eigen::numext::round(std::atan2(to.dot(side), to.dot(round.zero)) / sector);
+  const real c = Eigen::numext::cos(turn), s = Eigen::numext::sin(turn);
+  const real x = arm.dot(round.zero), y = arm.dot(side);
+  return round.center + (c * x - s * y) * round.zero + (s * x + c * y) * side;
+}
+
+// Returns where in its sector the point at `place` comes nearest to a solid with the normal n there.
+PALP_HD inline Vec3 nearest_in_sector(const Round& round, const Vec3& n, const Vec3& place) {
+  const Vec3 to = across(round, n), arm = place - round.center;
+  const real size = to.norm(), radius = arm.norm();
+  // sectors overlap by a hundredth, or rounding would leave gaps between them
+  const real least = Eigen::numext::cos(real(1.01) * real(3.14159265358979324) / round.points);
+  if (!(size > kLiesFlat) || !(arm.dot(to) > least * radius * size)) return place;
+  return round.center + (radius / size) * to;
 }
 
 // Returns true for a point y, in body axes from the centre of mass, that is more than margin outside the bounds along

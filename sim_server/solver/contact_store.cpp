@@ -81,7 +81,7 @@ ContactBody add_shape(const Body& body, ContactStore& store) {
                            p.round < 0 ? kNone : to.first_round + static_cast<std::uint32_t>(p.round)});
   for (const ContactRound& r : from.rounds)
     store.round.push_back({(r.center - body.center).cast<real>(), r.axis.cast<real>(), r.zero.cast<real>(),
-                           static_cast<real>(r.reach), r.sphere});
+                           static_cast<real>(r.reach), static_cast<real>(r.points)});
   double reach = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const auto which = static_cast<Eigen::AlignedBox3d::CornerType>(corner);

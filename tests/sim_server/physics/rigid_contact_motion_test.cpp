@@ -72,7 +72,7 @@ bool may_touch(const Scene& scene, const StepOutput& out, double half) {
     if (out.bodies[b].force.norm() > 0) return true;
     const RigidState& s = out.bodies[b].state;
     double reach = 0;
-    // the points of a round turn in it
+    // the points of a circle move along it
     for (const ContactRound& r : scene.bodies[b].contact->rounds)
       if ((s.position + s.orientation * r.center).cwiseAbs().maxCoeff() + r.reach > half) return true;
     for (const ContactPoint& p : scene.bodies[b].contact->points) {

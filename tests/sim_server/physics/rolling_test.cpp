@@ -1,4 +1,4 @@
-// Cylinders, tubes and hollow balls that roll: down slopes, on level floors, in a bore.
+// Cylinders and tubes that roll: down slopes, on level floors, in a bore.
 #include <algorithm>
 
 #include "tests/sim_server/physics/contact_scenes.h"
@@ -25,8 +25,7 @@ std::vector<Roller> rollers() {
   const ShapeConfig full = lying(cylinder(kRadius, 0.1)), bore = cut(lying(cylinder(0.8 * kRadius, 0.12)));
   return {{"cylinder", {full}, 0.5},
           {"disc", {lying(cylinder(kRadius, 0.01))}, 0.5},
-          {"tube", {full, bore}, 0.5 * (1 + 0.64)},
-          {"hollow ball", {sphere(kRadius), cut(sphere(0.6 * kRadius))}, 0.4 * (1 - std::pow(0.6, 5)) / (1 - 0.216)}};
+          {"tube", {full, bore}, 0.5 * (1 + 0.64)}};
 }
 
 Scene on_a_floor(const Roller& roller, double friction, double slope, double speed, double rim) {
