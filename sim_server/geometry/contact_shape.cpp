@@ -174,8 +174,8 @@ void add_edge_points(const SurfaceMesh& mesh, double spacing, double radius, std
     if (used[v]) out.push_back(rounded(mesh.vertices[v], normals[v], radius));
 }
 
-// Rings around the axis. A multiple of four points, so that what lies in a right angle touches both of its sides at
-// one.
+// Rings around the axis. Few points are enough, since they move along a ring that is whole; the others must stand back
+// from what one touches by more than it gives, or a roll over them is felt.
 void add_rings(const Part& part, double spacing, double ball, std::vector<Feature>& out,
                std::vector<ContactRound>& rounds) {
   const double around = 4 * std::ceil(std::max(8.0, kPi * part.radius / (2 * spacing)));

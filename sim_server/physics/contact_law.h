@@ -46,7 +46,7 @@ namespace palp {
 
 // The speed across the normal at which static friction has fallen to kinetic friction by 1 - 1/e [m/s], but for what
 // gravity adds in a sub-step.
-inline constexpr real kStribeck = real(0.01);
+inline constexpr real kStribeck = real(0.005);
 
 // The share of the load it holds with that a point forgets in a sub-step. Blocks on the floor swing on their contacts
 // in some twenty sub-steps.

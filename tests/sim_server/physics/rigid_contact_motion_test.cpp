@@ -73,8 +73,10 @@ bool may_touch(const Scene& scene, const StepOutput& out, double half) {
     const RigidState& s = out.bodies[b].state;
     double reach = 0;
     // the points of a circle move along it
-    for (const ContactRound& r : scene.bodies[b].contact->rounds)
-      if ((s.position + s.orientation * r.center).cwiseAbs().maxCoeff() + r.reach > half) return true;
+    for (const ContactRound& r : scene.bodies[b].contact->rounds) {
+      const Eigen::Array3d x = (s.position + s.orientation * r.center).array(), axis = (s.orientation * r.axis).array();
+      if ((x.abs() + r.reach * (1 - axis.square()).max(0).sqrt()).maxCoeff() > half) return true;
+    }
     for (const ContactPoint& p : scene.bodies[b].contact->points) {
       const Vector3d x = s.position + s.orientation * p.position;
       if (x.cwiseAbs().maxCoeff() + p.radius > half) return true;
