@@ -107,10 +107,7 @@ TEST_P(DamBreakOnABox, PressesAndSinksAsMeasured) {
                           quantity(found, unit), GetParam(),
                           kPapersImpact,         nullptr};
   };
-  ValidationCase on_front = row("pressure on its front, 0.61 to 0.69 s", 1e-3 * expected, 1e-3 * mean, "kPa");
-  on_front.is_off =
-      "the box is four or five spacings high and the jet along its front thinner than the kernel: 41 % low at 40 mm, "
-      "36 % at 30 mm";
+  const ValidationCase on_front = row("pressure on its front, 0.61 to 0.69 s", 1e-3 * expected, 1e-3 * mean, "kPa");
   EXPECT_TRUE(within(arrival / 0.405 - 1, tol::kImpactTime, row("2.5 kPa at the lowest probe", 0.405, arrival, "s")));
   EXPECT_TRUE(within(mean / expected - 1, tol::kImpactPressure, on_front));
   EXPECT_TRUE(within((low - expected_low) / 0.55, tol::kImpactDepth,
