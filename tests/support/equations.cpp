@@ -120,7 +120,7 @@ void extrapolate_to_walls(Restated& w) {
     for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
       if (!is_fluid(w, j)) return;
       const double W = wendland(x_ij.norm(), w.plan.support);
-      p += (acting(w, w.p[j]) + (density0(w, j) + w.p[j] / std::pow(sound(w, j), 2)) * g.dot(x_ij)) * W;
+      p += (acting(w, w.p[j]) + density_of(w, j) * g.dot(x_ij)) * W;
       v += w.v[j] * W;
       sum += W;
     });
@@ -342,7 +342,7 @@ Restated restate(const Scene& scene) {
   w.force.assign(n, Vector3d::Zero());
   for (std::size_t i = 0; i < n; ++i) {
     if (is_fluid(w, i)) w.p[i] = resting_pressure(w, body_of(w, i), i);
-    w.m[i] = w.V[i] * (density0(w, i) + w.p[i] / std::pow(sound(w, i), 2));
+    w.m[i] = w.V[i] * density_of(w, i);
   }
   for (std::size_t k = 0; k < scene.bodies.size(); ++k) {
     const Body& body = scene.bodies[k];
