@@ -73,6 +73,7 @@ struct ContactPair {
 struct SoftPart {
   std::uint32_t first, count;
   std::uint32_t first_pair, pairs;
+  Quat lattice;  // of the cells that its particles fill, at rest; zero where they lie anyhow
 };
 
 // The memory of one point against one body, in that body's axes.

@@ -23,7 +23,7 @@ struct CountElasticContacts {
         const std::uint32_t place = pair.first + p;
         ContactState state = contact.state[place];  // only the contact itself may go on with its memory
         const std::uint32_t i = part.first + p;
-        const PairPoints::Touch t = touching.find(i, pair, R, place, state);
+        const ElasticTouching::FaceTouch t = touching.find(part, p, pair, R, state);
         if (!t.near) continue;
         const Vec3 v = touching.velocity(i, t, touching.give_of(field, R, t));
         const bool loaded =
@@ -44,11 +44,12 @@ struct CountElasticContacts {
 struct ElasticContact {
   ElasticTouching touching;
 
-  PALP_HD Vec3 force_on(std::uint32_t i, const ContactPair& pair, const BodyState& field, const Mat3& R, real contacts,
-                        std::uint32_t place, Vec3& arm) const {
+  PALP_HD Vec3 force_on(const SoftPart& part, std::uint32_t p, const ContactPair& pair, const BodyState& field,
+                        const Mat3& R, real contacts, Vec3& arm) const {
     const PairPoints& all = touching.all;
-    ContactState& state = all.contact.state[place];
-    const PairPoints::Touch t = touching.find(i, pair, R, place, state);
+    const std::uint32_t i = part.first + p;
+    ContactState& state = all.contact.state[pair.first + p];
+    const ElasticTouching::FaceTouch t = touching.find(part, p, pair, R, state);
     if (!t.near) return Vec3(0, 0, 0);
     const ElasticTouching::Candidate c = touching.candidate(i, t, field, R, contacts);
     if (!(c.push > real(0))) {
@@ -74,7 +75,7 @@ struct ElasticContact {
     const auto push = [&](std::uint32_t k, const ContactPair& pair, const BodyState& field, const Mat3& R) {
       const real contacts = touching.contacts_of(pair.b, team);
       sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
-        const Vec3 f = force_on(i, pair, field, R, contacts, place, arm);
+        const Vec3 f = force_on(part, place - pair.first, pair, field, R, contacts, arm);
         touching.bodies.force[i] = pack(touching.bodies.force[i].xyz() + f, 0);
         return f;
       });
@@ -119,7 +120,7 @@ struct BeginElasticContact {
     const real dt = all.dt;
     ContactState& state = all.contact.state[place];
     ElasticPush& out = all.contact.elastic_push[place - all.contact.first_soft];
-    const PairPoints::Touch t = touching.find(i, pair, R, place, state);
+    const ElasticTouching::FaceTouch t = touching.find(part, p, pair, R, state);
     if (!t.near) {
       out = no_elastic_push();
       return;

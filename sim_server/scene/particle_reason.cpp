@@ -112,8 +112,13 @@ const char* describe(ParticleReason reason) {
 }
 
 double elastic_support(const Scene& scene) {
-  // a short kernel sees more of a bent plate's strain than one that reaches across it
-  return scene.config.numerics.support_over_spacing.value_or(2.0) * scene.spacing;
+  // Where gradients are taken from the 26 nearest bonds alone (elastic_stencil.h), a longer kernel would but weaken the
+  // force against hourglass modes. What tears has all bonds.
+  const double ratio = scene.config.numerics.support_over_spacing.value_or(2.0);
+  for (const Body& body : scene.bodies)
+    if (body.type == BodyKind::elastic && scene.config.materials[body.material].tear_strain)
+      return ratio * scene.spacing;
+  return std::min(ratio, 2.0) * scene.spacing;
 }
 
 void leave_out_particles(Scene& scene) {

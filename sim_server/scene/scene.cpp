@@ -124,6 +124,7 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     particles = read_particle_csv(first.file, spacing * spacing * spacing, room);
     move(particles, Eigen::Translation3d(first.position) * first.orientation.normalized());
     moments = moments_of(particles);
+    body.lattice.reset();
   } else {
     solid = make_solid(from.shapes);
     moments = solid_moments(*solid);
@@ -136,6 +137,7 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     const bool matter = body.type == BodyKind::fluid || body.type == BodyKind::elastic;
     if (!thin.empty() && matter) throw ConfigError(thin);
     move(particles, solid->frame);
+    body.lattice = Eigen::Quaterniond(solid->frame.linear());
     moments = moments.moved(solid->frame);
     if (body.type == BodyKind::rigid || body.type == BodyKind::fixed) body.surface = solid_surface(*solid, spacing / 2);
     if (particles.position.empty())

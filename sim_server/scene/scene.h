@@ -32,6 +32,8 @@ struct Body {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Identity();  // about the centre of mass, body axes [kg m^2]
   Eigen::Vector3d position = Eigen::Vector3d::Zero();     // of the body frame in the world, at the start [m]
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  // The axes of the lattice that its particles lie on, in the body frame; unset: they lie anyhow.
+  std::optional<Eigen::Quaterniond> lattice = Eigen::Quaterniond::Identity();
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // of the centre of mass [m/s]
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // world axes [rad/s]
   bool holds_temperature = false;                              // of each of its particles, as at the start

@@ -234,9 +234,10 @@ void ContactStore::add_soft_parts(const Scene& scene, const Plan& plan, std::uin
   for (const Body& other : scene.bodies)
     laws.push_back(
         soft_contact_law(scene.config.materials[scene.bodies[a].material], scene.config.materials[other.material]));
-  for (std::uint32_t done = 0; done < scene.bodies[a].count; done += kPart) {
-    SoftPart one{first + done, std::min(kPart, scene.bodies[a].count - done), static_cast<std::uint32_t>(pair.size()),
-                 0};
+  const Body& of = scene.bodies[a];
+  const Quat lattice = of.lattice ? Quat((of.orientation * *of.lattice).cast<real>()) : Quat(0, 0, 0, 0);
+  for (std::uint32_t done = 0; done < of.count; done += kPart) {
+    SoftPart one{first + done, std::min(kPart, of.count - done), static_cast<std::uint32_t>(pair.size()), 0, lattice};
     for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
       if (shape_of_[b] == kNone || plan.group[a] == plan.group[b]) continue;
       parts[b].push_back(2 * static_cast<std::uint32_t>(pair.size()) + 1);

@@ -107,7 +107,7 @@ double root_condition(const Scene& scene, const Plan& plan, double dt) {
     const double waves = dt * pressure_wave_speed(scene.config.materials[body.material]) / scene.spacing;
     // the face that touches is as heavy to the solve as contact is stiff
     const double layers = extents(scene, body).z() / scene.spacing;
-    const double heavier = plan.fields ? std::sqrt(1 + contact_stiffness(waves) / layers) : 1;
+    const double heavier = plan.fields ? std::sqrt(1 + contact_stiffness(waves, 0.0) / layers) : 1;
     worst = std::max(
         worst, std::hypot(1, 2 * waves / elastic_limit(ratio)) / std::hypot(1, slowest(scene, body) * dt / heavier));
   }

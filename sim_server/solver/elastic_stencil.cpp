@@ -21,8 +21,9 @@ using Eigen::Vector3d;
 // Lengths in spacings: the farthest from a mirror image that a neighbour may be (one of a lattice is there or a spacing
 // off), and the longest bond that counts (1.73 on a lattice).
 constexpr double kMirrored = 0.7, kLong = 1.8;
-// The longest bond of a clamp's particle with its own body that counts, in spacings.
-constexpr double kNext = 1.2;
+// How much longer the others are than a bond that leads straight out of a clamp, and the cosine to it of a bond that
+// lies along the clamp's face.
+constexpr double kAlone = 1.2, kLevel = 0.1;
 // The share of the largest principal value of their moment that mirrored bonds have along each axis that they span;
 // those of a jittered face have less along its normal.
 constexpr double kSpanned = 0.1;
@@ -89,8 +90,22 @@ std::vector<bool> balanced_bonds(const std::vector<RestBond>& bonds, double spac
 }
 
 std::vector<bool> bonds_of_clamp(const std::vector<RestBond>& bonds, double spacing) {
+  const RestBond* straight = nullptr;
+  double shortest = kLong * spacing, next = shortest;
+  for (const RestBond& bond : bonds) {
+    if (!bond.elastic || bond.X.norm() >= next) continue;
+    next = bond.X.norm();
+    if (next >= shortest) continue;
+    std::swap(shortest, next);
+    straight = &bond;
+  }
+  const bool alone = straight != nullptr && next > kAlone * shortest;
+  const auto level = [&](const Vector3d& X) { return std::abs(X.dot(straight->X)) < kLevel * X.norm() * shortest; };
   std::vector<bool> counts;
-  for (const RestBond& bond : bonds) counts.push_back(bond.X.norm() < (bond.elastic ? kLong : kNext) * spacing);
+  for (const RestBond& bond : bonds) {
+    const bool here = bond.X.norm() < kLong * spacing;
+    counts.push_back(here && (alone ? &bond == straight || (!bond.elastic && level(bond.X)) : bond.elastic));
+  }
   return counts;
 }
 

@@ -31,9 +31,10 @@ struct RestBond {
 // error alone. Where such bonds would make a gradient stiffer than at the edge of a block, all count, as at corners.
 std::vector<bool> balanced_bonds(const std::vector<RestBond>& bonds, double spacing);
 
-// Returns the same for a particle of a rigid or fixed body: bonds to elastic particles, and to the next ones of its own
-// body. Were those to its own body as many, its strain would be half of what is between the two, and a clamp would let
-// go of 0.8 spacings beyond its face; as it is, of half a spacing.
+// Returns the same for a particle of a rigid or fixed body: the bond that leads straight to an elastic particle, and
+// those along its own body's face, which cannot stretch; where lattices do not match, all bonds to elastic particles.
+// Bonds to what lies behind it would halve its strain, and the clamp would let go of half a spacing beyond its face; as
+// it is, of none (0.1 spacings are held in front of it).
 std::vector<bool> bonds_of_clamp(const std::vector<RestBond>& bonds, double spacing);
 
 // Returns the correction of a gradient that is taken from the bonds that count.

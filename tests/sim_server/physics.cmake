@@ -19,7 +19,7 @@ set(physics_sources
   ../cases/melting_scenes_test.cpp ../cases/rest_test.cpp ../cases/resting_noise_test.cpp
   ../cases/shear_flow_test.cpp ../cases/sleep_test.cpp ../cases/staged_viscosity_flow_test.cpp
   ../cases/stirred_volume_test.cpp ../cases/switches_test.cpp ../cases/thin_walls_test.cpp ../cases/turning_test.cpp physics/cohesion_test.cpp
-  physics/rigid_contact_motion_test.cpp physics/rolling_test.cpp physics/elastic_contact_test.cpp physics/elastic_motion_test.cpp physics/elastic_sections_test.cpp
+  physics/rigid_contact_motion_test.cpp physics/rolling_test.cpp physics/elastic_contact_test.cpp physics/elastic_indentation_test.cpp physics/elastic_motion_test.cpp physics/elastic_sections_test.cpp
   physics/frozen_contact_test.cpp physics/heat_flow_test.cpp physics/heat_walls_test.cpp physics/plastic_motion_test.cpp
   physics/rigid_pieces_motion_test.cpp physics/state_change_motion_test.cpp physics/tear_motion_test.cpp)
 set(stability_sources ../cases/stability_test.cpp)

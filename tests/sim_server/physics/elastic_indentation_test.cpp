@@ -1,0 +1,102 @@
+// A rigid ball that a hand presses into a bonded elastic layer. The reference is a finite-element solution of the same
+// material at finite strain (axisymmetric, nine nodes an element, double precision), which at small strain agrees with
+// the integral equation of a layer under a ball (Lebedev & Ufliand 1958) within 0.1 %.
+#include "tests/sim_server/physics/contact_scenes.h"
+#include "tests/support/scenes.h"
+#include "tests/support/tolerance.h"
+
+namespace palp::test::elastic_indentation_test {
+namespace {
+
+constexpr double kSpacing = 0.01, kYoung = 1e4, kStiff = 1000;  // [m], [Pa], of the hand [N/m]
+
+// Lengths in spacings; the force in kYoung kSpacing^2. x, y: where the ball is, from a corner of four cells.
+struct Ball {
+  double radius, layer, poisson, depth, force;
+  double x = 0, y = 0;
+};
+
+SceneConfig scene_of(const Ball& ball, ElasticSolver solver, std::optional<int> sub_steps) {
+  SceneConfig config = contact_scene(kSpacing, 0, 0.2);
+  config.gravity.setZero();
+  config.numerics.elastic_solver = solver;
+  config.numerics.sub_steps = sub_steps;
+  MaterialConfig soft = config.materials[0];
+  soft.name = "soft";
+  soft.young_modulus = kYoung;
+  soft.poisson_ratio = ball.poisson;
+  soft.damping = 15;
+  config.materials.push_back(soft);
+  const double width = 2 * kSpacing * (ball.layer + ball.radius), high = ball.layer * kSpacing;
+  config.bodies = {at(body("floor", BodyKind::fixed, box({width, width, 3 * kSpacing})), {0, 0, -1.5 * kSpacing}),
+                   at(body("layer", BodyKind::elastic, box({width, width, high})), {0, 0, high / 2}),
+                   at(body("ball", BodyKind::rigid, sphere(ball.radius * kSpacing)),
+                      {ball.x * kSpacing, ball.y * kSpacing, high + ball.radius * kSpacing})};
+  config.bodies[1].material = "soft";
+  config.bodies[1].bonded_to = {"floor"};
+  ProxyConfig proxy;
+  proxy.body = "ball";
+  config.proxies.push_back(proxy);
+  config.probes.push_back(probe_of("floor"));
+  return config;
+}
+
+struct Pressed {
+  double force, carried;  // at the depth of the reference; what the floor bears over what the ball feels
+};
+
+Pressed press(const Ball& ball, ElasticSolver solver, std::optional<int> sub_steps = {}) {
+  const auto simulation = simulate(sampled(scene_of(ball, solver, sub_steps)));
+  const double top = (ball.layer + ball.radius) * kSpacing, unit = kYoung * kSpacing * kSpacing;
+  const double down = ball.depth * kSpacing + ball.force * unit / kStiff;
+  StepInput input;
+  input[0].engaged = true;
+  input[0].gains = {kStiff, 50, 10, 0.2};
+  for (int k = 0; k < 300; ++k) {
+    input[0].state.position = {ball.x * kSpacing, ball.y * kSpacing, top - down * std::min(1.0, k / 120.0)};
+    const StepOutput& out = simulation->step(input);
+    EXPECT_TRUE(out.health.ok) << out.health.cause;
+    if (!out.health.ok) break;
+  }
+  const StepOutput& out = simulation->output();
+  const double felt = out.proxies[0].contact_force.z();
+  const double depth = (top - out.proxies[0].state.position.z()) / kSpacing;
+  return {felt / unit * std::pow(ball.depth / depth, 1.5), -out.bodies[0].force.z() / felt};
+}
+
+void judge(const Ball& ball, ElasticSolver solver, const Pressed& found) {
+  const std::string how = solver == ElasticSolver::implicit ? "implicit" : "explicit";
+  EXPECT_TRUE(within(found.force / ball.force - 1, tol::kBallOnLayer,
+                     {"ball, R = " + quantity(ball.radius, "dx") + ", on a bonded layer of " +
+                          quantity(ball.layer, "dx") + ", nu = " + quantity(ball.poisson, "") + ", " + how,
+                      "finite elements, " + quantity(ball.force, "E dx^2"), quantity(found.force, "E dx^2")}));
+  EXPECT_TRUE(within(found.carried - 1, tol::kReactionOfFloor)) << how;
+}
+
+constexpr Ball kOverACorner{4, 4, 0.3, 0.5, 1.4057};
+
+// Wherever it comes down between particles, and whichever solver computes the layer; the floor bears what it feels.
+TEST(ElasticIndentation, ABallFeelsALayer) {
+  Ball over_a_particle = kOverACorner;
+  over_a_particle.x = over_a_particle.y = 0.5;
+  judge(kOverACorner, ElasticSolver::explicit_, press(kOverACorner, ElasticSolver::explicit_));
+  judge(over_a_particle, ElasticSolver::implicit, press(over_a_particle, ElasticSolver::implicit));
+  if (!validating()) return;
+  judge(kOverACorner, ElasticSolver::implicit, press(kOverACorner, ElasticSolver::implicit));
+  judge(over_a_particle, ElasticSolver::explicit_, press(over_a_particle, ElasticSolver::explicit_));
+}
+
+// Contact is a spring of the matter itself, so a shorter sub-step changes nothing.
+TEST(ElasticIndentation, TheForceDoesNotFollowTheSubStep) {
+  for (const auto solver : {ElasticSolver::explicit_, ElasticSolver::implicit}) {
+    const int few = solver == ElasticSolver::implicit ? 3 : 5;
+    const double first = press(kOverACorner, solver, few).force, second = press(kOverACorner, solver, 2 * few).force;
+    EXPECT_TRUE(within(second / first - 1, tol::kForceBySubStep));
+    if (validating()) {
+      EXPECT_TRUE(within(press(kOverACorner, solver, 4 * few).force / first - 1, tol::kForceBySubStep));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palp::test::elastic_indentation_test
