@@ -9,6 +9,7 @@
 #include "sim_server/scene/particle_reason.h"
 #include "sim_server/scene/scene_heat.h"
 #include "sim_server/solver/fluid_room.h"
+#include "sim_server/solver/sub_steps.h"
 
 namespace palp {
 namespace {
@@ -210,11 +211,11 @@ std::vector<BillLimit> bill_limits(const Scene& scene, const Plan& plan) {
     });
     if (known != out.end() && known->limit.dt <= limit.dt) continue;
     if (known != out.end()) out.erase(known);
-    out.push_back({limit, std::max(1.0, std::ceil(step / (scene.config.numerics.safety * limit.dt) - 1e-9))});
+    out.push_back({limit, std::max(1.0, std::ceil(step / allowed_by(limit, scene.config.numerics) - 1e-9))});
   }
-  std::stable_sort(out.begin(), out.end(), [](const BillLimit& a, const BillLimit& b) {
+  std::stable_sort(out.begin(), out.end(), [&](const BillLimit& a, const BillLimit& b) {
     if (a.limit.avoided_by.empty() != b.limit.avoided_by.empty()) return a.limit.avoided_by.empty();
-    return a.limit.dt < b.limit.dt;
+    return allowed_by(a.limit, scene.config.numerics) < allowed_by(b.limit, scene.config.numerics);
   });
   return out;
 }

@@ -211,13 +211,14 @@ void plan_elastic_solver(const Scene& scene, double explicit_limit, Plan& plan) 
         fmt::format("{}: numerics.elastic_solver is \"implicit\", but {}: leave it out", scene.config.path, obstacle));
   // in one sub-step nothing may move by more than its neighbours' distance
   const StepLimit rounding = limit_by_rounding(scene, plan);
-  const double limit = std::min({plan.dt_limit, scene.spacing / plan.max_speed, rounding.dt});
+  const double others = plan.dt_allowed / n.safety;
+  const double limit = std::min({others, scene.spacing / plan.max_speed, rounding.dt});
   const double sub_steps = n.sub_steps ? double(*n.sub_steps) : needed(limit);
   const double needed_rounds = std::ceil(0.5 * std::log(2 / kLeft) * root_condition(scene, plan, step / sub_steps));
   const double rounds = n.elastic_rounds ? double(*n.elastic_rounds) : needed_rounds;
-  const double others = static_cast<double>(scene.position.size()) / plan.elastic_count;
-  const double rest = plan.neighbors ? 4 * others : 0.0;  // of a sub-step, the same for both
-  plan.elastic_sub_steps = needed(std::min(explicit_limit, plan.dt_limit));
+  const double particles = static_cast<double>(scene.position.size()) / plan.elastic_count;
+  const double rest = plan.neighbors ? 4 * particles : 0.0;  // of a sub-step, the same for both
+  plan.elastic_sub_steps = needed(std::min(explicit_limit, others));
   const double saving =
       plan.elastic_sub_steps * (kExplicit + rest) / (sub_steps * (kImplicit + kRound * rounds + rest));
   plan.elastic_choice =
@@ -229,8 +230,8 @@ void plan_elastic_solver(const Scene& scene, double explicit_limit, Plan& plan) 
   plan.elastic_rounds = static_cast<int>(std::min(rounds, kMaxRounds));
   plan.elastic_choice =
       fmt::format("explicit: {:.0f} sub-steps, {:.2g} times the work", plan.elastic_sub_steps, saving);
-  limit_by({scene.spacing / plan.max_speed, "motion", "numerics.max_speed", ""}, plan);
-  limit_by(rounding, plan);
+  limit_by({scene.spacing / plan.max_speed, "motion", "numerics.max_speed", ""}, n, plan);
+  limit_by(rounding, n, plan);
 }
 
 std::string describe_elastic_solver(const Plan& plan) {

@@ -21,8 +21,8 @@ double strain_under_weight(const Scene& scene, const Body& body);
 std::vector<StepLimit> limits_by_elasticity(const Scene& scene, const Plan& plan, bool changing);
 
 // Sets plan.elastic_rounds, elastic_sub_steps and elastic_choice. explicit_limit: the largest stable sub-step of the
-// elastic bodies by linear theory; plan.dt_limit: that of all else [s]. Throws ConfigError when the scene asks for an
-// implicit solve that its bodies do not allow.
+// elastic bodies by linear theory; plan.dt_allowed: what all else allows [s]. Throws ConfigError when the scene asks
+// for an implicit solve that its bodies do not allow.
 void plan_elastic_solver(const Scene& scene, double explicit_limit, Plan& plan);
 
 // Returns ", elasticity explicit ..." or ", elasticity implicit in up to 40 rounds ..."; nothing without elastic

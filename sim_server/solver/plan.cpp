@@ -296,7 +296,7 @@ std::string describe(const Plan& plan, const Scene& scene) {
                         plan.max_speed, plan.artificial, plan.diffusion, plan.cohesion ? "surface tension, " : "");
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
   if (plan.fluid || plan.elastic || plan.fields)
-    text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.dt_limit, plan.limited_by);
+    text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.ruling.dt, plan.ruling.by);
   text += describe_elastic_solver(plan) + describe_viscosity(plan) + describe_heat(plan, scene);
   text += describe_sleep(plan, scene);
   if (const auto& choice = scene.config.choice)

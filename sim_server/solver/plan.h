@@ -21,6 +21,7 @@ struct StepLimit {
                            // "rounding", "density"
   std::string of;          // what sets it: "material 'jelly'", "the hand on 'ladle'"
   std::string avoided_by;  // what spares the plan this limit: "implicit solve", "stages"; empty: it holds
+  double share = 1;        // what a sub-step may use of it, over numerics.safety
 };
 
 // The way in which two bodies push each other, where neither flows.
@@ -65,7 +66,8 @@ struct Plan {
   int sub_steps = 1;              // per haptic step
   double dt = 0;                  // sub-step [s]
   double dt_limit = 0;            // the largest stable sub-step by linear theory [s]
-  std::string limited_by;         // StepLimit::by of the limit that rules
+  double dt_allowed = 0;          // the largest one that all limits allow [s]
+  StepLimit ruling;               // the limit that sets dt_allowed
   std::vector<StepLimit> limits;  // all that the scene has, in no order
   double skin = 0;  // length by which stored neighbour lists reach past the support radius; 0: none are stored [m]
   // heat runs at the end of every heat_interval-th haptic step, in heat_steps steps of heat_dt

@@ -59,7 +59,7 @@ void check_motion(const Scene& scene, const Plan& plan) {
       "{}: bodies lie {:.3g} m from the origin, where places are rounded to {:.2g} um, and what falls through one "
       "spacing moves by {:.2g} um in a sub-step of {:.2g} us, expected {:g} times the rounding: move the scene to the "
       "origin, raise the spacing, or soften what limits the sub-step ({})",
-      scene.config.path, far, 1e6 * rounding, 1e6 * motion, 1e6 * plan.dt, 1 / most, plan.limited_by));
+      scene.config.path, far, 1e6 * rounding, 1e6 * motion, 1e6 * plan.dt, 1 / most, plan.ruling.by));
 }
 
 void check_stiffness(const Scene& scene, const Plan& plan) {

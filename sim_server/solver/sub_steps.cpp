@@ -15,6 +15,10 @@
 namespace palp {
 namespace {
 
+// The share of the limit by sound that a sub-step may use, over numerics.safety. Up to the limit itself the force on a
+// stirred ladle errs by the same (tools/results/felt_remaining.md).
+constexpr double kSoundShare = 1.3;
+
 // Returns a tabulated limit at x = H / dx, linear between and past the entries.
 double interpolate(const std::array<std::array<double, 2>, 4>& table, double x) {
   std::size_t k = 1;
@@ -29,13 +33,13 @@ double interpolate(const std::array<std::array<double, 2>, 4>& table, double x) 
 void limit_by_contact(const Scene& scene, Plan& plan) {
   if (!plan.fields) return;
   // a bounce reaches a depth of 1.6 v dt (physics/contact_law.h): at the default share less than a spacing
-  limit_by({scene.spacing / plan.max_speed, "contact", "numerics.max_speed", ""}, plan);
+  limit_by({scene.spacing / plan.max_speed, "contact", "numerics.max_speed", ""}, scene.config.numerics, plan);
   // under a hand: an edge, behind which there is a quarter of the tool's mass, is ten times as stiff as the coupling
   for (const Proxy& proxy : scene.proxies) {
     const double stiffness = std::clamp(proxy.limit.stiffness, 1.0, 3000.0);
     const Body& tool = scene.bodies[proxy.body];
     const double limit = 2 * std::sqrt(0.1 * tool.mass / (10 * stiffness));
-    limit_by({limit, "contact", fmt::format("the hand on '{}'", tool.name), ""}, plan);
+    limit_by({limit, "contact", fmt::format("the hand on '{}'", tool.name), ""}, scene.config.numerics, plan);
   }
 }
 
@@ -50,7 +54,9 @@ void limit_by_viscous_contact(const Scene& scene, Plan& plan) {
       const Body &a = scene.bodies[i], &b = scene.bodies[j];
       if (i == j || a.type == BodyKind::fixed || contact_between(scene, plan, i, j) != SolidContact::springs) continue;
       const double nu = 0.5 * (viscosity(a) + viscosity(b)) * a.volume / a.mass;
-      if (nu > 0) limit_by({most / nu, "viscosity", fmt::format("contact of body '{}'", a.name), ""}, plan);
+      if (nu > 0)
+        limit_by({most / nu, "viscosity", fmt::format("contact of body '{}'", a.name), ""}, scene.config.numerics,
+                 plan);
     }
 }
 
@@ -75,7 +81,7 @@ void limit_by_density(const Scene& scene, double sound, Plan& plan) {
       if (times > kDenser && limit < least.dt)
         least = {limit, "density", fmt::format("'{}' against '{}'", solid.name, pushed.name), ""};
     }
-  limit_by(least, plan);
+  limit_by(least, scene.config.numerics, plan);
 }
 
 // Limits the sub-step by the shortest capillary wave, of length 2 dx (Brackbill, Kothe & Zemach 1992).
@@ -90,18 +96,18 @@ void limit_by_tension(const Scene& scene, Plan& plan) {
     const double strength = std::max(m.surface_tension, m.adhesion) / kCohesionShare;
     if (body.type != BodyKind::fluid || strength == 0) continue;
     const double limit = std::sqrt(m.density * std::pow(scene.spacing, 3) / (2 * EIGEN_PI * strength));
-    limit_by({limit, "surface tension", fmt::format("material '{}'", m.name), ""}, plan);
+    limit_by({limit, "surface tension", fmt::format("material '{}'", m.name), ""}, scene.config.numerics, plan);
   }
 }
 
 void choose_sub_steps(const SceneConfig& config, Plan& plan) {
   const double step = 1.0 / config.rate_hz;
-  const double needed = std::ceil(step / (config.numerics.safety * plan.dt_limit) - 1e-9);
+  const double needed = std::ceil(step / plan.dt_allowed - 1e-9);
   if (needed > 10000)
     throw ConfigError(fmt::format(
         "{}: a haptic step of {:.3g} ms would need {:.7g} sub-steps (limited by {}); expected at most 10000: "
         "raise the spacing or rate_hz, or lower the sound speed or viscosity",
-        config.path, 1e3 * step, needed, plan.limited_by));
+        config.path, 1e3 * step, needed, plan.ruling.by));
   plan.sub_steps = std::max(1, static_cast<int>(needed));
   if (config.numerics.sub_steps) {
     plan.sub_steps = *config.numerics.sub_steps;
@@ -109,26 +115,32 @@ void choose_sub_steps(const SceneConfig& config, Plan& plan) {
       throw ConfigError(
           fmt::format("{}: numerics.sub_steps is {} but a stable step needs at least {:.0f} (limited by {}): raise it "
                       "or leave it out",
-                      config.path, plan.sub_steps, std::ceil(step / plan.dt_limit), plan.limited_by));
+                      config.path, plan.sub_steps, std::ceil(step / plan.dt_limit), plan.ruling.by));
   }
   plan.dt = step / plan.sub_steps;
 }
 
 // Adds the limit of the fluids' own viscosity to that of the artificial one, which it takes in.
-void limit_by_viscosity(double limit, const std::string& material, Plan& plan) {
+void limit_by_viscosity(const Scene& scene, double limit, const std::string& material, Plan& plan) {
   const bool staged = plan.viscous_stages > 0;
   if (!staged) std::erase_if(plan.limits, [](const StepLimit& one) { return one.by == "viscosity"; });
-  limit_by({limit, "viscosity", material, staged ? "stages" : ""}, plan);
+  limit_by({limit, "viscosity", material, staged ? "stages" : ""}, scene.config.numerics, plan);
 }
 
 }  // namespace
 
-void limit_by(const StepLimit& limit, Plan& plan) {
+double allowed_by(const StepLimit& limit, const NumericsConfig& numerics) {
+  return std::min(1.0, numerics.safety * limit.share) * limit.dt;
+}
+
+void limit_by(const StepLimit& limit, const NumericsConfig& numerics, Plan& plan) {
   if (!(limit.dt < 1e30)) return;
   plan.limits.push_back(limit);
-  if (limit.dt >= plan.dt_limit || !limit.avoided_by.empty()) return;
-  plan.dt_limit = limit.dt;
-  plan.limited_by = limit.by;
+  if (!limit.avoided_by.empty()) return;
+  plan.dt_limit = std::min(plan.dt_limit, limit.dt);
+  if (allowed_by(limit, numerics) >= plan.dt_allowed) return;
+  plan.dt_allowed = allowed_by(limit, numerics);
+  plan.ruling = limit;
 }
 
 double acoustic_limit(double support_over_spacing) {
@@ -164,15 +176,17 @@ void plan_sub_steps(const Scene& scene, Plan& plan) {
   const double sound = acoustic_limit(ratio) * dx / (fastest + plan.max_speed);
   const auto viscous = [&](double n) { return n > 0 ? viscous_limit(ratio) * dx * dx / n : 1e30; };
   plan.dt_limit = 1e30;
-  plan.limited_by = "sound";
+  plan.dt_allowed = 1e30;
+  plan.ruling = {1e30, "sound", "", ""};
   // by method "paper" solids push each other with the pressure of fluids
   if (plan.fluid || (plan.method == Method::paper && plan.contact)) {
-    limit_by({sound, "sound", fmt::format("c {:.3g} m/s", fastest), ""}, plan);
-    limit_by({viscous(nu), "viscosity", "numerics.artificial_viscosity", ""}, plan);
+    const double share = plan.method == Method::accurate ? kSoundShare : 1;
+    limit_by({sound, "sound", fmt::format("c {:.3g} m/s", fastest), "", share}, scene.config.numerics, plan);
+    limit_by({viscous(nu), "viscosity", "numerics.artificial_viscosity", ""}, scene.config.numerics, plan);
     limit_by_density(scene, sound, plan);
   }
   limit_by_viscous_contact(scene, plan);
-  for (const StepLimit& limit : limits_by_elasticity(scene, plan, true)) limit_by(limit, plan);
+  for (const StepLimit& limit : limits_by_elasticity(scene, plan, true)) limit_by(limit, scene.config.numerics, plan);
   limit_by_tension(scene, plan);
   limit_by_contact(scene, plan);
   const std::vector<StepLimit> elastic = limits_by_elasticity(scene, plan, false);
@@ -181,12 +195,11 @@ void plan_sub_steps(const Scene& scene, Plan& plan) {
   plan_elastic_solver(scene, least, plan);
   for (StepLimit limit : elastic) {
     if (plan.elastic_rounds > 0) limit.avoided_by = "implicit solve";
-    limit_by(limit, plan);
+    limit_by(limit, scene.config.numerics, plan);
   }
-  const double all = plan.fluid ? std::min(plan.dt_limit, viscous(nu + physical)) : plan.dt_limit;
-  plan_viscosity(scene, plan.dt_limit, all, plan);
+  plan_viscosity(scene, plan.dt_allowed, plan.fluid ? viscous(nu + physical) : 1e30, plan);
   if (plan.fluid)
-    limit_by_viscosity(viscous(nu + physical), physical > nu ? thickest : "numerics.artificial_viscosity", plan);
+    limit_by_viscosity(scene, viscous(nu + physical), physical > nu ? thickest : "numerics.artificial_viscosity", plan);
   choose_sub_steps(config, plan);
 }
 

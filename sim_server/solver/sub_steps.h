@@ -10,8 +10,11 @@ namespace palp {
 // asked.
 void plan_sub_steps(const Scene& scene, Plan& plan);
 
-// Adds a limit to those of the plan, which it rules if it is the least and nothing avoids it. One of 1e30 s is none.
-void limit_by(const StepLimit& limit, Plan& plan);
+// Returns the longest sub-step that a limit allows [s]: numerics.safety times its share of it, but no more than it is.
+double allowed_by(const StepLimit& limit, const NumericsConfig& numerics);
+
+// Adds a limit to those of the plan, which it rules if it allows least and nothing avoids it. One of 1e30 s is none.
+void limit_by(const StepLimit& limit, const NumericsConfig& numerics, Plan& plan);
 
 // Return the linear stability limits of c dt / dx for weakly compressible SPH with a Wendland C2 kernel, and of nu dt /
 // dx^2 for the Morris viscosity, on a cubic lattice, as functions of H / dx (from the operators' largest eigenvalues).

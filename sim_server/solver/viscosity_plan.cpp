@@ -83,19 +83,17 @@ int stages_for(double rate_dt) {
 
 }  // namespace
 
-void plan_viscosity(const Scene& scene, double without, double with, Plan& plan) {
+void plan_viscosity(const Scene& scene, double without, double stable, Plan& plan) {
   const NumericsConfig& n = scene.config.numerics;
-  const double step = 1 / scene.config.rate_hz;
-  const auto steps = [&](double limit) {
-    return n.sub_steps ? double(*n.sub_steps) : std::max(1.0, std::ceil(step / (n.safety * limit) - 1e-9));
-  };
-  plan.explicit_sub_steps = std::max(1.0, std::ceil(step / (n.safety * with) - 1e-9));
+  const double step = 1 / scene.config.rate_hz, with = std::min(without, n.safety * stable);
+  const auto steps = [&](double allowed) { return std::max(1.0, std::ceil(step / allowed - 1e-9)); };
+  plan.explicit_sub_steps = steps(with);
   plan.viscous_stages = 0;
   // stages have no such share as bonds leave a pair of its viscosity
   if (!plan.fluid || plan.change || plan.method == Method::paper || n.viscosity == ViscosityScheme::explicit_) return;
   const bool asked = n.viscosity == ViscosityScheme::staged;
-  if (!asked && with >= (n.sub_steps ? step / *n.sub_steps : without)) return;
-  const double staged = steps(without);
+  if (!asked && (n.sub_steps ? stable >= step / *n.sub_steps : with >= without)) return;
+  const double staged = n.sub_steps ? double(*n.sub_steps) : steps(without);
   const int stages = stages_for(largest_rate(scene, plan) * step / staged);
   // in passes over the neighbours: density, walls and forces, and for the stages their beginning
   if (!asked && !n.sub_steps && 3 * plan.explicit_sub_steps <= staged * (4 + stages)) return;

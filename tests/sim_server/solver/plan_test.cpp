@@ -122,6 +122,25 @@ TEST(Lightness, StepsAllocateNothingMore) {
   EXPECT_EQ(simulation->footprint().launches, before.launches);
 }
 
+// The limit by sound may be used up to 1.3 times the share of the others, but never past all of it.
+TEST(Plan, TakesMoreOfTheLimitBySoundThanOfOthers) {
+  Scene scene = pool();
+  scene.config.materials[0].viscosity = 0;
+  scene.config.rate_hz = 1;
+  for (const double safety : {0.05, 0.5, 0.7, 0.9, 1.0}) {
+    scene.config.numerics.safety = safety;
+    const Plan plan = make_plan(scene);
+    ASSERT_EQ(plan.ruling.by, "sound");
+    EXPECT_EQ(plan.sub_steps, std::ceil(1 / (std::min(1.0, 1.3 * safety) * plan.dt_limit) - 1e-9)) << safety;
+  }
+  scene.config.numerics.safety = 0.5;
+  scene.config.materials[0].viscosity = 5000;
+  scene.config.numerics.viscosity = ViscosityScheme::explicit_;
+  const Plan thick = make_plan(scene);
+  ASSERT_EQ(thick.ruling.by, "viscosity");
+  EXPECT_EQ(thick.sub_steps, std::ceil(1 / (0.5 * thick.dt_limit) - 1e-9));
+}
+
 TEST(Plan, RefusesUnstableSubSteps) {
   Scene scene = pool();
   scene.config.rate_hz = 20;
@@ -236,10 +255,10 @@ TEST(Plan, FollowsTheDensityOfSolidsByMethodPaper) {
   scene.config.method = Method::paper;
   scene.config.numerics.sound_speed = 10;
   const Plan dense = make_plan(scene);
-  EXPECT_EQ(dense.limited_by, "density");
+  EXPECT_EQ(dense.ruling.by, "density");
   scene.config.materials[heavy].density = 5000;
   const Plan light = make_plan(scene);
-  EXPECT_EQ(light.limited_by, "sound");
+  EXPECT_EQ(light.ruling.by, "sound");
   EXPECT_NEAR(light.dt_limit / dense.dt_limit, 4, 1e-6);
   scene.config.materials[heavy].density = 80000;
   scene.config.method = Method::accurate;
