@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <new>
 
@@ -120,6 +121,7 @@ class Cpu {
   // their pairs are idle.
   static constexpr double kSkinOverSpacing = 0.2;
   static constexpr int kCellsPerReach = 1;
+  static constexpr std::size_t kTiledFrom = std::numeric_limits<std::size_t>::max();
 
   template <class T>
   struct Mirror {
@@ -233,6 +235,10 @@ class Cpu {
     team_.for_each(n, 1, [&f](std::size_t i) { f(static_cast<std::uint32_t>(i), SerialTeam{}); });
   }
   template <class F>
+  void for_each_part(const char* name, std::uint32_t n, const F& f) {
+    for_each_block(name, n, f);
+  }
+  template <class F>
   void for_each_large(const char* name, std::uint32_t n, const F& f) {
     for_each_block(name, n, f);
   }
@@ -281,8 +287,8 @@ class Cpu {
 
   bool asleep(std::size_t i) const { return tag_ != nullptr && tag_[i].asleep(); }
 
-  // Sorts the particles by cell, by a stable counting sort; inactive particles have a cell of their own. What sleeps is
-  // put back into the state, too, since no stage does that.
+  // Sorts the particles by cell, by a stable counting sort; inactive particles have a cell of their own. What lasts of
+  // them is put back into the state, and all of what sleeps, since no stage does that.
   void sort(const ParticleView& from, const ParticleView& to, std::uint32_t n, const CellGrid& grid) {
     const std::uint32_t cells = grid.cells() + 1;
     std::fill(start_, start_ + cells + 1, 0u);
@@ -292,8 +298,10 @@ class Cpu {
     }
     for (std::uint32_t c = 0; c < cells; ++c) start_[c + 1] += start_[c];
     for (std::uint32_t i = 0; i < n; ++i) copy_particle(from, i, to, start_[cell_[i]]++);
-    for (std::uint32_t i = 0; i < n; ++i)
-      if (to.tag[i].asleep()) copy_particle(to, i, from, i);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      copy_lasting(to, i, from, i);
+      if (to.tag[i].asleep()) copy_changing(to, i, from, i);
+    }
     // start_[c] now is the end of cell c, that is the start of c + 1
     for (std::uint32_t c = cells; c > 0; --c) start_[c] = start_[c - 1];
     start_[0] = 0;

@@ -22,6 +22,8 @@ class Cuda {
   // their pairs at most are idle (tools/results).
   static constexpr double kSkinOverSpacing = 0.2;
   static constexpr int kCellsPerReach = 2;
+  // Particles from which on cells are numbered by tiles: fewer are better off with rows of cells that are not cut.
+  static constexpr std::size_t kTiledFrom = 100000;
 
   template <class T>
   struct Mirror {
@@ -194,20 +196,26 @@ class Cuda {
   void for_each_team(const char* name, std::uint32_t n, const F& f) {
     if (n == 0) return;
     note(name);
-    with_lanes(n,
-               [&]<int L>() { launch(name, run_team<L, F>, std::uint64_t(n) * L, kTeamThreads, n, work_.lists, f); });
+    with_lanes(
+        n, [&]<int L>() { launch(name, run_team<L, F>, std::uint64_t(n) * L, kTeamThreads<L>, n, work_.lists, f); });
   }
   template <class F>
   void for_each_group(const char* name, std::uint32_t n, const F& f, const Tag* sleepers = nullptr) {
     if (n == 0) return;
     note(name);
-    with_lanes(n, [&]<int L>() { launch(name, run_group<L, F>, std::uint64_t(n) * L, kTeamThreads, n, f, sleepers); });
+    with_lanes(n,
+               [&]<int L>() { launch(name, run_group<L, F>, std::uint64_t(n) * L, kTeamThreads<L>, n, f, sleepers); });
   }
   template <class F, int Threads = 256>
   void for_each_block(const char* name, std::uint32_t n, const F& f) {
     if (n == 0) return;
     note(name);
     launch(name, run_block<Threads, F>, std::uint64_t(n) * Threads, Threads, f);
+  }
+  // For parts of the particles, and work of which each thread needs so many registers that few run at once.
+  template <class F>
+  void for_each_part(const char* name, std::uint32_t n, const F& f) {
+    for_each_block<F, 128>(name, n, f);
   }
   // For few items of which each may have as many parts as the scene has particles.
   template <class F>

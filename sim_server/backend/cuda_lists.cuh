@@ -178,8 +178,8 @@ __device__ inline std::uint32_t list_by_lanes(const ListWork& w, std::uint32_t i
   return count;
 }
 
-// Sorts the particles and lists their neighbours if that is due. What sleeps needs no list, and is put back into the
-// state, since no stage does that. One kernel, whose blocks all run at once and wait for
+// Sorts the particles and lists their neighbours if that is due. What lasts of them is put back into the state, and all
+// of what sleeps, which needs no list: no stage does that. One kernel, whose blocks all run at once and wait for
 // each other: one that finds nothing to do costs 1.6 us, a conditional node that is not taken 4.5 (tools/results).
 template <bool kOneThread, class Pair>
 __global__ void __launch_bounds__(kListThreads) rebuild_lists(ListWork w, Pair interacts) {
@@ -188,6 +188,7 @@ __global__ void __launch_bounds__(kListThreads) rebuild_lists(ListWork w, Pair i
   const cooperative_groups::grid_group all = cooperative_groups::this_grid();
   sort_particles(w, all);
   all.sync();
+  for_share(w.n, [&](std::uint32_t i) { copy_lasting(w.to, i, w.from, i); });
   if (blockIdx.x == 0 && threadIdx.x == 0) *w.due = 0;
   constexpr std::uint32_t kLanes = kOneThread ? 1 : kSearchLanes, kAtOnce = kListThreads / kLanes;
   for (std::uint32_t i = blockIdx.x * kAtOnce + threadIdx.x / kLanes; i < w.n; i += gridDim.x * kAtOnce) {

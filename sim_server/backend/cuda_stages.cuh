@@ -8,6 +8,7 @@
 
 #define PALP_FLUID_STAGES(DECLARE)                                                                     \
   DECLARE template void viscous_stages(Cuda&, const Plan&, const StepViews&, real);                    \
+  DECLARE template void fluid_stages<LoneFluid>(Cuda&, const Plan&, const StepViews&, real, NoBonds);  \
   DECLARE template void fluid_stages<OneFluid>(Cuda&, const Plan&, const StepViews&, real, NoBonds);   \
   DECLARE template void fluid_stages<OneFluid>(Cuda&, const Plan&, const StepViews&, real, Bonded);    \
   DECLARE template void fluid_stages<ManyFluids>(Cuda&, const Plan&, const StepViews&, real, NoBonds); \

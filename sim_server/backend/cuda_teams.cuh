@@ -64,9 +64,10 @@ struct LaneTeam {
   }
 };
 
-template <int L, class F>
-PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, LaneTeam<L> team,
-                                  F&& f) {
+// As for_neighbors(), in a domain with periodic axes or without.
+template <bool kPeriodic, int L, class F>
+PALP_HD inline void for_listed(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, LaneTeam<L> team,
+                               F&& f) {
   const real support2 = support * support;
   // adding and taking away this number rounds to a whole one: the nearest image without branches
   constexpr real kRound = real(12582912);
@@ -81,10 +82,20 @@ PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec
     if (k + L < team.count) next = *entry;
     const Packed xV_j = fetch(xV + j);
     Vec3 d = x_i - xV_j.xyz();
-    for (int a = 0; a < 3; ++a) d[a] -= g.period[a] * ((d[a] * inv_period[a] + kRound) - kRound);
+    if constexpr (kPeriodic)
+      for (int a = 0; a < 3; ++a) d[a] -= g.period[a] * ((d[a] * inv_period[a] + kRound) - kRound);
     const real r2 = d.squaredNorm();
     if (r2 < support2) f(j, xV_j, d, r2);
   }
+}
+
+template <int L, class F>
+PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support, LaneTeam<L> team,
+                                  F&& f) {
+  if (g.periodic(0) || g.periodic(1) || g.periodic(2))
+    for_listed<true>(g, xV, x_i, support, team, f);
+  else
+    for_listed<false>(g, xV, x_i, support, team, f);
 }
 
 // A team of L neighbouring lanes of a warp that share one item.
@@ -132,9 +143,41 @@ struct BlockTeam {
   PALP_HD real max(real value) const {
     return reduce(value, [](real a, real b) { return a < b ? b : a; });
   }
+  // Calls f(i) for those i of [begin, end) of which test(i) is true. Each warp tests a stretch of its own and then
+  // shares out what it found there, so that a long f does not keep all lanes waiting for one of them.
+  template <class Test, class F>
+  PALP_HD void for_those(std::uint32_t begin, std::uint32_t end, Test&& test, F&& f) const {
+#ifdef __CUDA_ARCH__
+    constexpr std::uint32_t kWarps = kThreads / 32;
+    __shared__ std::uint8_t found[kWarps][kLongestStretch];
+    const std::uint32_t warp = threadIdx.x / 32, lane = threadIdx.x % 32, stretch = (end - begin + kWarps - 1) / kWarps,
+                        first = min(begin + warp * stretch, end), last = min(first + stretch, end);
+    // all tests first, so that none waits for what another one loads
+    constexpr std::uint32_t kRounds = kLongestStretch / 32;
+    bool hit[kRounds];
+#pragma unroll
+    for (std::uint32_t r = 0; r < kRounds; ++r) {
+      const std::uint32_t i = first + r * 32 + lane;
+      hit[r] = i < last && test(i);
+    }
+    std::uint32_t count = 0;
+#pragma unroll
+    for (std::uint32_t r = 0; r < kRounds; ++r) {
+      const unsigned hits = __ballot_sync(0xffffffffu, hit[r]);
+      if (hit[r]) found[warp][count + __popc(hits & ((1u << lane) - 1u))] = static_cast<std::uint8_t>(r * 32 + lane);
+      count += __popc(hits);
+    }
+    __syncwarp();
+    for (std::uint32_t k = lane; k < count; k += 32) f(first + found[warp][k]);
+    __syncwarp();
+#endif
+  }
+  static constexpr std::uint32_t kLongestStretch = 128;
 };
 
-inline constexpr int kTeamThreads = 128;
+// Threads in a block of teams. Many particles lie in tiles (CellGrid::tiled), of which a large block shares more.
+template <int L>
+inline constexpr int kTeamThreads = L == 4 ? 256 : 128;
 
 template <class F>
 __global__ void run_each(std::uint32_t n, F f, const Tag* sleepers) {
@@ -144,21 +187,22 @@ __global__ void run_each(std::uint32_t n, F f, const Tag* sleepers) {
 }
 
 template <int L, class F>
-__global__ void __launch_bounds__(kTeamThreads) run_team(std::uint32_t n, DeviceLists lists, F f) {
+__global__ void __launch_bounds__(kTeamThreads<L>, L == 4 ? 6 : 1) run_team(std::uint32_t n, DeviceLists lists, F f) {
   wait_for_previous_kernel();
-  const std::uint32_t t = blockIdx.x * kTeamThreads + threadIdx.x, i = t / L;
+  const std::uint32_t t = blockIdx.x * kTeamThreads<L> + threadIdx.x, i = t / L;
   if (i < n && !lists.asleep(i)) f(i, LaneTeam<L>{lists.entry + t, lists.count[i], std::size_t(n) * L});
 }
 
 template <int L, class F>
-__global__ void __launch_bounds__(kTeamThreads) run_group(std::uint32_t n, F f, const Tag* sleepers) {
+__global__ void __launch_bounds__(kTeamThreads<L>) run_group(std::uint32_t n, F f, const Tag* sleepers) {
   wait_for_previous_kernel();
-  const std::uint32_t t = blockIdx.x * kTeamThreads + threadIdx.x, i = t / L;
+  const std::uint32_t t = blockIdx.x * kTeamThreads<L> + threadIdx.x, i = t / L;
   if (i < n && (sleepers == nullptr || !sleepers[i].asleep())) f(i, GroupTeam<L>{});
 }
 
+// Blocks of 128 are those of work that needs many registers (Cuda::for_each_part): at least four run at once.
 template <int kThreads, class F>
-__global__ void __launch_bounds__(kThreads) run_block(F f) {
+__global__ void __launch_bounds__(kThreads, kThreads == 128 ? 4 : 1) run_block(F f) {
   wait_for_previous_kernel();
   f(blockIdx.x, BlockTeam<kThreads>{});
 }

@@ -1,5 +1,5 @@
 // The cell grid and the loop over neighbours. Particles are stored sorted by cell, x fastest, so the cells of a row are
-// one contiguous run of particles and a neighbourhood is a few runs.
+// one contiguous run of particles, or a few (CellGrid::tiled), and a neighbourhood is a few runs.
 #pragma once
 
 #include "sim_server/physics/real.h"
@@ -12,6 +12,8 @@ struct CellGrid {
   Vec3 period;                           // domain length along periodic axes, 0 elsewhere [m]
   int n[3];                              // cells per axis; periodic axes have at least 3
   real margin = 0;                       // distance past the domain up to which a particle takes part [m]
+  bool tiled = false;                    // cells are numbered by tiles, so that particles that follow one
+                                         // another lie in a compact block and have most neighbours in common
   const std::uint32_t* start = nullptr;  // [cells + 1] first particle of each cell
 
   PALP_HD bool periodic(int axis) const { return period[axis] > real(0); }
@@ -22,13 +24,42 @@ struct CellGrid {
     const int i = c < real(n[axis]) ? static_cast<int>(c) : n[axis] - 1;
     return i < n[axis] ? i : n[axis] - 1;
   }
+  static constexpr int kTileCells = 128;
+  PALP_HD static constexpr int tile(int axis) { return axis == 0 ? 8 : 4; }  // edge, in cells
+  PALP_HD int tiles(int axis) const { return (n[axis] + tile(axis) - 1) / tile(axis); }
   PALP_HD std::uint32_t index(int cx, int cy, int cz) const {
-    return (static_cast<std::uint32_t>(cz) * n[1] + cy) * n[0] + cx;
+    if (!tiled) return (static_cast<std::uint32_t>(cz) * n[1] + cy) * n[0] + cx;
+    const std::uint32_t number =
+        (static_cast<std::uint32_t>(cz / tile(2)) * tiles(1) + cy / tile(1)) * tiles(0) + cx / tile(0);
+    return number * kTileCells + (cz % tile(2) * tile(1) + cy % tile(1)) * tile(0) + cx % tile(0);
+  }
+  // Sets the cell that has an index. Those of tiles at the domain's end may lie past it.
+  PALP_HD void cell_at(std::uint32_t index, int (&at)[3]) const {
+    const std::uint32_t size[3] = {std::uint32_t(tiled ? tile(0) : n[0]), std::uint32_t(tiled ? tile(1) : n[1]),
+                                   std::uint32_t(tiled ? tile(2) : n[2])};
+    const std::uint32_t within = index % (size[0] * size[1] * size[2]), number = index / (size[0] * size[1] * size[2]);
+    const std::uint32_t nx = tiled ? tiles(0) : 1, ny = tiled ? tiles(1) : 1;
+    at[0] = static_cast<int>(number % nx * size[0] + within % size[0]);
+    at[1] = static_cast<int>(number / nx % ny * size[1] + within / size[0] % size[1]);
+    at[2] = static_cast<int>(number / nx / ny * size[2] + within / size[0] / size[1]);
+  }
+  // Calls run(begin, end) for the runs of particles in the cells [first, last] of a row.
+  template <class G>
+  PALP_HD void for_row(int first, int last, int cy, int cz, G&& run) const {
+    while (first <= last) {
+      const int tile_end = first / tile(0) * tile(0) + tile(0) - 1, end = tiled && tile_end < last ? tile_end : last;
+      const std::uint32_t* from = start + index(first, cy, cz);
+      run(from[0], from[end - first + 1]);
+      first = end + 1;
+    }
   }
   PALP_HD std::uint32_t index_of(const Vec3& x) const {
     return index(cell_of(x.x(), 0), cell_of(x.y(), 1), cell_of(x.z(), 2));
   }
-  PALP_HD std::uint32_t cells() const { return static_cast<std::uint32_t>(n[0]) * n[1] * n[2]; }
+  PALP_HD std::uint32_t cells() const {
+    return tiled ? static_cast<std::uint32_t>(tiles(0)) * tiles(1) * tiles(2) * kTileCells
+                 : static_cast<std::uint32_t>(n[0]) * n[1] * n[2];
+  }
   // Returns x moved back into the domain along periodic axes, by one period at most; a sub-step moves a particle by far
   // less.
   PALP_HD Vec3 wrap(Vec3 x) const {
@@ -104,23 +135,22 @@ PALP_HD inline void for_each_run(const CellGrid& g, const Vec3& x_i, real reach,
     const real half = Eigen::numext::sqrt(half2);
     Vec3 shift(0, 0, 0);
     const int wy = wrapped_cell(g, 1, ry, shift[1]), wz = wrapped_cell(g, 2, rz, shift[2]);
-    const std::uint32_t* start = g.start + g.index(0, wy, wz);
     const int first = open_cell(g, 0, x_i.x() - half), last = open_cell(g, 0, x_i.x() + half);
     const int n = g.n[0];
-    run(start[first > 0 ? first : 0], start[last < n ? last + 1 : n], shift);
+    const auto shifted = [&](std::uint32_t begin, std::uint32_t end) { run(begin, end, shift); };
+    g.for_row(first > 0 ? first : 0, last < n ? last : n - 1, wy, wz, shifted);
     // a periodic row goes on at its other end
     if (first < 0) {
       shift[0] = -g.period[0];
-      run(start[first + n], start[n], shift);
+      g.for_row(first + n, n - 1, wy, wz, shifted);
     }
     if (last >= n) {
       shift[0] = g.period[0];
-      run(start[0], start[last - n + 1], shift);
+      g.for_row(0, last - n, wy, wz, shifted);
     }
   }
 }
 
-// Returns x_i - x_j, by the shortest way along periodic axes.
 // Returns d between nearest images.
 PALP_HD inline Vec3 nearest_image(const CellGrid& g, Vec3 d) {
   for (int a = 0; a < 3; ++a)
@@ -128,6 +158,7 @@ PALP_HD inline Vec3 nearest_image(const CellGrid& g, Vec3 d) {
   return d;
 }
 
+// Returns x_i - x_j, by the shortest way along periodic axes.
 PALP_HD inline Vec3 separation(const CellGrid& g, const Vec3& x_i, const Packed& x_j) {
   Vec3 d(x_i.x() - x_j.x, x_i.y() - x_j.y, x_i.z() - x_j.z);
   for (int a = 0; a < 3; ++a) {
@@ -170,6 +201,12 @@ struct SerialTeam {
     return value;
   }
   PALP_HD real max(real value) const { return value; }
+  // Calls f(i) for those i of [begin, end) of which test(i) is true.
+  template <class Test, class F>
+  PALP_HD void for_those(std::uint32_t begin, std::uint32_t end, Test&& test, F&& f) const {
+    for (std::uint32_t i = begin; i < end; ++i)
+      if (test(i)) f(i);
+  }
 };
 
 // A team of one thread with a stored list of neighbours, which reaches somewhat past the support radius and so is valid

@@ -52,13 +52,20 @@ PALP_HD inline real impedance_weight(const Medium& medium, Tag tag_i, Tag tag_j)
   return real(2) * Z_j / (Z_i + Z_j);
 }
 
-// Policies that say whether two fluid particles are of different materials. Where a scene has but one material, not to
-// ask takes a sixth off the density's pass.
-struct OneFluid {
+// Policies that say what neighbours there are, and whether two fluid particles are of different materials. What a scene
+// does not hold is not asked for: that takes a third off the passes of a fluid alone.
+struct ManyFluids {
+  PALP_HD static Tag tag_of(const ParticleView& particles, std::uint32_t j, Tag) { return particles.tag[j]; }
+  PALP_HD static bool is_fluid(Tag tag) { return tag.is_fluid(); }
+  PALP_HD static bool differ(Tag tag_i, Tag tag_j) { return tag_i.material() != tag_j.material(); }
+};
+struct OneFluid : ManyFluids {
   PALP_HD static bool differ(Tag, Tag) { return false; }
 };
-struct ManyFluids {
-  PALP_HD static bool differ(Tag tag_i, Tag tag_j) { return tag_i.material() != tag_j.material(); }
+// All particles are of one fluid (Medium::uniform).
+struct LoneFluid : OneFluid {
+  PALP_HD static Tag tag_of(const ParticleView&, std::uint32_t, Tag tag_i) { return tag_i; }
+  PALP_HD static bool is_fluid(Tag) { return true; }
 };
 
 // How fast volume goes back to what the places of particles say, for each unit of strain. The density is integrated, so
@@ -81,7 +88,8 @@ PALP_HD inline real volume_drift(const Medium& medium, real cover, const Vec3& s
   return inside > real(0) ? inside * drift : real(0);
 }
 
-// Advances the density of fluid particles by one sub-step and moves every particle from the sorted copy to the state.
+// Advances the density of fluid particles by one sub-step and copies what changes of every particle from the sorted
+// copy to the state, to which sorting has copied the rest.
 template <class Fluids, class Bonds>
 struct AdvanceDensity {
   ParticleView from, to;
@@ -93,48 +101,66 @@ struct AdvanceDensity {
   const real* wall_rate;
   Bonds bonds;
 
-  template <class Team>
-  PALP_HD void operator()(std::uint32_t i, Team team) const {
+  // The sums over a particle's neighbours. divergence: of the velocity [1/s]; laplacian: D_i [Pa/m^2]; slope: grad C.
+  struct Sums {
+    real divergence = 0, laplacian = 0, cover = 0, strain = 0;
+    Vec3 slope{0, 0, 0};
+  };
+
+  // kBesideWall: a solid with a distance field is in the particle's reach.
+  template <bool kBesideWall, class Team>
+  PALP_HD Sums sum_neighbors(std::uint32_t i, Team team) const {
     const Tag tag_i = from.tag[i];
-    if (!tag_i.is_fluid() || tag_i.inactive()) {
-      if (team.leader()) copy_particle(from, i, to, i);
-      return;
-    }
-    const Packed xV_i = from.xV[i], vp_i = from.vp[i];
-    const Vec3 x_i = xV_i.xyz(), v_i = vp_i.xyz();
+    const Packed vp_i = from.vp[i];
+    const Vec3 x_i = from.xV[i].xyz(), v_i = vp_i.xyz();
     const Material& fluid = medium.material[tag_i.material()];
     const real threshold = kDiffusionThreshold * fluid.sound_speed * medium.spacing;
     const real inv_threshold2 = real(1) / (threshold * threshold);
     const Vec3 hydrostatic = forcing->level_gravity * fluid.density;  // gradient of p at rest
     const auto solid_i = bonds.solid(from, i);
-    real divergence = 0, laplacian = 0, cover = 0, strain = 0;
-    Vec3 slope(0, 0, 0);
-    for_neighbors(
-        grid, from.xV, x_i, kernel.support, team, [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
-          const Packed vp_j = fetch(from.vp + j);
-          const Tag tag_j = medium.uniform ? tag_i : from.tag[j];
-          if (tag_j.by_geometry()) return;
-          const real r = Eigen::numext::sqrt(r2), whole_VF = xV_j.w * kernel.F(r);
-          const real VF = whole_VF * bonds.share(tag_i, solid_i, tag_j, bonds.solid(from, j));
-          // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
-          const Vec3 v_j = tag_j.kind() == BodyKind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
-          const bool differ = Fluids::differ(tag_i, tag_j);
-          const real weight = differ && tag_j.is_fluid() ? impedance_weight(medium, tag_i, tag_j) : real(1);
-          const real apart = (v_i - v_j).dot(x_ij);
-          divergence += weight * VF * apart;
-          cover += xV_j.w * kernel.W(r);
-          slope += whole_VF * x_ij;
-          strain += whole_VF * Eigen::numext::abs(apart);
-          const bool at_wall = wall_slope != nullptr && wall_slope[i].w > real(0) && wall_slope[j].w > real(0);
-          if (tag_j.is_fluid() && !differ)
-            laplacian += VF * (at_wall ? kWallDiffusion : min(real(1), inv_threshold2 * apart * apart)) *
-                         (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
-        });
-    divergence = team.sum(divergence);
-    laplacian = team.sum(laplacian);
-    cover = team.sum(cover);
-    slope = team.sum(slope);
-    strain = team.sum(strain);
+    Sums sums;
+    for_neighbors(grid, from.xV, x_i, kernel.support, team,
+                  [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
+                    const Packed vp_j = fetch(from.vp + j);
+                    const Tag tag_j = Fluids::tag_of(from, j, tag_i);
+                    const bool fluid_j = Fluids::is_fluid(tag_j);
+                    if (!fluid_j && tag_j.by_geometry()) return;
+                    const real r = Eigen::numext::sqrt(r2), whole_VF = xV_j.w * kernel.F(r);
+                    const real VF = whole_VF * bonds.share(tag_i, solid_i, tag_j, bonds.solid(from, j));
+                    // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
+                    const Vec3 v_j = !fluid_j && tag_j.kind() == BodyKind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
+                    const bool differ = Fluids::differ(tag_i, tag_j);
+                    const real weight = differ && fluid_j ? impedance_weight(medium, tag_i, tag_j) : real(1);
+                    const real apart = (v_i - v_j).dot(x_ij);
+                    sums.divergence += weight * VF * apart;
+                    sums.cover += xV_j.w * kernel.W(r);
+                    sums.slope += whole_VF * x_ij;
+                    sums.strain += whole_VF * Eigen::numext::abs(apart);
+                    if (!fluid_j || differ) return;
+                    real share = min(real(1), inv_threshold2 * apart * apart);
+                    if constexpr (kBesideWall)
+                      if (wall_slope[j].w > real(0)) share = kWallDiffusion;
+                    sums.laplacian += VF * share * (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
+                  });
+    return sums;
+  }
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t i, Team team) const {
+    const Tag tag_i = from.tag[i];
+    if (!tag_i.is_fluid() || tag_i.inactive()) {
+      if (team.leader()) copy_changing(from, i, to, i);
+      return;
+    }
+    const bool beside_wall = wall_slope != nullptr && wall_slope[i].w > real(0);
+    const Sums sums = beside_wall ? sum_neighbors<true>(i, team) : sum_neighbors<false>(i, team);
+    const Packed vp_i = from.vp[i];
+    const Material& fluid = medium.material[tag_i.material()];
+    real divergence = team.sum(sums.divergence);
+    const real laplacian = team.sum(sums.laplacian);
+    real cover = team.sum(sums.cover);
+    Vec3 slope = team.sum(sums.slope);
+    real strain = team.sum(sums.strain);
     if (!team.leader()) return;
     if (wall_slope != nullptr) {
       const Packed wall = wall_slope[i];
@@ -150,7 +176,7 @@ struct AdvanceDensity {
     const real next = vp_i.w + medium.dt * (diffusion * laplacian - c2 * rho * (divergence - regained));
     const real least = pressure_at(kLeastDensity * rho0, rho0, c), most = pressure_at(kLargestDensity * rho0, rho0, c);
     const real p = next < least ? least : min(most, next);  // what is not a number stays so
-    copy_particle(from, i, to, i);
+    copy_changing(from, i, to, i);
     to.vp[i].w = p;
     to.xV[i].w = from.mass[i] / density_at(acting_pressure(medium, p), rho0, c);
   }
@@ -232,10 +258,11 @@ struct FluidForce {
     for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
                   [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
                     const Packed vp_j = fetch(state.vp + j);
-                    const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
-                    if (tag_j.by_geometry()) return;
+                    const Tag tag_j = Fluids::tag_of(state, j, tag_i);
+                    const bool fluid_j = Fluids::is_fluid(tag_j);
+                    if (!fluid_j && tag_j.by_geometry()) return;
                     const real share = bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j));
-                    if (tag_j.is_fluid())
+                    if (fluid_j)
                       force += share * fluid_pair_force<Fluids>(medium, kernel, material_i, tag_i, xV_i, vp_i, tag_j,
                                                                 xV_j.w, vp_j, x_ij, r2);
                     else

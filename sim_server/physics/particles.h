@@ -65,11 +65,16 @@ PALP_HD inline void copy_changing(const ParticleView& from, std::uint32_t i, con
   if (to.solid != nullptr) to.solid[j] = from.solid[i];
 }
 
-PALP_HD inline void copy_particle(const ParticleView& from, std::uint32_t i, const ParticleView& to, std::uint32_t j) {
-  copy_changing(from, i, to, j);
+// Copies the others.
+PALP_HD inline void copy_lasting(const ParticleView& from, std::uint32_t i, const ParticleView& to, std::uint32_t j) {
   to.mass[j] = from.mass[i];
   to.tag[j] = from.tag[i];
   to.id[j] = from.id[i];
+}
+
+PALP_HD inline void copy_particle(const ParticleView& from, std::uint32_t i, const ParticleView& to, std::uint32_t j) {
+  copy_changing(from, i, to, j);
+  copy_lasting(from, i, to, j);
 }
 
 struct Material {

@@ -75,10 +75,10 @@ PALP_HD inline void for_each_in_block(const SleepViews& sleep, const CellGrid& g
     end[a] = first[a] + sleep.cells < grid.n[a] ? first[a] + sleep.cells : grid.n[a];
   }
   for (int z = first[2]; z < end[2]; ++z)
-    for (int y = first[1]; y < end[1]; ++y) {
-      const std::uint32_t row = grid.index(0, y, z), last = grid.start[row + end[0]];
-      for (std::uint32_t i = grid.start[row + first[0]] + team.lane(); i < last; i += team.size()) f(i);
-    }
+    for (int y = first[1]; y < end[1]; ++y)
+      grid.for_row(first[0], end[0] - 1, y, z, [&](std::uint32_t from, std::uint32_t last) {
+        for (std::uint32_t i = from + team.lane(); i < last; i += team.size()) f(i);
+      });
 }
 
 // Returns the distance of x from a body's box; less than zero nowhere [m].

@@ -23,12 +23,19 @@ struct WendlandC2Of {
   // Returns the kernel over its value at 0, with H = 1.
   static constexpr WendlandC2Of unit() { return {S(1), S(1), S(1), S(20)}; }
   PALP_HD S W(S r) const {
-    const S q = r * inv_support, u = S(1) - q, u2 = u * u;
-    return u > S(0) ? w_scale * u2 * u2 * (S(4) * q + S(1)) : S(0);
+    const S q = r * inv_support, u = within(q), u2 = u * u;
+    return w_scale * u2 * u2 * (S(4) * q + S(1));
   }
   PALP_HD S F(S r) const {
-    const S u = S(1) - r * inv_support;
-    return u > S(0) ? f_scale * u * u * u : S(0);
+    const S u = within(r * inv_support);
+    return f_scale * u * u * u;
+  }
+
+ private:
+  // Returns 1 - q within the support, 0 past it.
+  PALP_HD static S within(S q) {
+    const S u = S(1) - q;
+    return u > S(0) ? u : S(0);
   }
 };
 using WendlandC2 = WendlandC2Of<real>;

@@ -46,14 +46,14 @@ struct WallDragReaction {
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t part, Team team) const {
-    const std::uint32_t begin = part * kWallPart, end = begin + kWallPart < count ? begin + kWallPart : count;
+    const WallRange range = wall_range(walls, part, count);
     const Packed* from = viscosity.stage[numbers.from];
     for (std::uint32_t k = 0; k < walls.by.bodies; ++k) {
       const std::uint32_t index = walls.body[k];
       const BodyState& body = bodies.body[index];
       if (body.force_first == kNone) continue;
       Vec3 force(0, 0, 0), torque(0, 0, 0);
-      for (std::uint32_t i = begin + team.lane(); i < end; i += team.size()) {
+      for (std::uint32_t i = range.begin + team.lane(); i < range.end; i += team.size()) {
         const WallDrag& drag = viscosity.drag[i];
         const int at = drag.find(k);
         if (at == WallDrag::kMost) continue;
@@ -90,13 +90,13 @@ struct SumWallDrag {
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t part, Team team) const {
-    const std::uint32_t begin = part * kWallPart, end = begin + kWallPart < count ? begin + kWallPart : count;
+    const WallRange range = wall_range(walls, part, count);
     for (std::uint32_t k = 0; k < walls.by.bodies; ++k) {
       const BodyState& body = bodies.body[walls.body[k]];
       if (body.kind != BodyKind::rigid) continue;
       DragMoments sum = no_moments();
       TurningDrag turning = no_turning();
-      for (std::uint32_t i = begin + team.lane(); i < end; i += team.size()) {
+      for (std::uint32_t i = range.begin + team.lane(); i < range.end; i += team.size()) {
         const WallDrag& drag = viscosity.drag[i];
         const int at = drag.find(k);
         if (at == WallDrag::kMost) continue;

@@ -52,7 +52,9 @@ inline constexpr real kMirror = real(1.25);
 inline constexpr real kMostYielding = real(3);  // (w dt)^2 of a body on the pressure of one particle; 21 was not stable
 inline constexpr real kGuardReach = real(0.3);  // [spacings]
 inline constexpr real kGuardStiffness = real(0.05);
-inline constexpr std::uint32_t kWallPart = 256;  // particles whose push on a body is summed at a time
+// Particles whose push on a body is summed at a time. Where there are many, few of them are beside a solid, and lanes
+// share out those that are found in a large part; few particles keep more lanes busy by small ones.
+inline constexpr std::uint32_t kWallPart = 128, kLargeWallPart = 512, kManyForWalls = 100000;
 
 // A body beside a fluid particle.
 struct NearBody {
@@ -71,10 +73,11 @@ PALP_HD inline NearBody not_near() {
   return {false, zero, zero, 0, zero, zero, zero, {0, zero, zero, 0}};
 }
 
-// A body beside a particle, as MeasureWalls keeps it for the stages that follow.
-struct KeptBody {
+// A body beside a particle, as MeasureWalls keeps it for the stages that follow: what NearBody does not follow from.
+struct alignas(16) KeptBody {
+  Packed r_d, n_shear, slope_share;
+  Vec3 pull;
   std::uint32_t place;  // of the body among those that have a distance field
-  NearBody at;
 };
 inline constexpr std::uint32_t kKeptBodies = 2;  // by particle; beside more of them the others are found anew
 
@@ -84,33 +87,69 @@ struct WallViews {
   const ContactBody* shape = nullptr;   // of each of them
   const Piece* piece = nullptr;
   const NodeGrid* grid = nullptr;
+  std::uint32_t part = kWallPart;   // particles in a part
   Packed* slope = nullptr;          // by particle: slope and share of all bodies
   real* rate = nullptr;             // by particle [1/s]
   std::uint32_t* beside = nullptr;  // by particle: how many bodies it is beside
+  std::uint32_t* near = nullptr;    // by part: how many of its particles may be beside a body
   KeptBody* kept = nullptr;         // kKeptBodies by particle
   std::uint8_t* open = nullptr;     // by cell: 1 where no fixed body is within the support radius; null: not known
   bool thin = false;                // some have thin walls (wall_sight.h)
+  bool nodes = false;               // distances of some are from a lattice's nodes: they may be a spacing too large
 };
+
+// The particles of part `index` of `count`.
+struct WallRange {
+  std::uint32_t begin, end;
+};
+PALP_HD inline WallRange wall_range(const WallViews& walls, std::uint32_t index, std::uint32_t count) {
+  const std::uint32_t begin = index * walls.part;
+  return {begin, min(begin + walls.part, count)};
+}
+
+// Sets the members of a body that is near which follow from r, d and n.
+PALP_HD inline void complete(NearBody& out, const BodyState& body) {
+  out.near = true;
+  out.foot = out.r - out.d * out.n;
+  out.v_foot = body.v + body.w.cross(out.foot);
+  out.v = body.kind == BodyKind::fixed ? Vec3(0, 0, 0) : Vec3(body.v + body.w.cross(out.r));
+}
+
+PALP_HD inline KeptBody kept_body(const NearBody& b, std::uint32_t place) {
+  return {pack(b.r, b.d), pack(b.n, b.wall.shear), pack(b.wall.slope, b.wall.share), b.wall.pull, place};
+}
+PALP_HD inline NearBody near_body(const KeptBody& kept, const BodyState& body) {
+  NearBody out = not_near();
+  out.r = kept.r_d.xyz();
+  out.d = kept.r_d.w;
+  out.n = kept.n_shear.xyz();
+  out.wall = {kept.slope_share.w, kept.slope_share.xyz(), kept.pull, kept.n_shear.w};
+  complete(out, body);
+  return out;
+}
+
+// Returns true where no particle at x can be beside a body.
+PALP_HD inline bool far_from_body(const WallViews& walls, const CellGrid& grid, const Medium& medium,
+                                  const BodyState& body, std::uint32_t k, const Vec3& x) {
+  const real far = walls.shape[k].reach + medium.support;
+  return nearest_image(grid, x - body.x).squaredNorm() > far * far;
+}
 
 // Returns what a body is to a particle at x. a: the acceleration of WallShare::pull, world axes.
 PALP_HD inline NearBody near_body(const WallViews& walls, const CellGrid& grid, const Medium& medium,
                                   const BodyState& body, std::uint32_t k, const Vec3& x, const Vec3& a) {
   NearBody out = not_near();
   const ContactBody& shape = walls.shape[k];
+  if (far_from_body(walls, grid, medium, body, k, x)) return out;
   out.r = nearest_image(grid, x - body.x);
-  const real far = shape.reach + medium.support;
-  if (out.r.squaredNorm() > far * far) return out;
   const Mat3 R = body.q.toRotationMatrix();
   const Vec3 y = R.transpose() * out.r;
   if (outside_bounds(shape, y, medium.support)) return out;
   const Distance at = solid_distance(shape, walls.piece, walls.grid, y);
   if (!(at.d < medium.support)) return out;
-  out.near = true;
   out.d = at.d;
   out.n = R * at.n;
-  out.foot = out.r - out.d * out.n;
-  out.v_foot = body.v + body.w.cross(out.foot);
-  out.v = body.kind == BodyKind::fixed ? Vec3(0, 0, 0) : Vec3(body.v + body.w.cross(out.r));
+  complete(out, body);
   const WallKernel kernel{medium.support,
                           real(1) / medium.support,
                           medium.spacing,
@@ -129,7 +168,7 @@ PALP_HD inline NearBody known_body(const WallViews& walls, const CellGrid& grid,
                                    const Vec3& a) {
   const std::uint32_t beside = walls.beside[i];
   for (std::uint32_t s = 0; s < kKeptBodies && s < beside; ++s)
-    if (walls.kept[i * kKeptBodies + s].place == k) return walls.kept[i * kKeptBodies + s].at;
+    if (walls.kept[i * kKeptBodies + s].place == k) return near_body(walls.kept[i * kKeptBodies + s], body);
   if (beside > kKeptBodies) return near_body(walls, grid, medium, body, k, x, a);
   return not_near();
 }
@@ -143,16 +182,15 @@ struct MarkOpenCells {
   Medium medium;
 
   PALP_HD void operator()(std::uint32_t c) const {
-    const auto nx = static_cast<std::uint32_t>(grid.n[0]), ny = static_cast<std::uint32_t>(grid.n[1]);
-    const int at[3] = {static_cast<int>(c % nx), static_cast<int>(c / nx % ny), static_cast<int>(c / nx / ny)};
+    int at[3];
+    grid.cell_at(c, at);
     bool open = true;
     Vec3 x;
     for (int a = 0; a < 3; ++a) {
       open = open && at[a] > 0 && at[a] + 1 < grid.n[a];
       x[a] = grid.origin[a] + (static_cast<real>(at[a]) + real(0.5)) * grid.cell[a];
     }
-    // distances from a lattice's nodes may be a spacing too large
-    const real reach = medium.support + real(0.5) * grid.cell.norm() + medium.spacing;
+    const real reach = medium.support + real(0.5) * grid.cell.norm() + (walls.nodes ? medium.spacing : real(0));
     for (std::uint32_t k = 0; open && k < walls.by.bodies; ++k) {
       const BodyState& body = bodies[walls.body[k]];
       if (body.kind != BodyKind::fixed) continue;
@@ -164,7 +202,8 @@ struct MarkOpenCells {
   }
 };
 
-// Measures what solids add to the sums of the density's rate, and keeps what they are to the particles.
+// Measures what solids add to the sums of the density's rate of a part's particles, and keeps what they are to them;
+// one team a part.
 template <class Bonds>
 struct MeasureWalls {
   ParticleView state;
@@ -173,6 +212,7 @@ struct MeasureWalls {
   CellGrid grid;
   Medium medium;
   const Forcing* forcing;
+  std::uint32_t count;
   Bonds bonds;
 
   // Returns the share of the rate that a body resists: all, but for a body that is lighter than what the pressure of
@@ -186,29 +226,63 @@ struct MeasureWalls {
     return most < real(1) ? most : real(1);
   }
 
-  PALP_HD void operator()(std::uint32_t i) const {
+  PALP_HD bool open_at(const Vec3& x) const { return walls.open != nullptr && walls.open[grid.index_of(x)] != 0; }
+
+  PALP_HD void keep(std::uint32_t i, const Vec3& slope, real share, real rate, std::uint32_t beside) const {
+    walls.slope[i] = pack(slope, share);
+    walls.rate[i] = rate;
+    walls.beside[i] = beside;
+  }
+
+  // Says whether a solid may be beside a particle; of a fluid's that has none it keeps that there is nothing.
+  PALP_HD bool may_be_beside(std::uint32_t i) const {
     const Tag tag = state.tag[i];
-    if (!tag.is_fluid() || tag.inactive()) return;
+    if (!tag.is_fluid() || tag.inactive()) return false;
+    const Vec3 x = state.xV[i].xyz();
+    const bool open = open_at(x);
+    bool may = false;
+    for (std::uint32_t k = 0; !may && k < walls.by.bodies; ++k) {
+      const BodyState& body = bodies.body[walls.body[k]];
+      may = !(open && body.kind == BodyKind::fixed) && !far_from_body(walls, grid, medium, body, k, x);
+    }
+    if (!may) keep(i, Vec3(0, 0, 0), 0, 0, 0);
+    return may;
+  }
+
+  PALP_HD void measure(std::uint32_t i) const {
+    const Tag tag = state.tag[i];
     Vec3 slope(0, 0, 0);
     real share = 0, rate = 0;
     std::uint32_t beside = 0;
     const Vec3 x = state.xV[i].xyz();
-    const bool open = walls.open != nullptr && walls.open[grid.index_of(x)] != 0;
+    const bool open = open_at(x);
     for (std::uint32_t k = 0; k < walls.by.bodies; ++k) {
       const BodyState& body = bodies.body[walls.body[k]];
       if (open && body.kind == BodyKind::fixed) continue;
       const NearBody b = near_body(walls, grid, medium, body, k, x, forcing->level_gravity);
       if (!b.near) continue;
-      if (beside < kKeptBodies) walls.kept[i * kKeptBodies + beside] = {k, b};
+      if (beside < kKeptBodies) walls.kept[i * kKeptBodies + beside] = kept_body(b, k);
       ++beside;
       slope += b.wall.slope;
       share += b.wall.share;
       rate += kMirror * resisting(i, b, body) * bonds.wall_share(tag, bonds.solid(state, i), walls.body[k]) *
               b.wall.slope.dot(state.vp[i].xyz() - b.v);
     }
-    walls.slope[i] = pack(slope, share);
-    walls.rate[i] = rate;
-    walls.beside[i] = beside;
+    keep(i, slope, share, rate, beside);
+  }
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t part, Team team) const {
+    const WallRange range = wall_range(walls, part, count);
+    std::uint32_t near = 0;
+    team.for_those(
+        range.begin, range.end, [&](std::uint32_t i) { return may_be_beside(i); },
+        [&](std::uint32_t i) {
+          ++near;
+          measure(i);
+        });
+    near = team.sum(near);
+    if (team.leader()) walls.near[part] = near;
   }
 };
 
@@ -262,26 +336,29 @@ struct WallForce {
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t part, Team team) const {
-    const std::uint32_t begin = part * kWallPart, end = begin + kWallPart < count ? begin + kWallPart : count;
+    const WallRange range = wall_range(walls, part, count);
     for (std::uint32_t k = 0; k < walls.by.bodies; ++k) {
       const BodyState& body = bodies.body[walls.body[k]];
       const bool asked = body.force_first != kNone;  // for its wrench
       Vec3 force(0, 0, 0), torque(0, 0, 0);
-      for (std::uint32_t i = begin + team.lane(); i < end; i += team.size()) {
-        if (walls.beside[i] == 0) continue;
+      const auto touched = [&](std::uint32_t i) {
         const Tag tag = state.tag[i];
-        if (!tag.is_fluid() || tag.inactive() || (tag.asleep() && !asked)) continue;
+        return tag.is_fluid() && !tag.inactive() && walls.beside[i] > 0 && (asked || !tag.asleep());
+      };
+      const std::uint32_t end = walls.near[part] > 0 ? range.end : range.begin;
+      team.for_those(range.begin, end, touched, [&](std::uint32_t i) {
+        const Tag tag = state.tag[i];
         const real share = bonds.wall_share(tag, bonds.solid(state, i), walls.body[k]);
-        if (!(share > real(0))) continue;
+        if (!(share > real(0))) return;
         const NearBody b = known_body(walls, grid, medium, body, k, i, state.xV[i].xyz(), forcing->level_gravity);
-        if (!b.near) continue;
+        if (!b.near) return;
         const Vec3 push = share * (pressure_on(i, b) + state.mass[i] * guard_push(i, b, body));
         const Vec3 drag = share * drag_on(i, b);
         force -= push + drag;
         torque -= b.r.cross(push) + b.foot.cross(drag);
         if (body.kind == BodyKind::rigid) torque += share * couple(i, b, body.w);
         if (!tag.asleep()) acceleration[i] = pack(acceleration[i].xyz() + (push + drag) / state.mass[i], 0);
-      }
+      });
       if (!asked) continue;
       force = team.sum(force);
       torque = team.sum(torque);

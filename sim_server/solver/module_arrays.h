@@ -193,7 +193,8 @@ void allocate_walls(B& back_end, const Scene& scene, const Plan& plan, const Cel
   std::vector<std::uint32_t> place(scene.bodies.size(), kNone);
   for (std::uint32_t k = 0; k < store.shaped.size(); ++k) place[store.shaped[k]] = k;
   g.by.bodies = static_cast<std::uint32_t>(store.shaped.size());
-  g.by.parts = static_cast<std::uint32_t>((scene.position.size() + kWallPart - 1) / kWallPart);
+  g.part = scene.position.size() < kManyForWalls ? kWallPart : kLargeWallPart;
+  g.by.parts = static_cast<std::uint32_t>((scene.position.size() + g.part - 1) / g.part);
   g.by.place = allocate_copy(back_end, "wall places", place);
   g.by.wrench = back_end.template allocate<WallWrench>("wall wrenches", std::size_t(g.by.parts) * g.by.bodies);
   g.body = allocate_copy(back_end, "wall bodies", store.shaped);
@@ -201,9 +202,12 @@ void allocate_walls(B& back_end, const Scene& scene, const Plan& plan, const Cel
   g.piece = fields.piece;
   g.grid = fields.grid;
   g.thin = std::any_of(store.shape.begin(), store.shape.end(), [](const ContactBody& b) { return b.thin; });
+  g.nodes =
+      std::any_of(store.piece.begin(), store.piece.end(), [](const Piece& p) { return p.type == PieceType::grid; });
   g.slope = back_end.template allocate<Packed>("wall slopes", scene.position.size());
   g.rate = back_end.template allocate<real>("wall rates", scene.position.size());
   g.beside = back_end.template allocate<std::uint32_t>("wall counts", scene.position.size());
+  g.near = back_end.template allocate<std::uint32_t>("wall parts", g.by.parts);
   g.kept = back_end.template allocate<KeptBody>("walls beside particles", kKeptBodies * scene.position.size());
   if (!grid.periodic(0) && !grid.periodic(1) && !grid.periodic(2))
     g.open = back_end.template allocate<std::uint8_t>("open cells", grid.cells());

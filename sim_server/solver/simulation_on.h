@@ -200,6 +200,7 @@ class SimulationOn final : public Simulation {
     views_.particles = static_cast<std::uint32_t>(n);
     views_.state = allocate_particles("state");
     views_.grid = make_grid(scene_, plan_);
+    views_.grid.tiled = n >= B::kTiledFrom;
     if (plan_.neighbors) {
       const double reach = (plan_.support + plan_.skin) / scene_.spacing;
       views_.sorted = allocate_particles("sorted");

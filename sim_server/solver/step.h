@@ -70,8 +70,9 @@ void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapse
   const std::uint32_t n = v.particles;
   const Medium medium = plan.viscous_stages > 0 ? without_viscosity(v.medium) : v.medium;
   if (plan.geometry)
-    back_end.for_each("walls by geometry", n,
-                      MeasureWalls<Bonds>{v.sorted, v.body, v.fluid.walls, v.grid, v.medium, v.input.forcing, bonds});
+    back_end.for_each_part(
+        "walls by geometry", v.fluid.walls.by.parts,
+        MeasureWalls<Bonds>{v.sorted, v.body, v.fluid.walls, v.grid, v.medium, v.input.forcing, n, bonds});
   back_end.for_each_team("density", n,
                          AdvanceDensity<Fluids, Bonds>{v.sorted, v.state, v.grid, kernel, v.medium, v.input.forcing,
                                                        v.fluid.walls.slope, v.fluid.walls.rate, bonds});
@@ -83,9 +84,9 @@ void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapse
                            FluidForce<Fluids, Bonds>{v.state, v.fluid.wall, v.grid, kernel, medium, v.input.forcing,
                                                      v.fluid.acceleration, bonds});
   if (plan.geometry)
-    back_end.for_each_block("wall force", v.fluid.walls.by.parts,
-                            WallForce<Bonds>{v.state, v.body, v.fluid.walls, v.grid, medium, v.input.forcing, n,
-                                             v.fluid.acceleration, bonds});
+    back_end.for_each_part("wall force", v.fluid.walls.by.parts,
+                           WallForce<Bonds>{v.state, v.body, v.fluid.walls, v.grid, medium, v.input.forcing, n,
+                                            v.fluid.acceleration, bonds});
   if (plan.wrench && plan.force_count > 0)
     back_end.for_each_team(
         "solid force", n,
@@ -274,6 +275,8 @@ void particle_stages(B& back_end, const Plan& plan, const StepViews& v, real ela
   };
   if (plan.change)
     forces(Bonded{v.change.views.group, v.change.views.shaped});
+  else if (plan.method == Method::accurate && v.medium.uniform)
+    fluid_stages<LoneFluid>(back_end, plan, v, elapsed, NoBonds{});
   else
     forces(NoBonds{});
 }

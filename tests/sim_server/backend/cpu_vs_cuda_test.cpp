@@ -87,6 +87,38 @@ TEST(CpuVsCudaSizes, AgreeWhateverSharesAParticle) {
   }
 }
 
+// Many particles are sorted by tiles of cells, and those beside a solid are found in large parts of them.
+TEST(CpuVsCudaSizes, AgreeInALargeTank) {
+  const ByGeometry by_geometry;
+  Random random(11);
+  constexpr double dx = 0.01;
+  const Eigen::Vector3d size(0.6, 0.45, 0.41);
+  Scene scene = empty_scene(dx, {-0.1, -0.1, -0.1}, {0.7, 0.55, 0.6});
+  scene.config.numerics.max_speed = 1;
+  const auto water = add_material(scene, 1000, 1e-3);
+  add_body(scene, "water", BodyKind::fluid, water, {0, 0, 0}, size);
+  add_tray(scene, water, {0, 0, 0}, {size.x(), size.y(), 0.5}, 3 * dx);
+  scene.config.probes.push_back(probe_of("tray"));
+  for (std::uint32_t i = 0; i < scene.bodies[0].count; ++i) {
+    scene.position[i] += random_vector(random, 0.1 * dx);
+    scene.velocity[i] = random_vector(random, 0.3);
+  }
+  ASSERT_GT(scene.bodies[0].count, 100000u);
+  const auto cpu = simulate(scene, Backend::cpu), gpu = simulate(scene, Backend::cuda);
+  Snapshot a, b;
+  for (int k = 0; k < 3; ++k) {
+    const StepOutput &on_cpu = cpu->step({}), &on_gpu = gpu->step({});
+    ASSERT_TRUE(on_cpu.health.ok && on_gpu.health.ok) << on_gpu.health.cause;
+    EXPECT_TRUE(within((on_cpu.bodies[1].force - on_gpu.bodies[1].force).norm() / on_cpu.bodies[1].force.norm(),
+                       tol::kBodyWrench));
+  }
+  cpu->snapshot(a);
+  gpu->snapshot(b);
+  EXPECT_TRUE(within(difference(a.position, b.position), tol::kFewSteps));
+  EXPECT_TRUE(within(difference(a.velocity, b.velocity), tol::kFewSteps));
+  EXPECT_TRUE(within(difference(a.pressure, b.pressure), tol::kFewSteps));
+}
+
 // A column collapses in a tray: single particles part ways, the flow does not.
 TEST_P(CpuVsCuda, AgreeInTheSumOfALongRun) {
   constexpr double dx = 0.025;

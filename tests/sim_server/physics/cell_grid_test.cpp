@@ -20,10 +20,11 @@ struct Cloud {
 };
 
 Cloud make_cloud(std::vector<Eigen::Vector3d> points, const Eigen::Vector3d& origin, const Eigen::Vector3d& length,
-                 const std::array<int, 3>& cells, const std::array<bool, 3>& periodic) {
+                 const std::array<int, 3>& cells, const std::array<bool, 3>& periodic, bool tiled = false) {
   Cloud cloud;
   cloud.length = length;
   CellGrid& g = cloud.grid;
+  g.tiled = tiled;
   for (int a = 0; a < 3; ++a) {
     g.origin[a] = real(origin[a]);
     g.cell[a] = real(length[a] / cells[a]);
@@ -75,6 +76,7 @@ struct GridCase {
   const char* name;
   std::array<int, 3> cells;
   std::array<bool, 3> periodic;
+  bool tiled = false;
 };
 void PrintTo(const GridCase& c, std::ostream* out) { *out << c.name; }
 
@@ -102,7 +104,7 @@ TEST_P(Neighbors, AreThoseOfAllPairs) {
   // on the domain's faces
   points.push_back(origin);
   points.push_back(origin + length * (1 - 1e-7));
-  expect_same_neighbors(make_cloud(points, origin, length, c.cells, c.periodic), support);
+  expect_same_neighbors(make_cloud(points, origin, length, c.cells, c.periodic, c.tiled), support);
 }
 
 INSTANTIATE_TEST_SUITE_P(Grids, Neighbors,
@@ -111,8 +113,29 @@ INSTANTIATE_TEST_SUITE_P(Grids, Neighbors,
                                            GridCase{"periodic_x", {3, 4, 2}, {true, false, false}},
                                            GridCase{"periodic_yz", {2, 3, 3}, {false, true, true}},
                                            GridCase{"periodic_three_cells", {3, 3, 3}, {true, true, true}},
-                                           GridCase{"periodic_long", {7, 3, 4}, {true, true, true}}),
+                                           GridCase{"periodic_long", {7, 3, 4}, {true, true, true}},
+                                           GridCase{"tiles", {17, 9, 6}, {false, false, false}, true},
+                                           GridCase{"one_tile", {8, 4, 4}, {false, false, false}, true},
+                                           GridCase{"tiles_periodic", {11, 5, 3}, {true, true, true}, true}),
                          [](const auto& param) { return std::string(param.param.name); });
+
+TEST(CellGrid, KnowsTheCellOfAnIndex) {
+  for (const bool tiled : {false, true}) {
+    const Cloud cloud =
+        make_cloud({Eigen::Vector3d::Zero()}, {0, 0, 0}, {1, 1, 1}, {19, 6, 9}, {false, true, false}, tiled);
+    std::set<std::uint32_t> seen;
+    for (int z = 0; z < 9; ++z)
+      for (int y = 0; y < 6; ++y)
+        for (int x = 0; x < 19; ++x) {
+          const std::uint32_t index = cloud.grid.index(x, y, z);
+          EXPECT_LT(index, cloud.grid.cells());
+          EXPECT_TRUE(seen.insert(index).second) << index;
+          int at[3];
+          cloud.grid.cell_at(index, at);
+          EXPECT_EQ((std::array{at[0], at[1], at[2]}), (std::array{x, y, z}));
+        }
+  }
+}
 
 TEST(CellGrid, WrapsIntoTheDomain) {
   const Cloud cloud = make_cloud({Eigen::Vector3d::Zero()}, {-1, 0, 0}, {2, 1, 1}, {4, 3, 3}, {true, false, true});

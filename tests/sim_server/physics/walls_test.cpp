@@ -75,11 +75,12 @@ class WallGuard : public RandomCase {
     kernel.walls.piece = contact_->piece.data();
     std::vector<Packed> slopes(count());
     std::vector<real> rates(count());
-    std::vector<std::uint32_t> beside(count());
+    std::vector<std::uint32_t> beside(count()), near(wrenches.size());
     std::vector<KeptBody> kept(kKeptBodies * count());
     kernel.walls.slope = slopes.data();
     kernel.walls.rate = rates.data();
     kernel.walls.beside = beside.data();
+    kernel.walls.near = near.data();
     kernel.walls.kept = kept.data();
     kernel.grid = make_grid(scene_, plan_);
     kernel.medium = make_medium(scene_, plan_);
@@ -88,8 +89,8 @@ class WallGuard : public RandomCase {
     kernel.acceleration = acceleration.data();
     dt_ = kernel.medium.dt;
     const MeasureWalls<Shared> measure{kernel.state,  kernel.bodies, kernel.walls, kernel.grid,
-                                       kernel.medium, &forcing,      kernel.bonds};
-    for (std::uint32_t i = first(); i < count(); ++i) measure(i);
+                                       kernel.medium, &forcing,      count(),      kernel.bonds};
+    for (std::uint32_t part = 0; part < wrenches.size(); ++part) measure(part, SerialTeam{});
     for (std::uint32_t part = 0; part < wrenches.size(); ++part) {
       kernel(part, SerialTeam{});
       wrench_.force += wrenches[part].force;
@@ -180,6 +181,7 @@ TEST_F(OpenCells, AreOutOfTheReachOfFixedBodies) {
   walls.shape = contact.shape.data();
   walls.piece = contact.piece.data();
   walls.open = open.data();
+  walls.nodes = true;
   const MarkOpenCells mark{store.bodies.data(), walls, grid, medium};
   for (std::uint32_t c = 0; c < grid.cells(); ++c) mark(c);
   int within = 0;
