@@ -293,7 +293,10 @@ struct ElasticTouching {
       depth += part;
       parts += real(1);
     }
-    if (!(parts > real(0))) depth = sum, parts = real(4);  // what may last for a sub-step, does so as a whole
+    if (!(parts > real(0))) {  // what may last for a sub-step, does so as a whole
+      depth = sum;
+      parts = real(4);
+    }
     depth /= parts;
     const real wave = Eigen::numext::sqrt((m.lame + real(2) * m.shear) / m.density);
     const real squeezed = real(2) * depth / medium.spacing;

@@ -181,7 +181,6 @@ TEST_F(OpenCells, AreOutOfTheReachOfFixedBodies) {
   walls.shape = contact.shape.data();
   walls.piece = contact.piece.data();
   walls.open = open.data();
-  walls.nodes = true;
   const MarkOpenCells mark{store.bodies.data(), walls, grid, medium};
   for (std::uint32_t c = 0; c < grid.cells(); ++c) mark(c);
   int within = 0;
