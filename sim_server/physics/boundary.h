@@ -15,7 +15,7 @@ template <class Bonds>
 struct ExtrapolateToWalls {
   ParticleView state;
   CellGrid grid;
-  WendlandC2 kernel;
+  FluidKernel kernel;
   Medium medium;
   const Forcing* forcing;
   Packed* wall;  // out: velocity, pressure; solids only

@@ -84,17 +84,17 @@ inline constexpr real kLargestDrift = real(0.2);
 PALP_HD inline real volume_drift(const Medium& medium, real cover, const Vec3& slope) {
   const real drift = cover / medium.cover - real(1);
   if (Eigen::numext::abs(drift) > kLargestDrift) return real(0);
-  const real edge = medium.support / kSurfaceSlope, inside = real(1) - edge * edge * slope.squaredNorm();
+  const real edge = medium.kernel.support / kSurfaceSlope, inside = real(1) - edge * edge * slope.squaredNorm();
   return inside > real(0) ? inside * drift : real(0);
 }
 
 // Advances the density of fluid particles by one sub-step and copies what changes of every particle from the sorted
 // copy to the state, to which sorting has copied the rest.
-template <class Fluids, class Bonds>
+template <class Fluids, class Bonds, class Kernel>
 struct AdvanceDensity {
   ParticleView from, to;
   CellGrid grid;
-  WendlandC2 kernel;
+  Kernel kernel;
   Medium medium;
   const Forcing* forcing;
   const Packed* wall_slope;  // of solids with a distance field (walls.h); null without any
@@ -184,17 +184,17 @@ struct AdvanceDensity {
 
 // Returns the pressure that the artificial viscosity takes off between two particles that part; it is negative, which
 // adds pressure, when they approach.
-PALP_HD inline real artificial_pressure(const Medium& medium, const WendlandC2& kernel, real c, real rho,
-                                        const Vec3& v_ij, const Vec3& x_ij, real r2) {
-  const real h = real(0.5) * kernel.support;
+PALP_HD inline real artificial_pressure(const Medium& medium, real c, real rho, const Vec3& v_ij, const Vec3& x_ij,
+                                        real r2) {
+  const real h = real(0.5) * medium.kernel.support;
   return medium.artificial * c * h * rho * v_ij.dot(x_ij) / (r2 + real(0.01) * h * h);
 }
 
 // Returns the force of fluid particle j on fluid particle i [N].
-template <class Fluids>
-PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& kernel, const Material& material_i,
-                                     Tag tag_i, const Packed& xV_i, const Packed& vp_i, Tag tag_j, real V_j,
-                                     const Packed& vp_j, const Vec3& x_ij, real r2) {
+template <class Fluids, class Kernel>
+PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const Kernel& kernel, const Material& material_i, Tag tag_i,
+                                     const Packed& xV_i, const Packed& vp_i, Tag tag_j, real V_j, const Packed& vp_j,
+                                     const Vec3& x_ij, real r2) {
   const real VVF = xV_i.w * V_j * kernel.F(Eigen::numext::sqrt(r2));
   const Vec3 v_ij = vp_i.xyz() - vp_j.xyz();
   real c = material_i.sound_speed, rho = material_i.density, mu = material_i.viscosity;
@@ -209,7 +209,7 @@ PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const WendlandC2& ker
     rho = real(2) * Z_i * Z_j / Z;
     mu = mu_sum > real(0) ? real(2) * mu * b.viscosity / mu_sum : real(0);
   }
-  const real along = p_i + p_j - artificial_pressure(medium, kernel, c, rho, v_ij, x_ij, r2);
+  const real along = p_i + p_j - artificial_pressure(medium, c, rho, v_ij, x_ij, r2);
   return VVF * (along * x_ij - real(2) * mu * v_ij);
 }
 
@@ -224,24 +224,25 @@ PALP_HD inline real guarding_pressure(const Medium& medium, const Material& flui
 // geometry (walls.h). wall_j: the pressure that the solid shows to the fluid (w) and the velocity that makes the mean
 // of fluid and wall the wall's own at its surface (boundary.h). Such solids keep artificial viscosity beside their
 // springs: without either, the wall's extrapolated pressure can feed sound waves.
-PALP_HD inline Vec3 wall_pair_force(const Medium& medium, const WendlandC2& kernel, Tag tag_i, const Packed& xV_i,
+template <class Kernel>
+PALP_HD inline Vec3 wall_pair_force(const Medium& medium, const Kernel& kernel, Tag tag_i, const Packed& xV_i,
                                     const Packed& vp_i, real V_j, const Vec3& v_j, const Packed& wall_j,
                                     const Vec3& x_ij, real r2) {
   const real r = Eigen::numext::sqrt(r2), VVF = xV_i.w * V_j * kernel.F(r);
   const Material& fluid = medium.material[tag_i.material()];
   const real along = acting_pressure(medium, vp_i.w) + wall_j.w + guarding_pressure(medium, fluid, r) -
-                     artificial_pressure(medium, kernel, fluid.sound_speed, fluid.density, vp_i.xyz() - v_j, x_ij, r2);
+                     artificial_pressure(medium, fluid.sound_speed, fluid.density, vp_i.xyz() - v_j, x_ij, r2);
   return VVF * (along * x_ij - real(2) * fluid.viscosity * (vp_i.xyz() - wall_j.xyz()));
 }
 
 // Writes the acceleration of each fluid particle [m/s^2] into acceleration[i], but for what solids add that act by
 // their geometry (walls.h).
-template <class Fluids, class Bonds>
+template <class Fluids, class Bonds, class Kernel>
 struct FluidForce {
   ParticleView state;
   const Packed* wall;  // null without solids
   CellGrid grid;
-  WendlandC2 kernel;
+  Kernel kernel;
   Medium medium;
   const Forcing* forcing;
   Packed* acceleration;

@@ -142,7 +142,7 @@ struct MeasureHeatZones {
 struct ConductHeat {
   ParticleView state;
   CellGrid grid;
-  WendlandC2 kernel;
+  FluidKernel kernel;
   HeatMedium medium;
   const BodyState* bodies;
   HeatViews heat;

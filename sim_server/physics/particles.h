@@ -11,6 +11,7 @@
 
 #include "idl/vocabulary.h"
 #include "sim_server/physics/real.h"
+#include "sim_server/physics/smoothing.h"
 
 namespace palp {
 
@@ -92,7 +93,7 @@ struct Material {
 // The constants of a sub-step, which every kernel gets.
 struct Medium {
   Material material[kMaxMaterials];
-  real support;      // H [m]
+  FluidKernel kernel;
   real spacing;      // dx [m]
   real sound_speed;  // c of the scene [m/s]
   real diffusion;    // delta of the density diffusion [-]

@@ -112,7 +112,7 @@ struct SolidForce {
   const Packed* wall;  // null without fluid
   BodyViews bodies;
   CellGrid grid;
-  WendlandC2 kernel;
+  FluidKernel kernel;
   Medium medium;
   bool contact;
   Bonds bonds;

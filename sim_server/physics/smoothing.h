@@ -5,6 +5,8 @@
 // simulation use real, host code that plans or measures uses double.
 #pragma once
 
+#include <cstdint>
+
 #include "sim_server/physics/real.h"
 
 namespace palp {
@@ -30,6 +32,20 @@ struct WendlandC2Of {
     const S u = within(r * inv_support);
     return f_scale * u * u * u;
   }
+  // The integrals that walls take (wall_share.h); polynomials in u.
+  PALP_HD S over_plane(S z) const {
+    const S u = within(z * inv_support), u2 = u * u;
+    return S(3) * inv_support * u2 * u2 * u * (S(7) + u * (S(-10.5) + S(4) * u));
+  }
+  PALP_HD S second_tail(S d) const {
+    const S u = within(d * inv_support), u3 = u * u * u;
+    return support * u3 * u3 * u * (S(0.5) + u * (S(-9) / 16 + u / 6));
+  }
+  PALP_HD S fourth_tail(S d) const {
+    const S u = within(d * inv_support), u3 = u * u * u;
+    return support * support * support * u3 * u3 * u *
+           (S(1) + u * (S(-2.75) + u * (S(2.875) + u * (S(-65) / 48 + S(8) / 33 * u))));
+  }
 
  private:
   // Returns 1 - q within the support, 0 past it.
@@ -39,6 +55,109 @@ struct WendlandC2Of {
   }
 };
 using WendlandC2 = WendlandC2Of<real>;
+
+// The quintic B-spline (Morris 1996), q = r/H, where what is below 0 counts as 0:
+//   W = 2187/(40 pi H^3) ((1-q)^5 - 6 (2/3-q)^5 + 15 (1/3-q)^5)
+// Its transform vanishes, flatly, at the wave number 6 pi / H, which with H = 3 dx is that of a lattice of particles.
+template <class S>
+struct QuinticSplineOf {
+  S support;      // H [m]
+  S inv_support;  // 1/H
+  S w_scale;      // 2187/(40 pi H^3)
+  S f_scale;      // 5 w_scale / H^2
+  static QuinticSplineOf with_support(S H) {
+    const S w = S(2187) / (S(40) * kPiOf<S> * H * H * H);
+    return {H, S(1) / H, w, S(5) * w / (H * H)};
+  }
+  PALP_HD S W(S r) const { return w_scale * of_knots<5>(r * inv_support); }
+  PALP_HD S F(S r) const {
+    const S q = r * inv_support;
+    return f_scale * of_knots<4>(q) / (q > S(3e-4) ? q : S(3e-4));  // nearer the digits of the slope are lost
+  }
+  // The integrals that walls take (wall_share.h).
+  PALP_HD S over_plane(S z) const {
+    const S q = z * inv_support;
+    return S(2) * kPiOf<S> * w_scale * support * support * (q * tail<1>(q) + tail<2>(q));
+  }
+  PALP_HD S second_tail(S d) const {
+    const S q = d * inv_support, H2 = support * support;
+    return S(2) * kPiOf<S> * w_scale * H2 * H2 * (q * tail<3>(q) + S(3) * tail<4>(q));
+  }
+  PALP_HD S fourth_tail(S d) const {
+    const S q = d * inv_support, H2 = support * support;
+    return S(4) * kPiOf<S> * w_scale * H2 * H2 * H2 *
+           (q * (q * (q * tail<3>(q) + S(6) * tail<4>(q)) + S(15) * tail<5>(q)) + S(15) * tail<6>(q));
+  }
+
+ private:
+  template <int kPower>
+  PALP_HD static S power(S x) {
+    if constexpr (kPower == 1) {
+      return x;
+    } else {
+      const S half = power<kPower / 2>(x), square = half * half;
+      return kPower % 2 == 0 ? square : x * square;
+    }
+  }
+  // Returns x^kPower, 0 where x is below 0.
+  template <int kPower>
+  PALP_HD static S inside(S x) {
+    return power<kPower>(x > S(0) ? x : S(0));
+  }
+  template <int kPower>
+  PALP_HD static S of_knots(S q) {
+    return inside<kPower>(S(1) - q) - S(6) * inside<kPower>(S(2) / S(3) - q) + S(15) * inside<kPower>(S(1) / S(3) - q);
+  }
+  // Returns 5! / (5 + times)!.
+  static constexpr S scale(int times) { return times == 0 ? S(1) : scale(times - 1) / S(5 + times); }
+  // Returns W / w_scale, integrated kTimes times over q from q to 1.
+  template <int kTimes>
+  PALP_HD static S tail(S q) {
+    constexpr S kScale = scale(kTimes);
+    return kScale * of_knots<5 + kTimes>(q);
+  }
+};
+using QuinticSpline = QuinticSplineOf<real>;
+
+// The support radius in spacings from which on fluids have the quintic spline. Particles in their places bear shear
+// under pressure, which the spline takes away (tools/results/felt_remaining.md: a wave's period, a ball's drag). With
+// fewer neighbours no kernel does: of Wendland's, places are stiff and what rests is still, where splines creep.
+inline constexpr double kQuinticFrom = 2.5;
+enum class KernelType : std::uint8_t { wendland, quintic };
+constexpr KernelType fluid_kernel_type(double support_over_spacing) {
+  return support_over_spacing >= kQuinticFrom ? KernelType::quintic : KernelType::wendland;
+}
+
+// The kernel of fluids, of all that acts on them, and of heat.
+template <class S>
+struct FluidKernelOf {
+  S support;  // H [m]
+  bool quintic;
+  WendlandC2Of<S> wendland;
+  QuinticSplineOf<S> spline;
+  static FluidKernelOf with_support(S H, S spacing) {
+    return {H, fluid_kernel_type(double(H) / double(spacing)) == KernelType::quintic, WendlandC2Of<S>::with_support(H),
+            QuinticSplineOf<S>::with_support(H)};
+  }
+  PALP_HD S W(S r) const { return quintic ? spline.W(r) : wendland.W(r); }
+  PALP_HD S F(S r) const { return quintic ? spline.F(r) : wendland.F(r); }
+  // Returns 2 pi int_z^H W r dr: the kernel over a plane at the distance z >= 0 [1/m].
+  PALP_HD S over_plane(S z) const { return quintic ? spline.over_plane(z) : wendland.over_plane(z); }
+  // Returns pi int_d^H W r (r - d)^2 dr [m].
+  PALP_HD S second_tail(S d) const { return quintic ? spline.second_tail(d) : wendland.second_tail(d); }
+  // Returns pi/2 int_d^H W r (r^2 - d^2)^2 dr [m^3].
+  PALP_HD S fourth_tail(S d) const { return quintic ? spline.fourth_tail(d) : wendland.fourth_tail(d); }
+};
+using FluidKernel = FluidKernelOf<real>;
+
+// Calls f with the kernel that fluids have, of its own type: what asks for it in each pair is made for either one.
+template <class F>
+void with_type(const FluidKernel& kernel, F&& f) {
+  if (kernel.quintic)
+    f(kernel.spline);
+  else
+    f(kernel.wendland);
+}
 
 // Two kernels of Mueller, Charypar & Gross 2003, which the paper's equations are used with. Their third one, "spiky",
 // whose gradient they take for pressure, is left out: density and pressure have one kernel (paper.h says why).

@@ -156,7 +156,7 @@ struct BeginViscosity {
   ParticleView state;
   BodyViews bodies;
   CellGrid grid;
-  WendlandC2 kernel;
+  FluidKernel kernel;
   Medium medium;
   ViscosityViews viscosity;
   real reach;  // stage_reach()
@@ -202,7 +202,7 @@ struct ViscousStage {
   ParticleView state;
   BodyViews bodies;
   CellGrid grid;
-  WendlandC2 kernel;
+  FluidKernel kernel;
   Medium medium;
   ViscosityViews viscosity;
   Packed* acceleration;  // of fluids, by all other forces; by all of them after the last stage

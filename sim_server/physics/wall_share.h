@@ -11,11 +11,11 @@
 // d, n     distance of the particle from a face of the solid, below 0 inside; normal, outwards
 // k        half the divergence of n: 1 / r for a ball, half of that for a cylinder, 0 for a plane, below 0 in a bore
 //
-// For Wendland's C2 kernel and a plane or a ball all of these are polynomials in u = 1 - |d| / H. The plane's part is
+// For the kernels of fluids and a plane or a ball all of these are polynomials (smoothing.h). The plane's part is
 // summed over layers a spacing apart, the first half a spacing beneath the surface, in place of the integral: a lattice
 // of fluid that ends half a spacing above the surface then is in balance from the start. Solids of several
 // faces are put together from their faces: what two solids A and B have in common gets the product of the shares, which
-// is exact for a kernel that is a product along the normals and within 0.01 for this one, at right angles. What a
+// is exact for a kernel that is a product along the normals and within 0.01 for these, at right angles. What a
 // solid does not fill gets the complement. So every corner, edge, rim and hole follows from the solid's own shapes.
 //
 // A face that the particle does not see, since solid lies before it, does not count: behind a wall all is wall, however
@@ -32,13 +32,12 @@ struct WallShare {
   real shear;
 };
 
-// The kernel that shares are computed for: the support radius, and the acceleration of `pull`, in the axes of the
-// solid.
+// The kernel that shares are computed for, and the acceleration of `pull` in the axes of the solid.
 struct WallKernel {
-  real support, inv_support;
-  real spacing;  // dx
-  real least;    // the distance below which shear grows no more [m]
-  real reach;    // length by which two faces may miss each other and still touch [m]
+  FluidKernel of;  // the support radius H in it
+  real spacing;    // dx
+  real least;      // the distance below which shear grows no more [m]
+  real reach;      // length by which two faces may miss each other and still touch [m]
   Vec3 a;
 };
 
@@ -50,9 +49,15 @@ PALP_HD inline WallShare complement(const WallKernel& kernel, const WallShare& o
   return {real(1) - of.share, -of.slope, kernel.a - of.pull, of.shear};
 }
 
+// Returns the pull across the edge of a right angle, of an acceleration along the other face, over both slopes [m^2].
+PALP_HD inline real edge_pull(const WallKernel& kernel) {
+  const real slope = kernel.of.over_plane(0);
+  return real(1) / (real(2) * kPi * slope * slope);
+}
+
 // Returns the share of what two solids have in common.
 PALP_HD inline WallShare common(const WallKernel& kernel, const WallShare& a, const WallShare& b) {
-  const real cross = real(2) / (real(9) * kPi) * kernel.support * kernel.support;
+  const real cross = edge_pull(kernel);
   const Vec3 pull = b.share * a.pull + a.share * b.pull - (a.share * b.share) * kernel.a +
                     cross * (b.slope.dot(kernel.a) * a.slope + a.slope.dot(kernel.a) * b.slope);
   return {a.share * b.share, b.share * a.slope + a.share * b.slope, pull, b.share * a.shear + a.share * b.shear};
@@ -64,12 +69,10 @@ struct PlaneSums {
   real share, slope, second;
 };
 PALP_HD inline PlaneSums plane_sums(const WallKernel& kernel, real d) {
-  const real dx = kernel.spacing * kernel.inv_support;
   PlaneSums out{0, 0, 0};
-  for (real z = d + real(0.5) * kernel.spacing; z < kernel.support; z += kernel.spacing) {
-    const real v = real(1) - z * kernel.inv_support, v4 = v * v * v * v;
-    const real fall = real(21) * dx * v4 * (real(5) - real(4) * v) * z * kernel.inv_support * kernel.inv_support;
-    out.share += real(3) * dx * v4 * v * (real(7) + v * (real(-10.5) + real(4) * v));
+  for (real z = d + real(0.5) * kernel.spacing; z < kernel.of.support; z += kernel.spacing) {
+    const real fall = real(2) * kPi * kernel.spacing * z * kernel.of.W(z);
+    out.share += kernel.spacing * kernel.of.over_plane(z);
     out.slope += fall;
     out.second += fall * z;
   }
@@ -83,13 +86,9 @@ PALP_HD inline real shear_of(const WallKernel& kernel, real slope, real d) {
 
 // Returns the share of what lies behind a face at the distance d >= 0.
 PALP_HD inline WallShare behind_face(const WallKernel& kernel, real d, const Vec3& n, real k) {
-  const real H = kernel.support, u = real(1) - d * kernel.inv_support;
-  if (!(u > real(0))) return no_wall();
+  if (!(d < kernel.of.support)) return no_wall();
   const PlaneSums plane = plane_sums(kernel, d);
-  const real u2 = u * u, u5 = u2 * u2 * u, u7 = u5 * u2, kd = k * d;
-  const real Q = d * plane.share + H * u7 * (real(0.5) + u * (real(-9) / 16 + u / 6));
-  const real Q3 =
-      H * H * H * u7 * (real(1) + u * (real(-2.75) + u * (real(2.875) + u * (real(-65) / 48 + real(8) / 33 * u))));
+  const real kd = k * d, Q = d * plane.share + kernel.of.second_tail(d), Q3 = kernel.of.fourth_tail(d);
   const real across = plane.second - d * kd * plane.slope - k * k * (real(2) * d * Q + k * Q3);
   const real along = plane.share - real(2) * k * Q + k * k * (d * Q + real(0.5) * k * Q3);
   const real g = plane.slope * (real(1) - kd) - k * k * Q;
@@ -107,7 +106,7 @@ PALP_HD inline WallShare face_share(const WallKernel& kernel, real d, const Vec3
 PALP_HD inline WallShare ball_share(const WallKernel& kernel, real d, const Vec3& n, real R) {
   const real r = d + R, k = real(1) / (r > kernel.least ? r : kernel.least);
   const WallShare near = face_share(kernel, d, n, k);
-  if (!(d + real(2) * R < kernel.support)) return near;
+  if (!(d + real(2) * R < kernel.of.support)) return near;
   const WallShare far = behind_face(kernel, d + real(2) * R, n, k);
   return {near.share - far.share, near.slope - far.slope, near.pull - far.pull, near.shear - far.shear};
 }
@@ -137,7 +136,7 @@ PALP_HD inline Slab full_slab() { return {1, 0, 1, 0}; }
 
 // Returns what lies behind a plane at the distance d, below 0 within; the axis is its normal.
 PALP_HD inline Slab behind_plane(const WallKernel& kernel, real d) {
-  if (!(Eigen::numext::abs(d) < kernel.support)) return d > real(0) ? Slab{0, 0, 0, 0} : full_slab();
+  if (!(Eigen::numext::abs(d) < kernel.of.support)) return d > real(0) ? Slab{0, 0, 0, 0} : full_slab();
   const real away = Eigen::numext::abs(d);
   const PlaneSums sums = plane_sums(kernel, away);
   const real shear = shear_of(kernel, sums.slope, away);
@@ -153,7 +152,7 @@ PALP_HD inline Slab between(const Slab& high, const Slab& low) {
 
 // Returns the share of what three slabs across three axes at right angles have in common, in those axes.
 PALP_HD inline WallShare in_common(const WallKernel& kernel, const Slab (&s)[3]) {
-  const real cross = real(2) / (real(9) * kPi) * kernel.support * kernel.support;
+  const real cross = edge_pull(kernel);
   WallShare out{s[0].share * s[1].share * s[2].share, Vec3(0, 0, 0), Vec3(0, 0, 0), 0};
   for (int a = 0; a < 3; ++a) {
     const int b = (a + 1) % 3, c = (a + 2) % 3;
@@ -213,12 +212,12 @@ PALP_HD inline WallShare box_share(const FacesInSight& faces, const WallKernel& 
                                    ToSolid to_solid) {
   const Vec3 &low = faces.p.low, &high = faces.p.high;
   for (int a = 0; a < 3; ++a)
-    if (!(y[a] - high[a] < kernel.support && low[a] - y[a] < kernel.support)) return no_wall();
+    if (!(y[a] - high[a] < kernel.of.support && low[a] - y[a] < kernel.of.support)) return no_wall();
   bool gone = false;
   const auto face = [&](real d, int a, real side) {
     Vec3 n(0, 0, 0);
     n[a] = side;
-    if (!(Eigen::numext::abs(d) < kernel.support) || !faces.hidden(d, to_solid(n))) return behind_plane(kernel, d);
+    if (!(Eigen::numext::abs(d) < kernel.of.support) || !faces.hidden(d, to_solid(n))) return behind_plane(kernel, d);
     gone = faces.p.subtract;
     return full_slab();
   };
@@ -244,7 +243,7 @@ PALP_HD inline WallShare piece_share(const WallShape& shape, const Piece& p, con
   }
   bool gone = false;  // taken away, and hidden
   const auto face_by = [&](real d, const Vec3& n, auto share_of) {
-    if (!(Eigen::numext::abs(d) < kernel.support)) return d > real(0) ? no_wall() : all_wall(kernel);
+    if (!(Eigen::numext::abs(d) < kernel.of.support)) return d > real(0) ? no_wall() : all_wall(kernel);
     const Vec3 world = p.R * n;
     if (!faces.hidden(d, world)) return share_of(world);
     gone = p.subtract;

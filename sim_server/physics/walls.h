@@ -131,7 +131,7 @@ PALP_HD inline NearBody near_body(const KeptBody& kept, const BodyState& body) {
 // Returns true where no particle at x can be beside a body.
 PALP_HD inline bool far_from_body(const WallViews& walls, const CellGrid& grid, const Medium& medium,
                                   const BodyState& body, std::uint32_t k, const Vec3& x) {
-  const real far = walls.shape[k].reach + medium.support;
+  const real far = walls.shape[k].reach + medium.kernel.support;
   return nearest_image(grid, x - body.x).squaredNorm() > far * far;
 }
 
@@ -144,17 +144,13 @@ PALP_HD inline NearBody near_body(const WallViews& walls, const CellGrid& grid, 
   out.r = nearest_image(grid, x - body.x);
   const Mat3 R = body.q.toRotationMatrix();
   const Vec3 y = R.transpose() * out.r;
-  if (outside_bounds(shape, y, medium.support)) return out;
+  if (outside_bounds(shape, y, medium.kernel.support)) return out;
   const Distance at = solid_distance(shape, walls.piece, walls.grid, y);
-  if (!(at.d < medium.support)) return out;
+  if (!(at.d < medium.kernel.support)) return out;
   out.d = at.d;
   out.n = R * at.n;
   complete(out, body);
-  const WallKernel kernel{medium.support,
-                          real(1) / medium.support,
-                          medium.spacing,
-                          real(0.25) * medium.spacing,
-                          real(0.01) * medium.spacing,
+  const WallKernel kernel{medium.kernel, medium.spacing, real(0.25) * medium.spacing, real(0.01) * medium.spacing,
                           R.transpose() * a};
   out.wall = wall_share(shape, walls.piece, walls.grid, kernel, y);
   out.wall.slope = R * out.wall.slope;
@@ -190,7 +186,7 @@ struct MarkOpenCells {
       open = open && at[a] > 0 && at[a] + 1 < grid.n[a];
       x[a] = grid.origin[a] + (static_cast<real>(at[a]) + real(0.5)) * grid.cell[a];
     }
-    const real reach = medium.support + real(0.5) * grid.cell.norm() + (walls.nodes ? medium.spacing : real(0));
+    const real reach = medium.kernel.support + real(0.5) * grid.cell.norm() + (walls.nodes ? medium.spacing : real(0));
     for (std::uint32_t k = 0; open && k < walls.by.bodies; ++k) {
       const BodyState& body = bodies[walls.body[k]];
       if (body.kind != BodyKind::fixed) continue;

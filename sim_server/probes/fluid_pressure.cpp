@@ -17,7 +17,7 @@ double FluidPressure::of(std::uint32_t particle) const {
   const double tension = material.surface_tension, adhesion = material.adhesion;
   if ((tension == 0 && adhesion == 0) || !(H > 0)) return p_i;
   if (!points_) points_.emplace(scene_, *snapshot_, H, true);
-  const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(H));
+  const FluidKernel kernel = FluidKernel::with_support(static_cast<real>(H), static_cast<real>(scene_.spacing));
   const double norm = cohesion_norm(H);
   double virial = 0;
   points_->near(place_of(*snapshot_, particle), [&](std::uint32_t j, double r) {

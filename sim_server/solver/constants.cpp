@@ -137,7 +137,7 @@ Medium make_medium(const Scene& scene, const Plan& plan) {
   Medium m{};
   for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i)
     m.material[i] = to_material(scene, plan, scene.config.materials[i]);
-  m.support = static_cast<real>(plan.support);
+  m.kernel = FluidKernel::with_support(static_cast<real>(plan.support), static_cast<real>(scene.spacing));
   m.spacing = static_cast<real>(scene.spacing);
   m.sound_speed = static_cast<real>(plan.sound_speed);
   m.diffusion = static_cast<real>(plan.diffusion);

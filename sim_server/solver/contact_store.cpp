@@ -40,7 +40,8 @@ void add_grid(const DistanceGrid& from, ContactStore& store) {
 }
 
 // Gives each cylinder the profile of its shares, which those of one radius have in common.
-void add_profiles(double support, ContactStore& store) {
+void add_profiles(const FluidKernelOf<double>& kernel, ContactStore& store) {
+  const double support = kernel.support;
   std::map<real, std::uint32_t> of_radius;
   for (Piece& piece : store.piece) {
     if (piece.type != PieceType::cylinder) continue;
@@ -51,7 +52,7 @@ void add_profiles(double support, ContactStore& store) {
     const double cell = (radius + support) / kProfileParts;
     store.grid.push_back(
         {Vec3(0, 0, 0), static_cast<real>(cell), static_cast<real>(1 / cell), {kProfileParts + 1, 1, 1}, nullptr});
-    const std::vector<Packed> nodes = cylinder_profile(radius, support);
+    const std::vector<Packed> nodes = cylinder_profile(radius, kernel);
     store.node.insert(store.node.end(), nodes.begin(), nodes.end());
   }
 }
@@ -182,7 +183,8 @@ ContactStore::ContactStore(const Scene& scene, const Plan& plan) : shape_of_(sce
     shape.push_back(add_shape(scene.bodies[b], *this));
     reach_past_periods(scene, scene.bodies[b], shape.back(), piece);
   }
-  if (plan.geometry || plan.heat_walls) add_profiles(plan.support, *this);
+  if (plan.geometry || plan.heat_walls)
+    add_profiles(FluidKernelOf<double>::with_support(plan.support, scene.spacing), *this);
   if (plan.geometry) {
     const std::vector<NodeGrid> grids = grids_at(node.data());
     for (std::size_t k = 0; k < shape.size(); ++k)

@@ -16,9 +16,9 @@ struct Rings {
   std::vector<double> q, W, F;
   double width;
 
-  explicit Rings(double support) : width(support / kRings) {
+  explicit Rings(const FluidKernelOf<double>& kernel) : width(kernel.support / kRings) {
     constexpr int kParts = 200;
-    const auto kernel = WendlandC2Of<double>::with_support(support);
+    const double support = kernel.support;
     for (int k = 0; k < kRings; ++k) {
       const double at = (k + 0.5) * width, half = std::sqrt(support * support - at * at), part = half / kParts;
       double w = 0, f = 0;
@@ -43,8 +43,9 @@ double half_angle(double q, double r, double radius) {
 
 }  // namespace
 
-std::vector<Packed> cylinder_profile(double radius, double support) {
-  const Rings ring(support);
+std::vector<Packed> cylinder_profile(double radius, const FluidKernelOf<double>& kernel) {
+  const Rings ring(kernel);
+  const double support = kernel.support;
   std::vector<Packed> out;
   for (int node = 0; node <= kProfileParts; ++node) {
     const double r = (radius + support) * node / kProfileParts;

@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "sim_server/physics/smoothing.h"
+
 #include "sim_server/physics/real.h"
 
 namespace palp {
@@ -12,6 +14,6 @@ inline constexpr int kProfileParts = 128;
 
 // Returns kProfileParts + 1 nodes from the axis to radius + support: share [-], slope [1/m] and pull along the normal
 // and around the axis [-], each for the support radius [m]. By quadrature in double precision, within 1e-4.
-std::vector<Packed> cylinder_profile(double radius, double support);
+std::vector<Packed> cylinder_profile(double radius, const FluidKernelOf<double>& kernel);
 
 }  // namespace palp

@@ -186,7 +186,8 @@ std::vector<StepLimit> limits_by_elasticity(const Scene& scene, const Plan& plan
                             n.sub_steps ? free : kMostOfFree * free / n.safety);
     // the damping is central, as Monaghan's viscosity, whose limit is less than half that of Morris's
     const double damping = elastic_damping(scene, plan, m);
-    const double damped = damping > 0 ? 0.4 * viscous_limit(ratio) * dx * dx * m.density / damping : 1e30;
+    const double damped =
+        damping > 0 ? 0.4 * viscous_limit(ratio, KernelType::wendland) * dx * dx * m.density / damping : 1e30;
     if (plan.method == Method::paper) waves = with_damping(waves, damped);
     const std::string of = fmt::format("material '{}'", m.name);
     if (waves < by_waves.dt) by_waves = {waves, "elasticity", of, ""};

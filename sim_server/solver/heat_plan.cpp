@@ -48,10 +48,10 @@ void check(const Scene& scene) {
 // temperatures, at the distance at which they draw most, than the fastest pattern of a lattice fades; of what is left
 // of its neighbours no more than their share counts. H: support radius over spacing.
 double wall_contrast(double H) {
-  const WallKernel kernel{static_cast<real>(H), static_cast<real>(1 / H), real(1), real(0.25), real(0.01),
+  const WallKernel kernel{FluidKernel::with_support(static_cast<real>(H), real(1)), real(1), real(0.25), real(0.01),
                           Vec3(0, 0, 0)};
   const PlaneSums wall = plane_sums(kernel, kernel.least);
-  const double lattice = 2 / (viscous_limit(H) * lattice_sums(H).moment);
+  const double lattice = 2 / (viscous_limit(H, fluid_kernel_type(H)) * lattice_sums(H).moment);
   const double alone = 2 * double(wall.slope / kernel.least) / lattice_sums(H).moment;
   double most = 0, open = 1;
   for (int walls = 1; walls <= 3; ++walls) {
@@ -82,7 +82,7 @@ double relaxation_rate(const Scene& scene, const Plan& plan) {
   // against a far better conductor a pair conducts up to twice as well as among its like
   double contrast = held ? 2 : 2 * fastest / std::max(fastest + slowest, 1e-300);
   if (held && plan.heat_walls) contrast = std::max(contrast, wall_contrast(H));
-  return contrast * conduction / (dx * dx) / (viscous_limit(H) * lattice_sums(H).moment) + loss;
+  return contrast * conduction / (dx * dx) / (viscous_limit(H, fluid_kernel_type(H)) * lattice_sums(H).moment) + loss;
 }
 
 // Returns false where all is as warm as all else, the air included, and nothing heats or cools it: then nothing ever

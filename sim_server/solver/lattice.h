@@ -19,7 +19,7 @@ struct LatticeSums {
 
 // Returns the sums for a lattice that ends `rows_above` rows above the particle. H: support radius over spacing.
 inline LatticeSums lattice_sums(double H, int rows_above = kWholeLattice) {
-  const auto kernel = WendlandC2Of<double>::with_support(H);
+  const auto kernel = FluidKernelOf<double>::with_support(H, 1);
   const int reach = static_cast<int>(H) + 1;
   LatticeSums sum;
   for (int x = -reach; x <= reach; ++x)

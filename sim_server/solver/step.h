@@ -27,7 +27,7 @@ inline Medium without_viscosity(Medium medium) {
 // Applies viscosity in stages, after all other forces of fluids and before the bodies' wrenches are added up.
 template <class B>
 void viscous_stages(B& back_end, const Plan& plan, const StepViews& v, real elapsed) {
-  const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
+  const FluidKernel kernel = v.medium.kernel;
   const std::uint32_t n = v.particles;
   const real reach = static_cast<real>(stage_reach(plan.viscous_stages));
   const WallViews& walls = v.fluid.walls;
@@ -66,23 +66,28 @@ void viscous_stages(B& back_end, const Plan& plan, const StepViews& v, real elap
 // something changes state.
 template <class Fluids, class B, class Bonds>
 void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapsed, Bonds bonds) {
-  const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
+  const FluidKernel kernel = v.medium.kernel;
   const std::uint32_t n = v.particles;
   const Medium medium = plan.viscous_stages > 0 ? without_viscosity(v.medium) : v.medium;
   if (plan.geometry)
     back_end.for_each_part(
         "walls by geometry", v.fluid.walls.by.parts,
         MeasureWalls<Bonds>{v.sorted, v.body, v.fluid.walls, v.grid, v.medium, v.input.forcing, n, bonds});
-  back_end.for_each_team("density", n,
-                         AdvanceDensity<Fluids, Bonds>{v.sorted, v.state, v.grid, kernel, v.medium, v.input.forcing,
-                                                       v.fluid.walls.slope, v.fluid.walls.rate, bonds});
+  with_type(kernel, [&]<class Kernel>(const Kernel& of_type) {
+    back_end.for_each_team(
+        "density", n,
+        AdvanceDensity<Fluids, Bonds, Kernel>{v.sorted, v.state, v.grid, of_type, v.medium, v.input.forcing,
+                                              v.fluid.walls.slope, v.fluid.walls.rate, bonds});
+  });
   if (plan.walls)
     back_end.for_each_team(
         "walls", n, ExtrapolateToWalls<Bonds>{v.state, v.grid, kernel, v.medium, v.input.forcing, v.fluid.wall, bonds});
   if (plan.fluid)
-    back_end.for_each_team("fluid force", n,
-                           FluidForce<Fluids, Bonds>{v.state, v.fluid.wall, v.grid, kernel, medium, v.input.forcing,
-                                                     v.fluid.acceleration, bonds});
+    with_type(kernel, [&]<class Kernel>(const Kernel& of_type) {
+      back_end.for_each_team("fluid force", n,
+                             FluidForce<Fluids, Bonds, Kernel>{v.state, v.fluid.wall, v.grid, of_type, medium,
+                                                               v.input.forcing, v.fluid.acceleration, bonds});
+    });
   if (plan.geometry)
     back_end.for_each_part("wall force", v.fluid.walls.by.parts,
                            WallForce<Bonds>{v.state, v.body, v.fluid.walls, v.grid, medium, v.input.forcing, n,
@@ -101,7 +106,7 @@ void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapse
 // Computes the forces of fluids and between bodies by method "paper".
 template <class B, class Bonds>
 void paper_stages(B& back_end, const StepViews& v, Bonds bonds) {
-  const Mueller kernel = Mueller::with_support(v.medium.support);
+  const Mueller kernel = Mueller::with_support(v.medium.kernel.support);
   back_end.for_each_team("density (paper)", v.particles, PaperDensity{v.sorted, v.state, v.grid, kernel, v.medium});
   back_end.for_each_team(
       "force (paper)", v.particles,
@@ -158,7 +163,7 @@ void change_stages(B& back_end, const Plan& plan, const StepViews& v) {
 // Advances heat to the end of this haptic step, in plan.heat_steps steps.
 template <class B>
 void heat_stages(B& back_end, const Plan& plan, const StepViews& v) {
-  const WendlandC2 kernel = WendlandC2::with_support(v.medium.support);
+  const FluidKernel kernel = v.medium.kernel;
   const BodyState* bodies = v.body.body;
   if (v.heat.views.zones > 0)
     back_end.for_each_large("heat zones", v.heat.views.zones,

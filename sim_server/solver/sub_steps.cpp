@@ -18,6 +18,8 @@ namespace {
 // The share of the limit by sound that a sub-step may use, over numerics.safety. Up to the limit itself the force on a
 // stirred ladle errs by the same (tools/results/felt_remaining.md).
 constexpr double kSoundShare = 1.3;
+// The same for the quintic spline, whose limit is the shorter by its finest waves: both allow 1.68 dx / c at H = 3 dx.
+constexpr double kQuinticSoundShare = 1.48;
 
 // Returns a tabulated limit at x = H / dx, linear between and past the entries.
 double interpolate(const std::array<std::array<double, 2>, 4>& table, double x) {
@@ -143,11 +145,15 @@ void limit_by(const StepLimit& limit, const NumericsConfig& numerics, Plan& plan
   plan.ruling = limit;
 }
 
-double acoustic_limit(double support_over_spacing) {
+double acoustic_limit(double support_over_spacing, KernelType kernel) {
+  if (kernel == KernelType::quintic)
+    return interpolate({{{2.5, 1.92}, {2.75, 2.08}, {3.0, 2.27}, {4.0, 3.03}}}, support_over_spacing);
   return interpolate({{{2.0, 1.76}, {2.6, 2.23}, {3.0, 2.59}, {4.0, 3.67}}}, support_over_spacing);
 }
 
-double viscous_limit(double support_over_spacing) {
+double viscous_limit(double support_over_spacing, KernelType kernel) {
+  if (kernel == KernelType::quintic)
+    return interpolate({{{2.5, 0.351}, {2.6, 0.378}, {3.0, 0.499}, {4.0, 0.888}}}, support_over_spacing);
   return interpolate({{{2.0, 0.311}, {2.6, 0.504}, {3.0, 0.654}, {4.0, 1.15}}}, support_over_spacing);
 }
 
@@ -173,14 +179,17 @@ void plan_sub_steps(const Scene& scene, Plan& plan) {
     fastest = std::max(fastest, sound_speed_in(scene, plan, m));
   }
   const double nu = plan.artificial * fastest * 0.5 * plan.support / 10;  // equivalent of the artificial viscosity
-  const double sound = acoustic_limit(ratio) * dx / (fastest + plan.max_speed);
-  const auto viscous = [&](double n) { return n > 0 ? viscous_limit(ratio) * dx * dx / n : 1e30; };
+  // that of the paper's kernel is no shorter than that of Wendland's
+  const KernelType kernel = plan.method == Method::paper ? KernelType::wendland : fluid_kernel_type(ratio);
+  const double sound = acoustic_limit(ratio, kernel) * dx / (fastest + plan.max_speed);
+  const auto viscous = [&](double n) { return n > 0 ? viscous_limit(ratio, kernel) * dx * dx / n : 1e30; };
   plan.dt_limit = 1e30;
   plan.dt_allowed = 1e30;
   plan.ruling = {1e30, "sound", "", ""};
   // by method "paper" solids push each other with the pressure of fluids
   if (plan.fluid || (plan.method == Method::paper && plan.contact)) {
-    const double share = plan.method == Method::accurate ? kSoundShare : 1;
+    const double accurate = kernel == KernelType::quintic ? kQuinticSoundShare : kSoundShare;
+    const double share = plan.method == Method::accurate ? accurate : 1;
     limit_by({sound, "sound", fmt::format("c {:.3g} m/s", fastest), "", share}, scene.config.numerics, plan);
     limit_by({viscous(nu), "viscosity", "numerics.artificial_viscosity", ""}, scene.config.numerics, plan);
     limit_by_density(scene, sound, plan);

@@ -16,10 +16,10 @@ double allowed_by(const StepLimit& limit, const NumericsConfig& numerics);
 // Adds a limit to those of the plan, which it rules if it allows least and nothing avoids it. One of 1e30 s is none.
 void limit_by(const StepLimit& limit, const NumericsConfig& numerics, Plan& plan);
 
-// Return the linear stability limits of c dt / dx for weakly compressible SPH with a Wendland C2 kernel, and of nu dt /
-// dx^2 for the Morris viscosity, on a cubic lattice, as functions of H / dx (from the operators' largest eigenvalues).
-double acoustic_limit(double support_over_spacing);
-double viscous_limit(double support_over_spacing);
+// Return the linear stability limits of c dt / dx for weakly compressible SPH, and of nu dt / dx^2 for the Morris
+// viscosity, on a cubic lattice, as functions of H / dx (from the operators' largest eigenvalues).
+double acoustic_limit(double support_over_spacing, KernelType kernel);
+double viscous_limit(double support_over_spacing, KernelType kernel);
 // Returns that of nu dt / dx^2 for the viscosity of method "paper" (Mueller, Charypar & Gross 2003).
 double laplacian_limit(double support_over_spacing);
 // Returns the limit of c_p dt / dx for total-Lagrangian elasticity with corrected gradients, c_p being the speed of

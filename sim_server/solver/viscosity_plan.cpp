@@ -20,12 +20,8 @@ constexpr double kNearWalls = 2;
 // Returns int_0^H shear dd of a plane: K of a body over 2 mu and its surface, in fluid that fills the room beside it
 // [1/m].
 double shear_of_plane(double support, double spacing) {
-  const WallKernel kernel{static_cast<real>(support),
-                          static_cast<real>(1 / support),
-                          static_cast<real>(spacing),
-                          static_cast<real>(spacing / 4),
-                          0,
-                          Vec3(0, 0, 0)};
+  const WallKernel kernel{FluidKernel::with_support(static_cast<real>(support), static_cast<real>(spacing)),
+                          static_cast<real>(spacing), static_cast<real>(spacing / 4), 0, Vec3(0, 0, 0)};
   constexpr int kParts = 200;
   double sum = 0;
   for (int k = 0; k < kParts; ++k)

@@ -55,19 +55,42 @@ Front front_at(const Scene& scene, Simulation& simulation, double T) {
   return front;
 }
 
+// Returns how far a value is from what lies between two, relative to the nearer one.
+double outside_of(double value, double low, double high) {
+  if (value < low) return value / low - 1;
+  return value > high ? value / high - 1 : 0;
+}
+
+constexpr double kGateForgotten = 1.5;  // T after which the time that the gate took counts less than the floor
+
 class DamBreak : public ::testing::TestWithParam<Method> {};
 
-TEST_P(DamBreak, FrontFollowsMartinAndMoyce) {
+// Without friction and without the gate of the experiment the front is 13 to 20 % ahead of Martin & Moyce: the
+// potential flow of tools/dam_break_potential.py, known within 0.002. Particles of a solid are a rough floor, so the
+// front on them belongs between the two, and near the experiment once the gate is far behind.
+TEST_P(DamBreak, FrontIsBetweenMartinAndMoyceAndPotentialFlow) {
   const Scene scene = column(GetParam(), false);
   const auto simulation = simulate(scene);
-  const double measured[][2] = {{0.832, 1.217}, {1.219, 1.474}, {1.997, 2.292}, {2.547, 2.995}, {3.345, 4.134}};
-  for (const auto& [T, Z] : measured) {
+  const double known[][3] = {{0.832, 1.217, 1.413},
+                             {1.219, 1.474, 1.768},
+                             {1.997, 2.292, 2.678},
+                             {2.547, 2.995, 3.443},
+                             {3.345, 4.134, 4.689}};
+  for (const auto& [T, Z, without_friction] : known) {
     const Front front = front_at(scene, *simulation, T);
-    EXPECT_TRUE(within((front.Z - Z) / Z, tol::kDamBreakFront,
+    EXPECT_TRUE(within(outside_of(front.Z, Z, without_friction), tol::kFrontBetween,
                        {"D2 dam break: front at T = t sqrt(2 g / a) to 3.3, the worst",
-                        "Z = x / a = " + quantity(Z, "at T = ") + quantity(T, "(Martin & Moyce 1952)"),
+                        "Z = x / a = " + quantity(Z, "(Martin & Moyce 1952) to ") +
+                            quantity(without_friction, "(potential flow) at T = ") + quantity(T, ""),
                         "Z = " + quantity(front.Z, ""), GetParam(), kPapersSurface}))
         << "T = " << T;
+    if (T > kGateForgotten) {
+      EXPECT_TRUE(within((front.Z - Z) / Z, tol::kDamBreakFront,
+                         {"D2 dam break: front at T = t sqrt(2 g / a) from 2 to 3.3, the worst",
+                          "Z = x / a = " + quantity(Z, "at T = ") + quantity(T, "(Martin & Moyce 1952)"),
+                          "Z = " + quantity(front.Z, ""), GetParam(), kPapersSurface}))
+          << "T = " << T;
+    }
     EXPECT_LT(front.Z, 1 + 2 * T + kSpacing / kWidth) << "faster than Ritter's front";
     EXPECT_TRUE(within(std::max(0.0, -front.lowest) / kSpacing, tol::kThroughFloor,
                        {"D2 dam break: how deep particles enter the floor", "0",
@@ -77,9 +100,7 @@ TEST_P(DamBreak, FrontFollowsMartinAndMoyce) {
   EXPECT_EQ(simulation->step({}).health.outside, 0u);
 }
 
-// Without friction and without the gate of the experiment the front is 16 to 20 % ahead of Martin & Moyce: the
-// potential flow of tools/dam_break_potential.py, known within 0.002. Walls by geometry have no roughness that slows
-// it.
+// Walls by geometry have no roughness that slows the front.
 TEST(DamBreakByGeometry, FrontFollowsPotentialFlow) {
   const Scene scene = column(Method::accurate, true);
   const auto simulation = simulate(scene);

@@ -2,7 +2,7 @@
 # simulation for longer. The CPU's binaries are physics_unit_test (seconds), physics_test and stability_test (minutes);
 # the same cases, but those that call kernels on the host, make the GPU's, whose tests skip themselves where there is no
 # GPU.
-set(physics_support_sources ../support/equations.cpp ../support/validation.cpp)
+set(physics_support_sources ../support/equations.cpp ../support/kernels.cpp ../support/validation.cpp)
 set(physics_host_sources
   physics/cell_grid_test.cpp physics/distance_test.cpp physics/elastic_test.cpp physics/implicit_elastic_test.cpp
   physics/pieces_test.cpp physics/plastic_test.cpp physics/smoothing_test.cpp physics/tear_test.cpp)

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "tests/support/kernels.h"
+
 namespace palp::test {
 namespace {
 
@@ -67,7 +69,9 @@ Eigen::Quaterniond turned(const Eigen::Quaterniond& q, const Vector3d& rotation)
 // Returns the sum of the kernel over a cubic lattice, times the volume of a cell; H: in spacings, at most 5.
 double lattice_cover(double H) {
   double sum = 0;
-  for (int k = 0; k < 1331; ++k) sum += wendland(Vector3d(k % 11 - 5, k / 11 % 11 - 5, k / 121 - 5).norm(), H);
+  for (int x = -5; x <= 5; ++x)
+    for (int y = -5; y <= 5; ++y)
+      for (int z = -5; z <= 5; ++z) sum += fluid_kernel(Vector3d(x, y, z).norm(), H, 1);
   return sum;
 }
 
@@ -81,11 +85,12 @@ void continuity(Restated& w) {
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     if (!is_fluid(w, i)) continue;
     const double c = sound(w, i), c2 = c * c, rho0 = density0(w, i), rho_i = rho0 + w.p[i] / c2;
-    double divergence = 0, diffusion = 0, cover = w.V[i] * wendland(0, w.plan.support), strain = 0;
+    double divergence = 0, diffusion = 0, cover = w.V[i] * fluid_kernel(0, w.plan.support, w.scene->spacing),
+           strain = 0;
     Vector3d slope = Vector3d::Zero();
     for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
-      const Vector3d gradient = wendland_gradient(x_ij, w.plan.support);
-      cover += w.V[j] * wendland(x_ij.norm(), w.plan.support);
+      const Vector3d gradient = fluid_gradient(x_ij, w.plan.support, w.scene->spacing);
+      cover += w.V[j] * fluid_kernel(x_ij.norm(), w.plan.support, w.scene->spacing);
       slope += w.V[j] * gradient;
       const Vector3d v_j = is_fixed(w, j) ? Vector3d::Zero() : w.v[j];
       strain += std::abs(w.V[j] * (w.v[i] - v_j).dot(gradient));
@@ -119,7 +124,7 @@ void extrapolate_to_walls(Restated& w) {
     Vector3d v = Vector3d::Zero();
     for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
       if (!is_fluid(w, j)) return;
-      const double W = wendland(x_ij.norm(), w.plan.support);
+      const double W = fluid_kernel(x_ij.norm(), w.plan.support, w.scene->spacing);
       p += (acting(w, w.p[j]) + density_of(w, j) * g.dot(x_ij)) * W;
       v += w.v[j] * W;
       sum += W;
@@ -131,7 +136,7 @@ void extrapolate_to_walls(Restated& w) {
 
 // Force of j, fluid or solid, on fluid particle i.
 Vector3d force_on_fluid(const Restated& w, std::size_t i, std::size_t j, const Vector3d& x_ij) {
-  const Vector3d gradient = wendland_gradient(x_ij, w.plan.support);
+  const Vector3d gradient = fluid_gradient(x_ij, w.plan.support, w.scene->spacing);
   const double h = 0.5 * w.plan.support, r2 = x_ij.squaredNorm();
   const bool wall = !is_fluid(w, j);
   double p_j = wall ? w.wall_pressure[j] : acting(w, w.p[j]);
@@ -379,22 +384,5 @@ RigidState handle_of(const Restated& w, std::size_t proxy) {
   const Vector3d r = b.q * b.handle;
   return {b.x + r, b.q, b.v + b.w.cross(r), b.w};
 }
-
-double wendland(double r, double H) {
-  const double q = r / H;
-  return q < 1 ? 21 / (2 * M_PI * H * H * H) * std::pow(1 - q, 4) * (4 * q + 1) : 0;
-}
-Vector3d wendland_gradient(const Vector3d& x, double H) {
-  const double r = x.norm(), q = r / H;
-  if (q >= 1 || r == 0) return Vector3d::Zero();
-  return 21 / (2 * M_PI * H * H * H) * (-20 * q * std::pow(1 - q, 3)) / H * x / r;
-}
-double poly6(double r, double H) { return r < H ? 315 / (64 * M_PI * std::pow(H, 9)) * std::pow(H * H - r * r, 3) : 0; }
-Vector3d poly6_gradient(const Vector3d& x, double H) {
-  const double r = x.norm();
-  if (r >= H) return Vector3d::Zero();
-  return -945 / (32 * M_PI * std::pow(H, 9)) * std::pow(H * H - r * r, 2) * x;
-}
-double viscosity_laplacian(double r, double H) { return r < H ? 45 / (M_PI * std::pow(H, 6)) * (H - r) : 0; }
 
 }  // namespace palp::test

@@ -43,11 +43,4 @@ double density_of(const Restated& world, std::size_t particle);
 // Returns the state of the handle of a proxy.
 RigidState handle_of(const Restated& world, std::size_t proxy);
 
-// The kernels by their textbook formulas.
-double wendland(double r, double H);
-Eigen::Vector3d wendland_gradient(const Eigen::Vector3d& x, double H);
-double poly6(double r, double H);
-Eigen::Vector3d poly6_gradient(const Eigen::Vector3d& x, double H);
-double viscosity_laplacian(double r, double H);
-
 }  // namespace palp::test

@@ -45,6 +45,7 @@ inline constexpr Tolerance kBodyWrench{1e-4, 1e-12, "a sum of many pair forces t
 // kernels
 inline constexpr Tolerance kKernelIntegral{1e-5, 1e-6, "midpoint rule with 4000 shells, kernel in real"};
 inline constexpr Tolerance kKernelFromSlope{1e-4, 2e-5, "midpoint rule within a midpoint rule"};
+inline constexpr Tolerance kLatticeShear{0.02, 0.02, "of p, H = 2.7 to 3.5 dx; Wendland C2 has 0.18 with 2 dx"};
 inline constexpr Tolerance kKernelSlope{2e-3, 1e-6, "central difference of a kernel in real"};
 // conservation, physics reference D18
 inline constexpr Tolerance kMomentum{1e-5, 1e-12, "pair forces are equal and opposite up to round-off"};
@@ -63,16 +64,18 @@ inline constexpr Tolerance kRestDrift{0.1, 0.1, "of a spacing, over a minute"};
 inline constexpr Tolerance kStirredVolume{
     0.03, 0.03, "of the height: particles in disorder fill space as well as a lattice to about 2 %"};
 inline constexpr Tolerance kGuard{1e-5, 1e-11, "of the largest push, force, and force times radius: rounding"};
-inline constexpr Tolerance kWallShare{0.02, 0.02, "quadrature errs by 0.005 in edges, products of shares by 0.01"};
+inline constexpr Tolerance kWallShare{
+    0.023, 0.023, "layers err by 0.018 of an integral, quadrature by 0.005 in edges, products of shares by 0.01"};
 inline constexpr Tolerance kSameWall{1e-5, 1e-11, "of a share and 1 / H: rounding"};
 inline constexpr Tolerance kWallSlope{
     0.08, 0.08, "of 1 / H; 1.5 at a plane. Where shapes join, products of shares err by 0.06; quadrature errs by 0.02"};
 inline constexpr Tolerance kWallShear{1e-4, 1e-8, "of the same: a rounded distance"};
-inline constexpr Tolerance kWallPull{0.02, 0.02, "of the acceleration, for the same reasons as the share"};
+inline constexpr Tolerance kWallPull{0.023, 0.023, "of the acceleration, for the same reasons as the share"};
 inline constexpr Tolerance kPenetration{0.05, 0.05, "of a spacing: fluid that is stirred was within the ladle by 0.4"};
 inline constexpr Tolerance kRestingSpeed{0.01, 0.01, "of sqrt(g H)"};
 inline constexpr Tolerance kCompression{0.012, 0.012, "g H / c^2 = 1 % at c = 10 sqrt(g H), and sound"};
 inline constexpr Tolerance kDamBreakFront{0.10, 0.10, "of the distance, Martin & Moyce 1952"};
+inline constexpr Tolerance kFrontBetween{0.02, 0.02, "of the distance: half a spacing is a twentieth of the width"};
 inline constexpr Tolerance kIdealFront{0.10, 0.10,
                                        "of the distance in potential flow; the tip is thinner than a spacing"};
 inline constexpr Tolerance kRitter{0.03, 0.03,

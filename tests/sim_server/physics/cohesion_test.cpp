@@ -67,7 +67,7 @@ double pressure_within(const Scene& scene, const Snapshot& s, const Eigen::Vecto
   const double strength = kTension / cohesion_norm(plan.support);
   double virial = 0, volume = 0;
   const auto V = [&](std::size_t i) { return scene.volume[i] * 1000 / s.density[i]; };
-  const WendlandC2 kernel = WendlandC2::with_support(static_cast<real>(plan.support));
+  const FluidKernel kernel = FluidKernel::with_support(static_cast<real>(plan.support), static_cast<real>(kSpacing));
   for (std::size_t i = 0; i < scene.position.size(); ++i) {
     const Eigen::Vector3d x = vector_at(s.position, i);
     if ((x - center).norm() > core) continue;

@@ -6,6 +6,7 @@
 
 #include "tests/support/elastic_stages.h"
 #include "tests/support/equations.h"
+#include "tests/support/kernels.h"
 #include "tests/support/lattice_gradient.h"
 #include "tests/support/random.h"
 #include "tests/support/scenes.h"

@@ -7,6 +7,7 @@
 #include "sim_server/solver/heat_plan.h"
 #include "tests/support/backend.h"
 #include "tests/support/equations.h"
+#include "tests/support/kernels.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/seed.h"
 #include "tests/support/tolerance.h"
@@ -70,7 +71,7 @@ TEST_P(HeatStep, HoldsOnRandomScenes) {
     for (int b = -4; b <= 4; ++b)
       for (int c = -4; c <= 4; ++c) {
         const Eigen::Vector3d x = scene.spacing * Eigen::Vector3d(a, b, c);
-        moment -= std::pow(scene.spacing, 3) * wendland_gradient(x, world.plan.support).x() * x.x();
+        moment -= std::pow(scene.spacing, 3) * fluid_gradient(x, world.plan.support, scene.spacing).x() * x.x();
       }
   std::vector<double> T(n), heat(n, 0.0);
   double T_scale = 0, heat_scale = 0;
@@ -87,7 +88,7 @@ TEST_P(HeatStep, HoldsOnRandomScenes) {
       if (i == j || d.norm() >= world.plan.support) continue;
       const double k_j = material(j).conductivity;
       const double k = held(j) ? 4 * k_i : k_i + k_j > 0 ? 4 * k_i * k_j / (k_i + k_j) : 0;
-      const double F = -wendland_gradient(d, world.plan.support).dot(d) / d.squaredNorm();
+      const double F = -fluid_gradient(d, world.plan.support, scene.spacing).dot(d) / d.squaredNorm();
       heat[i] += world.plan.dt * volume(i) * volume(j) * k * F / moment * (scene.temperature[j] - scene.temperature[i]);
     }
     const MaterialConfig& m = material(i);

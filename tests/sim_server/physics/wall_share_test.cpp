@@ -38,8 +38,8 @@ class Walls {
   }
   // x in the body frame.
   WallShare at(const Vector3d& x) const {
-    WallKernel kernel{real(kSupport),     real(1 / kSupport),    real(kSpacing / 16),
-                      real(kSpacing / 4), real(0.01 * kSpacing), kPull.cast<real>()};
+    const WallKernel kernel{FluidKernel::with_support(real(kSupport), real(kSpacing)), real(kSpacing / 16),
+                            real(kSpacing / 4), real(0.01 * kSpacing), kPull.cast<real>()};
     return wall_share(store_->shape[0], store_->piece.data(), grids_.data(), kernel,
                       (x - scene_.bodies[0].center).cast<real>());
   }
@@ -62,7 +62,7 @@ class Walls {
  private:
   bool contains(const Vector3d& x) const { return solid_.contains(solid_.frame.inverse() * x); }
   void add(const Vector3d& x, const Vector3d& s, double cell, int halvings, Sums& sums) const {
-    const auto W = WendlandC2Of<double>::with_support(kSupport);
+    const auto W = FluidKernelOf<double>::with_support(kSupport, kSpacing);
     const double r = s.norm();
     if (r - cell > kSupport) return;
     if (halvings > 0 && std::abs(distance(x + s)) < cell) {
