@@ -194,7 +194,7 @@ TEST_P(TurekHron, BarSwingsFarAsInCsm3) {
 
 // CSM1: the same bar at rest, by the implicit solver, whose long steps damp.
 TEST_P(TurekHron, BarSagsAsInCsm1) {
-  const int across = std::min(GetParam(), 8);
+  const int across = GetParam();
   const double dx = kHigh / across, length = 0.35;
   Scene scene = clamped(Method::accurate, dx, {length, kAcross * dx, kHigh}, true, 2, {.young = 1.4e6, .poisson = 0.4});
   scene.config.rate_hz = 10;
@@ -219,7 +219,7 @@ TEST_P(TurekHron, BarSagsAsInCsm1) {
   judge("shortening", -end.x(), 7.187e-3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Spacings, TurekHron, ::testing::Values(5, 10));
+INSTANTIATE_TEST_SUITE_P(Spacings, TurekHron, ::testing::Values(5, 8));
 
 class UniaxialBar : public ::testing::TestWithParam<Method> {};
 
