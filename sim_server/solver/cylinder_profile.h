@@ -4,9 +4,8 @@
 
 #include <vector>
 
-#include "sim_server/physics/smoothing.h"
-
 #include "sim_server/physics/real.h"
+#include "sim_server/physics/smoothing.h"
 
 namespace palp {
 

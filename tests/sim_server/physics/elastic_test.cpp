@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/elastic_stages.h"
-#include "tests/support/equations.h"
 #include "tests/support/kernels.h"
 #include "tests/support/lattice_gradient.h"
 #include "tests/support/random.h"

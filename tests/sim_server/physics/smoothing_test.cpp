@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "sim_server/physics/smoothing.h"
-#include "tests/support/equations.h"
 #include "tests/support/kernels.h"
 #include "tests/support/tolerance.h"
 
