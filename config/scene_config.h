@@ -112,7 +112,19 @@ struct HeatZoneConfig {
   std::string where;
 };
 
-enum class Quantity { pressure, density, velocity, temperature, front, energy, extremes, body, heat, pieces };
+enum class Quantity {
+  pressure,
+  density,
+  velocity,
+  temperature,
+  wall_pressure,
+  front,
+  energy,
+  extremes,
+  body,
+  heat,
+  pieces
+};
 
 struct ProbeConfig {
   std::string name;

@@ -9,13 +9,13 @@ namespace palp {
 
 namespace {
 
-const std::vector<std::string> kQuantities{"pressure", "density",  "velocity", "temperature", "front",
+const std::vector<std::string> kQuantities{"pressure", "density",  "velocity", "temperature", "wall_pressure", "front",
                                            "energy",   "extremes", "body",     "heat",        "pieces"};
 
 // A point that cannot be read is put nowhere, so that no fault is added about where it lies.
 const Eigen::Vector3d kNowhere = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 
-bool is_field(Quantity quantity) { return quantity <= Quantity::temperature; }
+bool is_field(Quantity quantity) { return quantity <= Quantity::wall_pressure; }
 
 // Reads the points of `point` or `line`, from first to last.
 std::vector<Eigen::Vector3d> read_points(TomlTable& table) {

@@ -15,6 +15,9 @@ namespace {
 
 constexpr double kReachOverSpacing = 2;
 
+// The share of the kernel below which a place counts as within solids, where no fluid reaches it.
+constexpr double kLeastRoom = 0.02;
+
 constexpr auto kKernel = WendlandC2Of<double>::unit();  // the division by the sum of weights removes its scale
 
 Eigen::Vector3d vector_at(const std::vector<float>& values, std::size_t i) {
@@ -45,6 +48,7 @@ std::vector<std::string> probe_columns(const ProbeConfig& probe) {
   if (is_line(probe)) more({"x_m", "y_m", "z_m"});
   switch (probe.quantity) {
     case Quantity::pressure:
+    case Quantity::wall_pressure:
       more({"pressure_Pa"});
       break;
     case Quantity::density:
@@ -89,6 +93,7 @@ void ProbeSampler::load(const Snapshot* snapshot, const StepOutput& output) {
   output_ = &output;
   fluids_.reset();
   all_.reset();
+  within_support_.reset();
 }
 
 std::vector<ProbeRow> ProbeSampler::evaluate(const ProbeConfig& probe) const {
@@ -114,7 +119,10 @@ std::vector<ProbeRow> ProbeSampler::evaluate(const ProbeConfig& probe) const {
       break;
     default:
       for (const Eigen::Vector3d& point : probe.points) {
-        rows.push_back(at_point(probe, point));
+        if (probe.quantity == Quantity::wall_pressure)
+          rows.push_back({on_wall(point)});
+        else
+          rows.push_back(at_point(probe, point));
         if (is_line(probe)) rows.back().insert(rows.back().begin(), {point.x(), point.y(), point.z()});
       }
   }
@@ -165,14 +173,32 @@ ProbeRow ProbeSampler::at_point(const ProbeConfig& probe, const Eigen::Vector3d&
 void ProbeSampler::add_solids(const Eigen::Vector3d& point, double reach, double& weights, double& sum) const {
   const auto bounds = [&](const Body& body) { return bounds_heat(scene_, body); };
   if (std::none_of(scene_.bodies.begin(), scene_.bodies.end(), bounds)) return;
-  if (!solids_) solids_.emplace(scene_);
   const auto state_of = [&](std::size_t body) { return body_state(body).state; };
-  solids_->near(point, reach, state_of, [&](std::size_t b, double share) {
+  solids().that_bound_heat(point, reach, state_of, [&](std::size_t b, double share) {
     const Body& body = scene_.bodies[b];
     const double w = reach * reach * reach * share * effusivity(scene_.config.materials[body.material]);
     weights += w;
     sum += w * *body.temperature;
   });
+}
+
+std::optional<double> ProbeSampler::on_wall(const Eigen::Vector3d& point) const {
+  const double support = snapshot_->support;
+  const auto state_of = [&](std::size_t body) { return body_state(body).state; };
+  const double room = solids().room(point, support, state_of);
+  if (room < kLeastRoom) return std::nullopt;
+  if (!within_support_) within_support_.emplace(scene_, *snapshot_, support, false);
+  const auto kernel = FluidKernelOf<double>::with_support(support, scene_.spacing);
+  double sum = 0;
+  within_support_->near(point, [&](std::uint32_t i, double r) {
+    sum += volume_of(scene_, *snapshot_, i) * kernel.W(r) * pressure_.of(i);
+  });
+  return finite(sum / room);
+}
+
+const SolidsAround& ProbeSampler::solids() const {
+  if (!solids_) solids_.emplace(scene_);
+  return *solids_;
 }
 
 bool ProbeSampler::counts(const ProbeConfig& probe, std::size_t body) const {

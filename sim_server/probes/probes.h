@@ -8,7 +8,7 @@
 
 #include "config/csv_file.h"
 #include "sim_server/probes/fluid_pressure.h"
-#include "sim_server/probes/solid_temperatures.h"
+#include "sim_server/probes/solids_around.h"
 
 namespace palp {
 
@@ -21,7 +21,8 @@ bool needs_snapshot(const ProbeConfig& probe);
 
 // Evaluates probes on one state. Fields at a point are interpolated over the fluid particles (temperature: over all,
 // and solids that bound heat without any) within two spacings (Wendland C2 weights, divided by their sum), across
-// periodic boundaries; missing where there are none.
+// periodic boundaries; missing where there are none. What a wall bears is summed with the kernel of fluids over the
+// room that solids leave; missing within them.
 class ProbeSampler {
  public:
   explicit ProbeSampler(const Scene& scene);  // keeps a reference
@@ -34,6 +35,11 @@ class ProbeSampler {
 
  private:
   ProbeRow at_point(const ProbeConfig& probe, const Eigen::Vector3d& point) const;
+  // Returns what a place of a solid's surface bears per area [Pa]. Each particle pushes a solid by 2 p V times the
+  // integral of W over its surface (physics/walls.h), so a place of a plane bears 2 sum V p W, and one between faces
+  // sum V p W over the share of the kernel that solids leave. Air bears nothing: a gauge that is hardly wet reads
+  // little.
+  std::optional<double> on_wall(const Eigen::Vector3d& point) const;
   // Adds the solids that bound heat to the sums of a temperature at a point.
   void add_solids(const Eigen::Vector3d& point, double reach, double& weights, double& sum) const;
   ProbeRow front(const ProbeConfig& probe) const;
@@ -43,6 +49,7 @@ class ProbeSampler {
   ProbeRow heat(const ProbeConfig& probe) const;
   ProbeRow pieces(const ProbeConfig& probe) const;
   BodyOutput body_state(std::size_t index) const;
+  const SolidsAround& solids() const;
   bool counts(const ProbeConfig& probe, std::size_t body) const;
 
   const Scene& scene_;
@@ -51,7 +58,8 @@ class ProbeSampler {
   const StepOutput* output_ = nullptr;
   // of the fluid particles, and of all; each listed when a point of it is first asked for
   mutable std::optional<SnapshotPoints> fluids_, all_;
-  mutable std::optional<SolidTemperatures> solids_;  // made when a temperature is first asked for
+  mutable std::optional<SnapshotPoints> within_support_;  // fluid particles; listed when a wall is first asked for
+  mutable std::optional<SolidsAround> solids_;            // made when one of them is first asked for
 };
 
 // Writes one CSV file per probe, each at its own rate: probe NAME into FOLDER/NAME.csv.

@@ -11,6 +11,7 @@
 
 #include "tests/support/scene_builder.h"
 #include "tests/support/seed.h"
+#include "tests/support/tolerance.h"
 
 namespace palp::test::probes_test {
 namespace {
@@ -81,6 +82,31 @@ TEST_F(ProbesTest, FieldsAreInterpolatedOverFluidOnly) {
   EXPECT_FALSE(row(probe(Quantity::pressure, {{0, 0, 0.8}}))[1]);
   EXPECT_FALSE(row(probe(Quantity::velocity, {{-0.9, -0.9, 0.9}}))[3]);
   EXPECT_FALSE(row(probe(Quantity::temperature, {{0, 0, 0}}))[1]);
+}
+
+// Water of 7 Pa in a corner of two solids, 0.6 m deep.
+TEST_F(ProbesTest, AGaugeInAWallReadsWhatTheWallBears) {
+  SceneConfig config = scene(0.1);
+  config.bodies.push_back(body("floor", BodyKind::fixed, box({2, 2, 0.4}, {0, 0, -0.2})));
+  config.bodies.push_back(body("wall", BodyKind::fixed, box({0.2, 2, 0.8}, {-0.9, 0, 0.4})));
+  config.bodies.push_back(body("water", BodyKind::fluid, box({0.8, 1, 0.6}, {-0.4, 0, 0.3})));
+  set(config);
+  snapshot_.support = 0.3;
+  snapshot_.pressure.assign(snapshot_.pressure.size(), 7);
+  const auto gauge = [&](double x, double y, double z) { return row(probe(Quantity::wall_pressure, {{x, y, z}}))[1]; };
+  const double bound = 7 * value_of(tol::kWallPressure);
+  EXPECT_NEAR(*gauge(-0.4, 0, 0), 7, bound) << "under water";
+  EXPECT_NEAR(*gauge(-0.8, 0, 0.3), 7, bound) << "beside water";
+  EXPECT_NEAR(*gauge(-0.8, 0, 0), 7, bound) << "where two solids meet";
+  EXPECT_NEAR(*gauge(0, 0, 0), 3.5, bound) << "where the water ends";
+  EXPECT_NEAR(*gauge(0, 0.5, 0), 1.75, bound) << "at its corner";
+  EXPECT_EQ(*gauge(0.5, 0, 0), 0) << "dry";
+  EXPECT_FALSE(gauge(-0.4, 0, -0.3)) << "within the floor";
+  // beyond the support radius from the other wall a face bears 7 Pa where it is wet, whatever the kernel spreads
+  double force = 0;
+  for (double x = -0.475; x < 0.35; x += 0.05)
+    for (double y = -0.875; y < 0.9; y += 0.05) force += 0.05 * 0.05 * *gauge(x, y, 0);
+  EXPECT_NEAR(force, 7 * 0.5 * 1.0, bound) << "the force on the face";
 }
 
 TEST_F(ProbesTest, LinesGiveARowForEachPoint) {

@@ -1,0 +1,43 @@
+#include "sim_server/probes/solids_around.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim_server/physics/distance.h"
+#include "sim_server/physics/wall_share.h"
+#include "sim_server/scene/scene_heat.h"
+#include "sim_server/solver/plan.h"
+
+namespace palp {
+
+SolidsAround::SolidsAround(const Scene& scene)
+    : scene_(scene), store_(scene, make_plan(scene)), grids_(store_.grids_at(store_.node.data())) {
+  for (const std::uint32_t body : store_.shaped) bounds_heat_.push_back(bounds_heat(scene, scene.bodies[body]));
+}
+
+Eigen::Vector3d SolidsAround::from_center(std::size_t k, const Eigen::Vector3d& x, const RigidState& state) const {
+  const Body& body = scene_.bodies[store_.shaped[k]];
+  const Eigen::Vector3d center = state.position + state.orientation * body.center;
+  return state.orientation.conjugate() * box_of(scene_).between(x, center);
+}
+
+double SolidsAround::distance(std::size_t k, const Eigen::Vector3d& r) const {
+  return solid_distance(store_.shape[k], store_.piece.data(), grids_.data(), r.cast<real>()).d;
+}
+
+double SolidsAround::share(std::size_t k, const Eigen::Vector3d& r, double support) const {
+  if (distance(k, r) >= support) return 0;
+  const auto dx = static_cast<real>(scene_.spacing);
+  const WallKernel kernel{FluidKernel::with_support(static_cast<real>(support), dx), dx, real(0.25) * dx,
+                          real(0.01) * dx, Vec3(0, 0, 0)};
+  const Vec3 x = r.cast<real>();
+  return std::clamp<double>(wall_share(store_.shape[k], store_.piece.data(), grids_.data(), kernel, x).share, 0, 1);
+}
+
+double SolidsAround::share_of_plane(double distance) {
+  const double u = std::max(0.0, 1 - std::abs(distance)), u2 = u * u;
+  const double beyond = u2 * u2 * u2 * (3.5 - 4.5 * u + 1.5 * u2);
+  return distance < 0 ? 1 - beyond : beyond;
+}
+
+}  // namespace palp
