@@ -95,7 +95,8 @@ def slosh(deep, alpha, options):
         folder = pathlib.Path(name)
         write_scene(folder, deep, alpha, options.support)
         run = subprocess.run([options.bin / "palp-run", folder / "sloshing.toml", "--out", folder / "out",
-                              "--backend", options.backend], capture_output=True, text=True)
+                              "--backend", options.backend,
+                              *(word for pair in options.set for word in ("--set", pair))], capture_output=True, text=True)
         if run.returncode != 0:
             return f"{deep} deep, alpha {alpha:g}: {run.stderr.strip().splitlines()[-1]}"
         with open(folder / "out/energy.csv") as table:
@@ -113,6 +114,7 @@ def main():
     parser.add_argument("--deep", type=int, nargs="+", default=[20], metavar="SPACINGS")
     parser.add_argument("--alpha", type=float, nargs="+", default=[0.0], help="artificial viscosity")
     parser.add_argument("--support", type=float, default=3, help="over the spacing")
+    parser.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE", help="as of palp-run")
     parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu")
     parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin")
     options = parser.parse_args()
