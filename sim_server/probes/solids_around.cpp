@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim_server/physics/distance.h"
 #include "sim_server/physics/wall_share.h"
 #include "sim_server/scene/scene_heat.h"
 #include "sim_server/solver/plan.h"
 
 namespace palp {
+
+// How deep beneath a surface a place still counts as on it, in spacings.
+constexpr double kSurfaceOverSpacing = 0.1;
 
 SolidsAround::SolidsAround(const Scene& scene)
     : scene_(scene), store_(scene, make_plan(scene)), grids_(store_.grids_at(store_.node.data())) {
@@ -21,16 +23,20 @@ Eigen::Vector3d SolidsAround::from_center(std::size_t k, const Eigen::Vector3d& 
   return state.orientation.conjugate() * box_of(scene_).between(x, center);
 }
 
-double SolidsAround::distance(std::size_t k, const Eigen::Vector3d& r) const {
-  return solid_distance(store_.shape[k], store_.piece.data(), grids_.data(), r.cast<real>()).d;
+Distance SolidsAround::distance(std::size_t k, const Eigen::Vector3d& r) const {
+  return solid_distance(store_.shape[k], store_.piece.data(), grids_.data(), r.cast<real>());
 }
 
 double SolidsAround::share(std::size_t k, const Eigen::Vector3d& r, double support) const {
-  if (distance(k, r) >= support) return 0;
+  const Distance at = distance(k, r);
+  if (!(at.d < support)) return 0;
   const auto dx = static_cast<real>(scene_.spacing);
   const WallKernel kernel{FluidKernel::with_support(static_cast<real>(support), dx), dx, real(0.25) * dx,
                           real(0.01) * dx, Vec3(0, 0, 0)};
-  const Vec3 x = r.cast<real>();
+  // on the surface, as rounding has it, or as a mesh of facets has: what lies beneath a face does not see it
+  const real on = real(0.01) * dx;
+  Vec3 x = r.cast<real>();
+  if (at.d < on && at.d > -real(kSurfaceOverSpacing) * dx) x += (on - at.d) * at.n;
   return std::clamp<double>(wall_share(store_.shape[k], store_.piece.data(), grids_.data(), kernel, x).share, 0, 1);
 }
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim_server/physics/smoothing.h"
+#include "sim_server/physics/distance.h"
 #include "sim_server/solver/contact_store.h"
 #include "sim_server/solver/simulation.h"
 
@@ -21,7 +21,7 @@ class SolidsAround {
     for (std::size_t k = 0; k < store_.shaped.size(); ++k) {
       const std::uint32_t body = store_.shaped[k];
       if (!bounds_heat_[k]) continue;
-      const double share = share_of_plane(distance(k, from_center(k, x, state_of(body))) / reach);
+      const double share = share_of_plane(distance(k, from_center(k, x, state_of(body))).d / reach);
       if (share > 0) visit(body, share);
     }
   }
@@ -39,8 +39,9 @@ class SolidsAround {
  private:
   // Returns the way to x from the centre of mass of the k-th body that has a distance field, in its axes.
   Eigen::Vector3d from_center(std::size_t k, const Eigen::Vector3d& x, const RigidState& state) const;
-  // Returns the distance of its solid from there, and its share in the kernel.
-  double distance(std::size_t k, const Eigen::Vector3d& r) const;
+  // Returns the distance of its solid from there.
+  Distance distance(std::size_t k, const Eigen::Vector3d& r) const;
+  // Returns its share in the kernel around there.
   double share(std::size_t k, const Eigen::Vector3d& r, double support) const;
   static double share_of_plane(double distance_over_reach);
 

@@ -1,24 +1,22 @@
 // A solid as a mesh in a file.
 #pragma once
 
-#include <unistd.h>
-
 #include <fstream>
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
-
 #include "sim_server/geometry/surface.h"
+#include "tests/support/files.h"
 #include "tests/support/scene_builder.h"
 
 namespace palp::test {
 
-// A closed mesh of the solid that the shapes make, with cells of `spacing`, in a file of this process.
+// A closed mesh of the solid that the shapes make, with cells of `spacing`, in a file that goes away with the process.
 inline ShapeConfig as_mesh(const std::vector<ShapeConfig>& shapes, const std::string& name, double spacing) {
+  static const ScratchFolder folder;
   ShapeConfig shape = box(Eigen::Vector3d::Zero());
   shape.type = ShapeType::mesh;
-  shape.file = ::testing::TempDir() + std::to_string(getpid()) + name;
+  shape.file = folder / name;
   std::ofstream out(shape.file);
   const SurfaceMesh mesh = solid_surface(make_solid(shapes), spacing);
   for (const Eigen::Vector3d& v : mesh.vertices) out << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
