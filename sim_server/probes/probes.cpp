@@ -16,7 +16,7 @@ namespace {
 constexpr double kReachOverSpacing = 2;
 
 // The share of the kernel below which a place counts as within solids, where no fluid reaches it.
-constexpr double kLeastRoom = 0.02;
+constexpr double kLeastRoom = 0.05;
 
 constexpr auto kKernel = WendlandC2Of<double>::unit();  // the division by the sum of weights removes its scale
 
@@ -185,15 +185,17 @@ void ProbeSampler::add_solids(const Eigen::Vector3d& point, double reach, double
 std::optional<double> ProbeSampler::on_wall(const Eigen::Vector3d& point) const {
   const double support = snapshot_->support;
   const auto state_of = [&](std::size_t body) { return body_state(body).state; };
-  const double room = solids().room(point, support, state_of);
-  if (room < kLeastRoom) return std::nullopt;
-  if (!within_support_) within_support_.emplace(scene_, *snapshot_, support, false);
+  if (!within_support_) within_support_.emplace(scene_, *snapshot_, support, true);
   const auto kernel = FluidKernelOf<double>::with_support(support, scene_.spacing);
-  double sum = 0;
+  double sum = 0, room = solids().room(point, support, state_of);
   within_support_->near(point, [&](std::uint32_t i, double r) {
-    sum += volume_of(scene_, *snapshot_, i) * kernel.W(r) * pressure_.of(i);
+    const double w = volume_of(scene_, *snapshot_, i) * kernel.W(r);
+    if (scene_.bodies[scene_.body[i]].type == BodyKind::fluid)
+      sum += w * pressure_.of(i);
+    else if (!solids().acts_by_geometry(scene_.body[i]))
+      room -= w;
   });
-  return finite(sum / room);
+  return room < kLeastRoom ? std::nullopt : finite(sum / room);
 }
 
 const SolidsAround& ProbeSampler::solids() const {

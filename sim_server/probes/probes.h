@@ -58,7 +58,7 @@ class ProbeSampler {
   const StepOutput* output_ = nullptr;
   // of the fluid particles, and of all; each listed when a point of it is first asked for
   mutable std::optional<SnapshotPoints> fluids_, all_;
-  mutable std::optional<SnapshotPoints> within_support_;  // fluid particles; listed when a wall is first asked for
+  mutable std::optional<SnapshotPoints> within_support_;  // all particles; listed when a wall is first asked for
   mutable std::optional<SolidsAround> solids_;            // made when one of them is first asked for
 };
 

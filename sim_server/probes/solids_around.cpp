@@ -12,9 +12,15 @@ namespace palp {
 // How deep beneath a surface a place still counts as on it, in spacings.
 constexpr double kSurfaceOverSpacing = 0.1;
 
-SolidsAround::SolidsAround(const Scene& scene)
-    : scene_(scene), store_(scene, make_plan(scene)), grids_(store_.grids_at(store_.node.data())) {
+SolidsAround::SolidsAround(const Scene& scene) : SolidsAround(scene, make_plan(scene)) {}
+
+SolidsAround::SolidsAround(const Scene& scene, const Plan& plan)
+    : scene_(scene), store_(scene, plan), grids_(store_.grids_at(store_.node.data())), by_geometry_(plan.geometry) {
   for (const std::uint32_t body : store_.shaped) bounds_heat_.push_back(bounds_heat(scene, scene.bodies[body]));
+}
+
+bool SolidsAround::acts_by_geometry(std::uint32_t body) const {
+  return by_geometry_ && std::find(store_.shaped.begin(), store_.shaped.end(), body) != store_.shaped.end();
 }
 
 Eigen::Vector3d SolidsAround::from_center(std::size_t k, const Eigen::Vector3d& x, const RigidState& state) const {

@@ -26,15 +26,18 @@ class SolidsAround {
     }
   }
 
-  // Returns the share of the kernel of fluids around x that solids leave, at most 1: 1/2 on a plane, 1/4 in a right
-  // angle. What several of them fill adds up, since no place is in two. support: H [m].
+  // Returns the share of the kernel of fluids around x that solids leave which act on fluids by their geometry, at most
+  // 1: 1/2 on a plane, 1/4 in a right angle. What several of them fill adds up, since no place is in two. support: H
+  // [m].
   template <class StateOf>
   double room(const Eigen::Vector3d& x, double support, StateOf&& state_of) const {
     double room = 1;
-    for (std::size_t k = 0; k < store_.shaped.size(); ++k)
+    for (std::size_t k = 0; by_geometry_ && k < store_.shaped.size(); ++k)
       room -= share(k, from_center(k, x, state_of(store_.shaped[k])), support);
     return room;
   }
+  // Returns whether a body is one of those.
+  bool acts_by_geometry(std::uint32_t body) const;
 
  private:
   // Returns the way to x from the centre of mass of the k-th body that has a distance field, in its axes.
@@ -45,9 +48,12 @@ class SolidsAround {
   double share(std::size_t k, const Eigen::Vector3d& r, double support) const;
   static double share_of_plane(double distance_over_reach);
 
+  SolidsAround(const Scene& scene, const Plan& plan);
+
   const Scene& scene_;
   ContactStore store_;
   std::vector<NodeGrid> grids_;
+  bool by_geometry_;
   std::vector<bool> bounds_heat_;  // by the order of those that have a distance field
 };
 

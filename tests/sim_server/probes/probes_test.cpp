@@ -110,6 +110,23 @@ TEST_F(ProbesTest, AGaugeInAWallReadsWhatTheWallBears) {
   EXPECT_NEAR(force, 7 * 0.5 * 1.0, bound) << "the force on the face";
 }
 
+// By method "paper" solids act by their particles.
+TEST_F(ProbesTest, AGaugeReadsByMethodPaperToo) {
+  SceneConfig config = scene(0.1);
+  config.method = Method::paper;
+  ShapeConfig drum = box(Eigen::Vector3d::Zero());
+  drum.type = ShapeType::cylinder;
+  drum.radius = 0.8;
+  drum.height = 0.4;
+  config.bodies.push_back(body("drum", BodyKind::fixed, drum));
+  config.bodies.push_back(body("water", BodyKind::fluid, box({1, 1, 0.6}, {0, 0, 0.5})));
+  set(config);
+  snapshot_.support = 0.3;
+  snapshot_.pressure.assign(snapshot_.pressure.size(), 7);
+  EXPECT_NEAR(*row(probe(Quantity::wall_pressure, {{0, 0, 0.2}}))[1], 7, 7 * value_of(tol::kWallPressure));
+  EXPECT_FALSE(row(probe(Quantity::wall_pressure, {{0, 0, 0}}))[1]) << "within the drum";
+}
+
 TEST_F(ProbesTest, LinesGiveARowForEachPoint) {
   const ProbeConfig line = probe(Quantity::pressure, {{-0.5, 0, 0}, {0, 0, 0}, {0.4, 0, 0}});
   EXPECT_EQ(probe_columns(line), (std::vector<std::string>{"time_s", "x_m", "y_m", "z_m", "pressure_Pa"}));
