@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Lets water slosh in a tank, and tells how much of its energy a wave keeps and how long its period is.
 
   tools/sloshing.py                                20 spacings deep, without artificial viscosity, on the CPU
@@ -8,15 +8,13 @@ The tank is 1 m long, 0.5 m deep and periodic across. The water begins level, wi
 wave of potential flow, at most 0.1 m/s: omega^2 = g k tanh(k h). Prints the kinetic energy at its peaks after halves of a
 period, over that at the start, and the times of the second and the fourth peak over the exact ones."""
 import argparse
-import csv
 import math
 import pathlib
-import subprocess
 import tempfile
 
+import cases
 import numpy as np
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
 LENGTH, DEPTH, WALL, ACROSS, SPEED = 1.0, 0.5, 0.1, 10, 0.1
 WAVE_NUMBER = math.pi / LENGTH
 PERIOD = 2 * math.pi / math.sqrt(9.81 * WAVE_NUMBER * math.tanh(WAVE_NUMBER * DEPTH))
@@ -94,15 +92,11 @@ def slosh(deep, alpha, options):
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         write_scene(folder, deep, alpha, options.support)
-        run = subprocess.run([options.bin / "palp-run", folder / "sloshing.toml", "--out", folder / "out",
-                              "--backend", options.backend,
-                              *(word for pair in options.set for word in ("--set", pair))], capture_output=True, text=True)
-        if run.returncode != 0:
-            return f"{deep} deep, alpha {alpha:g}: {run.stderr.strip().splitlines()[-1]}"
-        with open(folder / "out/energy.csv") as table:
-            rows = list(csv.DictReader(table))
-    time = np.array([float(row["time_s"]) for row in rows])
-    kinetic = np.array([float(row["kinetic_J"]) for row in rows])
+        failure = cases.run(options, folder / "sloshing.toml", folder / "out")
+        if failure:
+            return f"{deep} deep, alpha {alpha:g}: {failure}"
+        energy = cases.columns(folder / "out/energy.csv")
+    time, kinetic = np.array(energy["time_s"]), np.array(energy["kinetic_J"])
     peaks = [peak(time, kinetic, half * PERIOD / 2) for half in (1, 2, 3, 4)]
     return (f"{deep} spacings deep, alpha {alpha:g}: energy left "
             + ", ".join(f"{height / kinetic[0]:.3f}" for _, height in peaks)
@@ -114,9 +108,7 @@ def main():
     parser.add_argument("--deep", type=int, nargs="+", default=[20], metavar="SPACINGS")
     parser.add_argument("--alpha", type=float, nargs="+", default=[0.0], help="artificial viscosity")
     parser.add_argument("--support", type=float, default=3, help="over the spacing")
-    parser.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE", help="as of palp-run")
-    parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu")
-    parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin")
+    cases.add_options(parser)
     options = parser.parse_args()
     for deep in options.deep:
         for alpha in options.alpha:

@@ -9,18 +9,17 @@ With --decay, prints the rate at which the kinetic energy falls in the first and
 one, 16 pi^2 nu, at Reynolds number 100: from a lattice, and from one of which every particle is displaced by up to a
 quarter of the spacing along each axis (the same each time)."""
 import argparse
-import csv
 import math
 import pathlib
 import random
-import subprocess
 import sys
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-SCENE = ROOT / "config/scenes/taylor_green.toml"
+import cases
+
+SCENE = cases.ROOT / "config/scenes/taylor_green.toml"
 CELLS, LAYERS = 20, 10
-DISPLACED = 0.25
+LAYERS_OF_DECAY, DISPLACED = 12, 0.25
 RATE = 16 * math.pi**2 * 0.01
 
 
@@ -31,8 +30,8 @@ def write_particles(cells, layers, displaced, out):
     for k in range(cells):
         for j in range(layers):
             for i in range(cells):
-                place = [(n + 0.5 + (draw.uniform(-displaced, displaced) if displaced else 0)) * spacing for n in (i, j, k)]
-                x, y, z = place
+                x, y, z = ((n + 0.5 + (draw.uniform(-displaced, displaced) if displaced else 0)) * spacing
+                           for n in (i, j, k))
                 u = -math.cos(2 * math.pi * x) * math.sin(2 * math.pi * z)
                 w = math.sin(2 * math.pi * x) * math.cos(2 * math.pi * z)
                 print(f"{x:.6g},{y:.6g},{z:.6g},{u:.7g},0,{w:.7g}", file=out)
@@ -40,25 +39,22 @@ def write_particles(cells, layers, displaced, out):
 
 def decay(cells, displaced, options):
     name = f"{cells} across, " + (f"displaced by {displaced:g} dx" if displaced else "from a lattice")
-    layers = 12
     with tempfile.TemporaryDirectory() as made:
         folder = pathlib.Path(made)
         with open(folder / "taylor_green.csv", "w") as out:
-            write_particles(cells, layers, displaced, out)
+            write_particles(cells, LAYERS_OF_DECAY, displaced, out)
         text = SCENE.read_text(encoding="utf-8")
-        for old, new in (("max = [1.0, 0.5, 1.0]", f"max = [1.0, {layers / cells}, 1.0]"),
+        for old, new in (("max = [1.0, 0.5, 1.0]", f"max = [1.0, {LAYERS_OF_DECAY / cells}, 1.0]"),
                          ("spacing = 0.05", f"spacing = {1 / cells}")):
             if old not in text:
                 raise SystemExit(f"tools/taylor_green.py: {SCENE} has no '{old}' any more, which --decay replaces")
             text = text.replace(old, new)
         (folder / "taylor_green.toml").write_text(text)
-        run = subprocess.run([options.bin / "palp-run", folder / "taylor_green.toml", "--backend", options.backend, "--out",
-                              folder / "out", *(word for pair in options.set for word in ("--set", pair))],
-                             capture_output=True, text=True)
-        if run.returncode != 0:
-            return f"{name}: {run.stderr.strip().splitlines()[-1]}"
-        with open(folder / "out/energy.csv") as table:
-            energy = {float(row["time_s"]): float(row["kinetic_J"]) for row in csv.DictReader(table)}
+        failure = cases.run(options, folder / "taylor_green.toml", folder / "out")
+        if failure:
+            return f"{name}: {failure}"
+        table = cases.columns(folder / "out/energy.csv")
+    energy = dict(zip(table["time_s"], table["kinetic_J"]))
     start, half, end = (energy[min(energy, key=lambda t, at=at: abs(t - at))] for at in (0, 0.5, 1))
     return (f"{name}: {math.log(start / half) / (0.5 * RATE):.2f} and {math.log(half / end) / (0.5 * RATE):.2f} of the exact "
             "rate")
@@ -68,9 +64,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--decay", action="store_true", help="run, and compare the decay with the exact one")
     parser.add_argument("--across", type=int, nargs="+", default=[50], metavar="PARTICLES")
-    parser.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE", help="as of palp-run")
-    parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu")
-    parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin")
+    cases.add_options(parser)
     options = parser.parse_args()
     if not options.decay:
         write_particles(CELLS, LAYERS, 0, sys.stdout)

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Tows a ball through a liquid at rest and compares its drag with the standard curve (Schiller & Naumann 1933).
 
   tools/towed_ball.py                              radius 3 spacings at Re 10 to 1000, on the CPU
@@ -9,16 +9,14 @@ start of 0.2 radii. Prints the drag over the standard one in the last three fift
 mean of 26 ms leaves) over the drag."""
 import argparse
 import concurrent.futures
-import csv
 import math
 import os
 import pathlib
-import subprocess
 import tempfile
 
+import cases
 import numpy as np
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
 SPACING, SPEED, DENSITY, OFF_LATTICE = 0.02, 0.2, 1000.0, (0.003, 0.002)
 
 SCENE = """
@@ -95,16 +93,11 @@ def tow(spacings, reynolds, options):
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         write_scene(folder, radius, reynolds, options)
-        run = subprocess.run(
-            [options.bin / "palp-run", folder / "tow.toml", "--path", f"0={folder / 'path.csv'}", "--out",
-             folder / "out", "--backend", options.backend, *(word for pair in options.set for word in ("--set", pair))],
-            capture_output=True, text=True)
-        if run.returncode != 0:
-            return f"R = {spacings:g} dx, Re {reynolds:g}: {run.stderr.strip().splitlines()[-1]}"
-        with open(folder / "out/proxy.csv") as table:
-            rows = list(csv.DictReader(table))
-    time = np.array([float(row["time_s"]) for row in rows])
-    force = -np.array([float(row["fz_N"] or "nan") for row in rows])
+        failure = cases.run(options, folder / "tow.toml", folder / "out", "--path", f"0={folder / 'path.csv'}")
+        if failure:
+            return f"R = {spacings:g} dx, Re {reynolds:g}: {failure}"
+        proxy = cases.columns(folder / "out/proxy.csv")
+    time, force = np.array(proxy["time_s"]), -np.array(proxy["fz_N"])
     end = options.way * radius / SPEED
     parts = [force[(time > end * low) & (time <= end * (low + 0.2))].mean() / drag for low in (0.4, 0.6, 0.8)]
     smooth = np.convolve(np.pad(force, 13, "edge"), np.ones(26) / 26, "valid")[:len(force)]
@@ -120,14 +113,12 @@ def main():
     parser.add_argument("--way", type=float, default=10, help="in radii")
     parser.add_argument("--support", type=float, default=3, help="over the spacing")
     parser.add_argument("--alpha", type=float, default=0.0, help="artificial viscosity; default that of the levels with H = 3 dx")
-    parser.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE", help="as of palp-run")
-    parser.add_argument("--backend", choices=("cpu", "cuda"), default="cpu")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at a time")
-    parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin")
+    cases.add_options(parser)
     options = parser.parse_args()
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        cases = [(r, re) for r in options.radii for re in options.reynolds]
-        for line in pool.map(lambda case: tow(*case, options), cases):
+        balls = [(r, re) for r in options.radii for re in options.reynolds]
+        for line in pool.map(lambda ball: tow(*ball, options), balls):
             print(line, flush=True)
 
 
