@@ -190,9 +190,10 @@ std::optional<double> ProbeSampler::on_wall(const Eigen::Vector3d& point) const 
   double sum = 0, room = solids().room(point, support, state_of);
   within_support_->near(point, [&](std::uint32_t i, double r) {
     const double w = volume_of(scene_, *snapshot_, i) * kernel.W(r);
-    if (scene_.bodies[scene_.body[i]].type == BodyKind::fluid)
+    const Body& body = scene_.bodies[scene_.body[i]];
+    if (body.type == BodyKind::fluid)
       sum += w * pressure_.of(i);
-    else if (!solids().acts_by_geometry(scene_.body[i]))
+    else if (!solids().acts_by_geometry(body))
       room -= w;
   });
   return room < kLeastRoom ? std::nullopt : finite(sum / room);

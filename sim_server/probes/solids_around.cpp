@@ -19,10 +19,6 @@ SolidsAround::SolidsAround(const Scene& scene, const Plan& plan)
   for (const std::uint32_t body : store_.shaped) bounds_heat_.push_back(bounds_heat(scene, scene.bodies[body]));
 }
 
-bool SolidsAround::acts_by_geometry(std::uint32_t body) const {
-  return by_geometry_ && std::find(store_.shaped.begin(), store_.shaped.end(), body) != store_.shaped.end();
-}
-
 Eigen::Vector3d SolidsAround::from_center(std::size_t k, const Eigen::Vector3d& x, const RigidState& state) const {
   const Body& body = scene_.bodies[store_.shaped[k]];
   const Eigen::Vector3d center = state.position + state.orientation * body.center;
@@ -40,9 +36,8 @@ double SolidsAround::share(std::size_t k, const Eigen::Vector3d& r, double suppo
   const WallKernel kernel{FluidKernel::with_support(static_cast<real>(support), dx), dx, real(0.25) * dx,
                           real(0.01) * dx, Vec3(0, 0, 0)};
   // on the surface, as rounding has it, or as a mesh of facets has: what lies beneath a face does not see it
-  const real on = real(0.01) * dx;
   Vec3 x = r.cast<real>();
-  if (at.d < on && at.d > -real(kSurfaceOverSpacing) * dx) x += (on - at.d) * at.n;
+  if (at.d < kernel.reach && at.d > -real(kSurfaceOverSpacing) * dx) x += (kernel.reach - at.d) * at.n;
   return std::clamp<double>(wall_share(store_.shape[k], store_.piece.data(), grids_.data(), kernel, x).share, 0, 1);
 }
 

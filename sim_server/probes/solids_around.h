@@ -26,18 +26,19 @@ class SolidsAround {
     }
   }
 
-  // Returns the share of the kernel of fluids around x that solids leave which act on fluids by their geometry, at most
-  // 1: 1/2 on a plane, 1/4 in a right angle. What several of them fill adds up, since no place is in two. support: H
-  // [m].
+  // Returns the share of the kernel of fluids around x that the solids leave which act on fluids by their geometry, at
+  // most 1: 1/2 on a plane, 1/4 in a right angle. No place is in two of them, so what they fill adds up.
+  // support: the kernel's, H [m].
   template <class StateOf>
   double room(const Eigen::Vector3d& x, double support, StateOf&& state_of) const {
     double room = 1;
-    for (std::size_t k = 0; by_geometry_ && k < store_.shaped.size(); ++k)
+    if (!by_geometry_) return room;
+    for (std::size_t k = 0; k < store_.shaped.size(); ++k)
       room -= share(k, from_center(k, x, state_of(store_.shaped[k])), support);
     return room;
   }
   // Returns whether a body is one of those.
-  bool acts_by_geometry(std::uint32_t body) const;
+  bool acts_by_geometry(const Body& body) const { return by_geometry_ && body.contact != nullptr; }
 
  private:
   // Returns the way to x from the centre of mass of the k-th body that has a distance field, in its axes.
