@@ -41,6 +41,18 @@ struct WallKernel {
   Vec3 a;
 };
 
+// Returns the kernel that shares are computed for, for an acceleration of `pull`.
+PALP_HD inline WallKernel wall_kernel(const FluidKernel& of, real spacing, const Vec3& a) {
+  return {of, spacing, real(0.25) * spacing, real(0.01) * spacing, a};
+}
+
+// Returns the place for which a particle at x asks wall_share(), at the distance `at` from the solid. One that has got
+// beneath a surface feels what it would on it: from within it sees no face, and a wall that neither resists it nor
+// drags it lets go of it.
+PALP_HD inline Vec3 raised(const WallKernel& kernel, const Distance& at, const Vec3& x) {
+  return at.d < kernel.reach ? Vec3(x + (kernel.reach - at.d) * at.n) : x;
+}
+
 PALP_HD inline WallShare no_wall() { return {0, Vec3(0, 0, 0), Vec3(0, 0, 0), 0}; }
 PALP_HD inline WallShare all_wall(const WallKernel& kernel) { return {1, Vec3(0, 0, 0), kernel.a, 0}; }
 

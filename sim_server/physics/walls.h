@@ -150,9 +150,8 @@ PALP_HD inline NearBody near_body(const WallViews& walls, const CellGrid& grid, 
   out.d = at.d;
   out.n = R * at.n;
   complete(out, body);
-  const WallKernel kernel{medium.kernel, medium.spacing, real(0.25) * medium.spacing, real(0.01) * medium.spacing,
-                          R.transpose() * a};
-  out.wall = wall_share(shape, walls.piece, walls.grid, kernel, y);
+  const WallKernel kernel = wall_kernel(medium.kernel, medium.spacing, R.transpose() * a);
+  out.wall = wall_share(shape, walls.piece, walls.grid, kernel, raised(kernel, at, y));
   out.wall.slope = R * out.wall.slope;
   out.wall.pull = R * out.wall.pull;
   return out;

@@ -33,12 +33,11 @@ double SolidsAround::share(std::size_t k, const Eigen::Vector3d& r, double suppo
   const Distance at = distance(k, r);
   if (!(at.d < support)) return 0;
   const auto dx = static_cast<real>(scene_.spacing);
-  const WallKernel kernel{FluidKernel::with_support(static_cast<real>(support), dx), dx, real(0.25) * dx,
-                          real(0.01) * dx, Vec3(0, 0, 0)};
-  // on the surface, as rounding has it, or as a mesh of facets has: what lies beneath a face does not see it
-  Vec3 x = r.cast<real>();
-  if (at.d < kernel.reach && at.d > -real(kSurfaceOverSpacing) * dx) x += (kernel.reach - at.d) * at.n;
-  return std::clamp<double>(wall_share(store_.shape[k], store_.piece.data(), grids_.data(), kernel, x).share, 0, 1);
+  const WallKernel kernel = wall_kernel(FluidKernel::with_support(static_cast<real>(support), dx), dx, Vec3(0, 0, 0));
+  const Vec3 x = r.cast<real>();
+  // on the surface, as rounding has it, or as a mesh of facets has
+  const Vec3 place = at.d > -real(kSurfaceOverSpacing) * dx ? raised(kernel, at, x) : x;
+  return std::clamp<double>(wall_share(store_.shape[k], store_.piece.data(), grids_.data(), kernel, place).share, 0, 1);
 }
 
 double SolidsAround::share_of_plane(double distance) {

@@ -65,6 +65,8 @@ inline constexpr Tolerance kRestDrift{0.1, 0.1, "of a spacing, over a minute"};
 inline constexpr Tolerance kStirredVolume{
     0.03, 0.03, "of the height: particles in disorder fill space as well as a lattice to about 2 %"};
 inline constexpr Tolerance kGuard{1e-5, 1e-11, "of the largest push, force, and force times radius: rounding"};
+inline constexpr Tolerance kBeneath{0.03, 0.03,
+                                    "of a hundredth of a spacing above the surface, where both are asked for"};
 inline constexpr Tolerance kWallShare{
     0.023, 0.023, "layers err by 0.018 of an integral, quadrature by 0.005 in edges, products of shares by 0.01"};
 inline constexpr Tolerance kSameWall{1e-5, 1e-11, "of a share and 1 / H: rounding"};

@@ -143,6 +143,33 @@ TEST_F(WallGuard, LeavesAloneWhatOtherForcesHold) {
   EXPECT_EQ(wrench_.force.norm(), 0);
 }
 
+// A fluid that is driven into a corner may get beneath a wall's surface, where it must not lose the wall.
+TEST_F(WallGuard, StandsBesideWhatHasGotBeneathTheSurface) {
+  const std::uint32_t of_walls = 0;
+  WallViews walls;
+  walls.by.bodies = 1;
+  walls.body = &of_walls;
+  walls.shape = contact_->shape.data();
+  walls.piece = contact_->piece.data();
+  const CellGrid grid = make_grid(scene_, plan_);
+  const Medium medium = make_medium(scene_, plan_);
+  const BodyState& ball = store_->bodies[0];
+  const Vec3 n = vector(1).normalized().cast<real>(), pull = vector(1).cast<real>();
+  const auto at = [&](double d) {
+    return near_body(walls, grid, medium, ball, 0, ball.x + static_cast<real>(kRadius + d * kSpacing) * n, pull);
+  };
+  const NearBody on = at(0.02);
+  for (const double deep : {0.01, 0.1, 0.5, 1.0}) {
+    const NearBody beneath = at(-deep);
+    ASSERT_TRUE(beneath.near);
+    EXPECT_NEAR(beneath.d, -deep * kSpacing, 1e-5 * kSpacing);
+    EXPECT_TRUE(within(beneath.wall.share / on.wall.share - 1, tol::kBeneath)) << deep;
+    EXPECT_TRUE(within((beneath.wall.slope - on.wall.slope).norm() / on.wall.slope.norm(), tol::kBeneath)) << deep;
+    EXPECT_TRUE(within((beneath.wall.pull - on.wall.pull).norm() / pull.norm(), tol::kBeneath)) << deep;
+    EXPECT_TRUE(within(beneath.wall.shear / on.wall.shear - 1, tol::kBeneath)) << deep;
+  }
+}
+
 // At the spacing of level fast, where the ladle is two and a half spacings wide.
 TEST(WallsOfATray, NoFluidEntersTheLadle) {
   PlayedScene played("tray_fluid", {"stir"});
