@@ -11,6 +11,7 @@
 #include <memory>
 #include <new>
 
+#include "sim_server/physics/list_team.h"
 #include "sim_server/solver/make_simulation.h"
 #include "sim_server/solver/simulation_on.h"
 #include "sim_server/solver/stage_times.h"

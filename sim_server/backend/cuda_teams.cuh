@@ -36,6 +36,7 @@ struct DeviceLists {
 // A team of L neighbouring lanes of a warp that share one particle's list.
 template <int L>
 struct LaneTeam {
+  using Real = real;
   const std::uint32_t* list;  // this lane's first entry
   std::uint32_t count;        // number of the whole team's entries
   std::size_t stride;
@@ -80,7 +81,7 @@ PALP_HD inline void for_listed(const CellGrid& g, const Packed* xV, const Vec3& 
     const std::uint32_t j = next;
     entry += team.stride;
     if (k + L < team.count) next = *entry;
-    const Packed xV_j = fetch(xV + j);
+    const Packed xV_j = fetch(xV, j);
     Vec3 d = x_i - xV_j.xyz();
     if constexpr (kPeriodic)
       for (int a = 0; a < 3; ++a) d[a] -= g.period[a] * ((d[a] * inv_period[a] + kRound) - kRound);

@@ -16,6 +16,7 @@ PALP_HD inline bool may_be_bonded(std::uint32_t piece_i, std::uint32_t piece_j) 
 // The policy of scenes in which nothing changes state.
 struct NoBonds {
   PALP_HD static real solid(const ParticleView&, std::uint32_t) { return real(0); }
+  PALP_HD bool leaves_all(real) const { return true; }
   PALP_HD real share(Tag, real, Tag, real) const { return real(1); }
   PALP_HD real paper_share(Tag, real, Tag, real) const { return real(1); }
   PALP_HD real wall_share(Tag, real, std::uint32_t) const { return real(1); }
@@ -27,6 +28,8 @@ struct Bonded {
   const std::uint32_t* shaped;  // by body: 1 where it has a distance field
 
   PALP_HD static Solidity solid(const ParticleView& view, std::uint32_t i) { return view.solid[i]; }
+  // Returns whether bonds leave all of the forces between a fluid particle and any other.
+  PALP_HD bool leaves_all(Solidity i) const { return !(i.K > real(0)); }
   PALP_HD bool bonded(Tag tag_i, Solidity i, Tag tag_j, Solidity j) const {
     return i.K * j.K > real(0) && group[tag_i.body()] == group[tag_j.body()] && may_be_bonded(i.piece, j.piece);
   }

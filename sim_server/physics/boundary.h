@@ -33,7 +33,7 @@ struct ExtrapolateToWalls {
                   [&](std::uint32_t j, const Packed&, const Vec3& x_ij, real r2) {
                     const Tag tag_j = state.tag[j];
                     if (!tag_j.is_fluid()) return;
-                    const Packed vp_j = fetch(state.vp + j);
+                    const Packed vp_j = fetch(state.vp, j);
                     const real W =
                         kernel.W(Eigen::numext::sqrt(r2)) * bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j));
                     const Material& fluid = medium.material[tag_j.material()];

@@ -158,18 +158,20 @@ PALP_HD inline Vec3 nearest_image(const CellGrid& g, Vec3 d) {
   return d;
 }
 
-// Returns x_i - x_j, by the shortest way along periodic axes.
-PALP_HD inline Vec3 separation(const CellGrid& g, const Vec3& x_i, const Packed& x_j) {
-  Vec3 d(x_i.x() - x_j.x, x_i.y() - x_j.y, x_i.z() - x_j.z);
+// Returns d, by the shortest way along periodic axes; both places lie in the domain.
+template <class S>
+PALP_HD inline Vec3Of<S> shortest(const CellGrid& g, Vec3Of<S> d) {
   for (int a = 0; a < 3; ++a) {
-    const real half = real(0.5) * g.period[a];
+    const real period = g.period[a], half = real(0.5) * period;
     if (half == real(0)) continue;
-    if (d[a] > half)
-      d[a] -= g.period[a];
-    else if (d[a] < -half)
-      d[a] += g.period[a];
+    d[a] = select(d[a] > half, d[a] - period, select(d[a] < -half, d[a] + period, d[a]));
   }
   return d;
+}
+
+// Returns x_i - x_j, by the shortest way along periodic axes.
+PALP_HD inline Vec3 separation(const CellGrid& g, const Vec3& x_i, const Packed& x_j) {
+  return shortest<real>(g, Vec3(x_i.x() - x_j.x, x_i.y() - x_j.y, x_i.z() - x_j.z));
 }
 
 // Calls f(j, xV_j, x_i - x_j, r^2) for every particle j within the support radius of x_i, the particle itself included.
@@ -191,6 +193,7 @@ PALP_HD inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec
 
 // The CPU's team: one thread does the whole loop.
 struct SerialTeam {
+  using Real = real;
   PALP_HD int group() const { return 0; }
   PALP_HD int groups() const { return 1; }
   PALP_HD std::uint32_t lane() const { return 0; }
@@ -209,38 +212,12 @@ struct SerialTeam {
   }
 };
 
-// A team of one thread with a stored list of neighbours, which reaches somewhat past the support radius and so is valid
-// until a particle has moved by half of that margin.
-struct ListTeam : SerialTeam {
-  const std::uint32_t* begin;
-  const std::uint32_t* end;
-  ListTeam(const std::uint32_t* from, const std::uint32_t* to) : begin(from), end(to) {}
-};
-
-// Calls f as above, in two passes over each block of the list. The first has no branches, because a processor cannot
-// predict which neighbours are in reach. Always inline, so that the sums of f stay in registers.
-template <class F>
-[[gnu::always_inline]] inline void for_neighbors(const CellGrid& g, const Packed* xV, const Vec3& x_i, real support,
-                                                 ListTeam team, F&& f) {
-  constexpr std::ptrdiff_t kBlock = 128;
-  struct Hit {
-    std::uint32_t j;
-    real r2;
-    Vec3 d;
-  } hits[kBlock + 1];
-  const real support2 = support * support;
-  const bool periodic = g.periodic(0) || g.periodic(1) || g.periodic(2);
-  for (const std::uint32_t* block = team.begin; block < team.end; block += kBlock) {
-    const std::uint32_t* end = team.end - block > kBlock ? block + kBlock : team.end;
-    int count = 0;
-    for (const std::uint32_t* j = block; j != end; ++j) {
-      const Vec3 d = periodic ? separation(g, x_i, xV[*j]) : Vec3(x_i - xV[*j].xyz());
-      const real r2 = d.squaredNorm();
-      hits[count] = {*j, r2, d};
-      count += r2 < support2 ? 1 : 0;
-    }
-    for (int k = 0; k < count; ++k) f(hits[k].j, xV[hits[k].j], hits[k].d, hits[k].r2);
-  }
+// Returns f(pairs): a team that takes several neighbours at a time where alike(j) is true of all of them, if they may
+// be taken so and there is such a team (list_team.h), else the team itself. pairs.Real: the scalar of what it calls for
+// pairs.
+template <class Team, class Alike, class F>
+PALP_HD inline auto by_lanes(Team team, bool, const Alike&, F&& f) {
+  return f(team);
 }
 
 }  // namespace palp

@@ -58,6 +58,11 @@ struct ManyFluids {
   PALP_HD static Tag tag_of(const ParticleView& particles, std::uint32_t j, Tag) { return particles.tag[j]; }
   PALP_HD static bool is_fluid(Tag tag) { return tag.is_fluid(); }
   PALP_HD static bool differ(Tag tag_i, Tag tag_j) { return tag_i.material() != tag_j.material(); }
+  // Returns whether particle j is of fluid particle i's kind and material.
+  PALP_HD static bool alike(const ParticleView& particles, std::uint32_t j, Tag tag_i) {
+    const Tag tag_j = particles.tag[j];
+    return tag_j.is_fluid() && tag_j.material() == tag_i.material();
+  }
 };
 struct OneFluid : ManyFluids {
   PALP_HD static bool differ(Tag, Tag) { return false; }
@@ -66,6 +71,7 @@ struct OneFluid : ManyFluids {
 struct LoneFluid : OneFluid {
   PALP_HD static Tag tag_of(const ParticleView&, std::uint32_t, Tag tag_i) { return tag_i; }
   PALP_HD static bool is_fluid(Tag) { return true; }
+  PALP_HD static bool alike(const ParticleView&, std::uint32_t, Tag) { return true; }
 };
 
 // How fast volume goes back to what the places of particles say, for each unit of strain. The density is integrated, so
@@ -102,47 +108,54 @@ struct AdvanceDensity {
   Bonds bonds;
 
   // The sums over a particle's neighbours. divergence: of the velocity [1/s]; laplacian: D_i [Pa/m^2]; slope: grad C.
+  template <class S>
   struct Sums {
-    real divergence = 0, laplacian = 0, cover = 0, strain = 0;
-    Vec3 slope{0, 0, 0};
+    S divergence = 0, laplacian = 0, cover = 0, strain = 0;
+    Vec3Of<S> slope{0, 0, 0};
   };
 
-  // kBesideWall: a solid with a distance field is in the particle's reach.
-  template <bool kBesideWall, class Team>
-  PALP_HD Sums sum_neighbors(std::uint32_t i, Team team) const {
+  // kBesideWall: a solid with a distance field is in the particle's reach. pairs: by_lanes().
+  template <bool kBesideWall, class Pairs>
+  PALP_HD Sums<real> sum_neighbors(std::uint32_t i, Pairs pairs) const {
+    using S = typename Pairs::Real;
     const Tag tag_i = from.tag[i];
+    const auto solid_i = bonds.solid(from, i);
     const Packed vp_i = from.vp[i];
-    const Vec3 x_i = from.xV[i].xyz(), v_i = vp_i.xyz();
+    const Vec3 x_i = from.xV[i].xyz();
+    const Vec3Of<S> v_i = vp_i.xyz().template cast<S>();
     const Material& fluid = medium.material[tag_i.material()];
     const real threshold = kDiffusionThreshold * fluid.sound_speed * medium.spacing;
-    const real inv_threshold2 = real(1) / (threshold * threshold);
-    const Vec3 hydrostatic = forcing->level_gravity * fluid.density;  // gradient of p at rest
-    const auto solid_i = bonds.solid(from, i);
-    Sums sums;
-    for_neighbors(grid, from.xV, x_i, kernel.support, team,
-                  [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
-                    const Packed vp_j = fetch(from.vp + j);
-                    const Tag tag_j = Fluids::tag_of(from, j, tag_i);
+    const S inv_threshold2 = real(1) / (threshold * threshold);
+    // gradient of p at rest
+    const Vec3Of<S> hydrostatic = Vec3(forcing->level_gravity * fluid.density).template cast<S>();
+    Sums<S> sums;
+    for_neighbors(grid, from.xV, x_i, kernel.support, pairs,
+                  [&](const auto& j, const PackedOf<S>& xV_j, const Vec3Of<S>& x_ij, S r2) PALP_INLINE {
+                    const PackedOf<S> vp_j = fetch<S>(from.vp, j);
+                    const std::uint32_t first = first_of(j);
+                    const Tag tag_j = Fluids::tag_of(from, first, tag_i);
                     const bool fluid_j = Fluids::is_fluid(tag_j);
                     if (!fluid_j && tag_j.by_geometry()) return;
-                    const real r = Eigen::numext::sqrt(r2), whole_VF = xV_j.w * kernel.F(r);
-                    const real VF = whole_VF * bonds.share(tag_i, solid_i, tag_j, bonds.solid(from, j));
+                    const S r = Eigen::numext::sqrt(r2), whole_VF = xV_j.w * kernel.F(r);
+                    const S VF = whole_VF * bonds.share(tag_i, solid_i, tag_j, bonds.solid(from, first));
                     // a fixed wall's velocity is that of its surface along itself: it drags, but does not squeeze
-                    const Vec3 v_j = !fluid_j && tag_j.kind() == BodyKind::fixed ? Vec3(0, 0, 0) : vp_j.xyz();
+                    const bool fixed_j = !fluid_j && tag_j.kind() == BodyKind::fixed;
+                    const Vec3Of<S> v_j = fixed_j ? Vec3Of<S>(0, 0, 0) : vp_j.xyz();
                     const bool differ = Fluids::differ(tag_i, tag_j);
                     const real weight = differ && fluid_j ? impedance_weight(medium, tag_i, tag_j) : real(1);
-                    const real apart = (v_i - v_j).dot(x_ij);
+                    const S apart = (v_i - v_j).dot(x_ij);
                     sums.divergence += weight * VF * apart;
                     sums.cover += xV_j.w * kernel.W(r);
                     sums.slope += whole_VF * x_ij;
                     sums.strain += whole_VF * Eigen::numext::abs(apart);
                     if (!fluid_j || differ) return;
-                    real share = min(real(1), inv_threshold2 * apart * apart);
+                    S share = min(S(1), S(inv_threshold2 * apart * apart));
                     if constexpr (kBesideWall)
-                      if (wall_slope[j].w > real(0)) share = kWallDiffusion;
+                      share = select(fetch_w<S>(wall_slope, j) > S(0), S(kWallDiffusion), share);
                     sums.laplacian += VF * share * (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
                   });
-    return sums;
+    return {pairs.sum(sums.divergence), pairs.sum(sums.laplacian), pairs.sum(sums.cover), pairs.sum(sums.strain),
+            pairs.sum(sums.slope)};
   }
 
   template <class Team>
@@ -153,27 +166,25 @@ struct AdvanceDensity {
       return;
     }
     const bool beside_wall = wall_slope != nullptr && wall_slope[i].w > real(0);
-    const Sums sums = beside_wall ? sum_neighbors<true>(i, team) : sum_neighbors<false>(i, team);
+    const auto alike = [&](std::uint32_t j) { return Fluids::alike(from, j, tag_i); };
+    Sums<real> sums = by_lanes(team, bonds.leaves_all(bonds.solid(from, i)), alike, [&](auto pairs) {
+      return beside_wall ? sum_neighbors<true>(i, pairs) : sum_neighbors<false>(i, pairs);
+    });
+    if (!team.leader()) return;
     const Packed vp_i = from.vp[i];
     const Material& fluid = medium.material[tag_i.material()];
-    real divergence = team.sum(sums.divergence);
-    const real laplacian = team.sum(sums.laplacian);
-    real cover = team.sum(sums.cover);
-    Vec3 slope = team.sum(sums.slope);
-    real strain = team.sum(sums.strain);
-    if (!team.leader()) return;
     if (wall_slope != nullptr) {
       const Packed wall = wall_slope[i];
-      slope += wall.xyz();
-      cover += wall.w;
-      divergence += wall_rate[i];
-      strain += Eigen::numext::abs(wall_rate[i]);
+      sums.slope += wall.xyz();
+      sums.cover += wall.w;
+      sums.divergence += wall_rate[i];
+      sums.strain += Eigen::numext::abs(wall_rate[i]);
     }
     // v_ij.gradW = -F v_ij.x_ij, so drho/dt = -rho * divergence; dp = c^2 drho
     const real c = fluid.sound_speed, c2 = c * c, rho0 = fluid.density, rho = density_at(vp_i.w, rho0, c);
     const real diffusion = medium.diffusion * kernel.support * c;  // delta 2 h c, h = H/2
-    const real regained = kVolumeTie * strain * volume_drift(medium, cover, slope);
-    const real next = vp_i.w + medium.dt * (diffusion * laplacian - c2 * rho * (divergence - regained));
+    const real regained = kVolumeTie * sums.strain * volume_drift(medium, sums.cover, sums.slope);
+    const real next = vp_i.w + medium.dt * (diffusion * sums.laplacian - c2 * rho * (sums.divergence - regained));
     const real least = pressure_at(kLeastDensity * rho0, rho0, c), most = pressure_at(kLargestDensity * rho0, rho0, c);
     const real p = next < least ? least : min(most, next);  // what is not a number stays so
     copy_changing(from, i, to, i);
@@ -184,21 +195,23 @@ struct AdvanceDensity {
 
 // Returns the pressure that the artificial viscosity takes off between two particles that part; it is negative, which
 // adds pressure, when they approach.
-PALP_HD inline real artificial_pressure(const Medium& medium, real c, real rho, const Vec3& v_ij, const Vec3& x_ij,
-                                        real r2) {
+template <class S>
+PALP_HD inline S artificial_pressure(const Medium& medium, real c, real rho, const Vec3Of<S>& v_ij,
+                                     const Vec3Of<S>& x_ij, S r2) {
   const real h = real(0.5) * medium.kernel.support;
   return medium.artificial * c * h * rho * v_ij.dot(x_ij) / (r2 + real(0.01) * h * h);
 }
 
 // Returns the force of fluid particle j on fluid particle i [N].
-template <class Fluids, class Kernel>
-PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const Kernel& kernel, const Material& material_i, Tag tag_i,
-                                     const Packed& xV_i, const Packed& vp_i, Tag tag_j, real V_j, const Packed& vp_j,
-                                     const Vec3& x_ij, real r2) {
-  const real VVF = xV_i.w * V_j * kernel.F(Eigen::numext::sqrt(r2));
-  const Vec3 v_ij = vp_i.xyz() - vp_j.xyz();
+template <class Fluids, class Kernel, class S>
+PALP_HD inline Vec3Of<S> fluid_pair_force(const Medium& medium, const Kernel& kernel, const Material& material_i,
+                                          Tag tag_i, const Packed& xV_i, const Packed& vp_i, Tag tag_j, S V_j,
+                                          const PackedOf<S>& vp_j, const Vec3Of<S>& x_ij, S r2) {
+  const S VVF = xV_i.w * V_j * kernel.F(S(Eigen::numext::sqrt(r2)));
+  const Vec3Of<S> v_ij = vp_i.xyz().template cast<S>() - vp_j.xyz();
   real c = material_i.sound_speed, rho = material_i.density, mu = material_i.viscosity;
-  real p_i = acting_pressure(medium, vp_i.w), p_j = acting_pressure(medium, vp_j.w);
+  real p_i = acting_pressure(medium, vp_i.w);
+  S p_j = acting_pressure(medium, vp_j.w);
   if (Fluids::differ(tag_i, tag_j)) {
     const Material& b = medium.material[tag_j.material()];
     const real mu_sum = mu + b.viscosity, Z_i = impedance(material_i), Z_j = impedance(b), Z = Z_i + Z_j;
@@ -209,30 +222,31 @@ PALP_HD inline Vec3 fluid_pair_force(const Medium& medium, const Kernel& kernel,
     rho = real(2) * Z_i * Z_j / Z;
     mu = mu_sum > real(0) ? real(2) * mu * b.viscosity / mu_sum : real(0);
   }
-  const real along = p_i + p_j - artificial_pressure(medium, c, rho, v_ij, x_ij, r2);
-  return VVF * (along * x_ij - real(2) * mu * v_ij);
+  const S along = p_i + p_j - artificial_pressure(medium, c, rho, v_ij, x_ij, r2);
+  return VVF * (along * x_ij - S(real(2) * mu) * v_ij);
 }
 
 // Returns a pressure that keeps a fluid particle out of the gaps between the particles of a solid that has no distance
 // field, whatever its own pressure [Pa]. A fluid that fills its space keeps a larger distance.
-PALP_HD inline real guarding_pressure(const Medium& medium, const Material& fluid, real r) {
-  const real inside = real(1) - r / (real(0.8) * medium.spacing);
-  return inside > real(0) ? bulk_modulus(fluid.density, fluid.sound_speed) * inside : real(0);
+template <class S>
+PALP_HD inline S guarding_pressure(const Medium& medium, const Material& fluid, S r) {
+  return bulk_modulus(fluid.density, fluid.sound_speed) * positive(S(real(1) - r / (real(0.8) * medium.spacing)));
 }
 
-// Returns the force of solid particle j, moving with v_j, on fluid particle i [N], of a solid that does not act by its
-// geometry (walls.h). wall_j: the pressure that the solid shows to the fluid (w) and the velocity that makes the mean
-// of fluid and wall the wall's own at its surface (boundary.h). Such solids keep artificial viscosity beside their
-// springs: without either, the wall's extrapolated pressure can feed sound waves.
-template <class Kernel>
-PALP_HD inline Vec3 wall_pair_force(const Medium& medium, const Kernel& kernel, Tag tag_i, const Packed& xV_i,
-                                    const Packed& vp_i, real V_j, const Vec3& v_j, const Packed& wall_j,
-                                    const Vec3& x_ij, real r2) {
-  const real r = Eigen::numext::sqrt(r2), VVF = xV_i.w * V_j * kernel.F(r);
+// Returns the force of solid particle j on fluid particle i [N], of a solid that does not act by its geometry
+// (walls.h). vp_j: the particle's velocity. wall_j: the pressure that the solid shows to the fluid (w) and the velocity
+// that makes the mean of fluid and wall the wall's own at its surface (boundary.h). Such solids keep artificial
+// viscosity beside their springs: without either, the wall's extrapolated pressure can feed sound waves.
+template <class Kernel, class S>
+PALP_HD inline Vec3Of<S> wall_pair_force(const Medium& medium, const Kernel& kernel, Tag tag_i, const Packed& xV_i,
+                                         const Packed& vp_i, S V_j, const PackedOf<S>& vp_j, const PackedOf<S>& wall_j,
+                                         const Vec3Of<S>& x_ij, S r2) {
+  const S r = Eigen::numext::sqrt(r2), VVF = xV_i.w * V_j * kernel.F(r);
   const Material& fluid = medium.material[tag_i.material()];
-  const real along = acting_pressure(medium, vp_i.w) + wall_j.w + guarding_pressure(medium, fluid, r) -
-                     artificial_pressure(medium, fluid.sound_speed, fluid.density, vp_i.xyz() - v_j, x_ij, r2);
-  return VVF * (along * x_ij - real(2) * fluid.viscosity * (vp_i.xyz() - wall_j.xyz()));
+  const Vec3Of<S> v_i = vp_i.xyz().template cast<S>(), v_ij = v_i - vp_j.xyz();
+  const S along = acting_pressure(medium, vp_i.w) + wall_j.w + guarding_pressure(medium, fluid, r) -
+                  artificial_pressure(medium, fluid.sound_speed, fluid.density, v_ij, x_ij, r2);
+  return VVF * (along * x_ij - S(real(2) * fluid.viscosity) * (v_i - wall_j.xyz()));
 }
 
 // Writes the acceleration of each fluid particle [m/s^2] into acceleration[i], but for what solids add that act by
@@ -248,29 +262,40 @@ struct FluidForce {
   Packed* acceleration;
   Bonds bonds;
 
-  template <class Team>
-  PALP_HD void operator()(std::uint32_t i, Team team) const {
+  // Returns the force on a particle [N]. pairs: by_lanes().
+  template <class Pairs>
+  PALP_HD Vec3 force_on(std::uint32_t i, Pairs pairs) const {
+    using S = typename Pairs::Real;
     const Tag tag_i = state.tag[i];
-    if (!tag_i.is_fluid()) return;
     const Packed xV_i = state.xV[i], vp_i = state.vp[i];
     const Material& material_i = medium.material[tag_i.material()];
     const auto solid_i = bonds.solid(state, i);
-    Vec3 force(0, 0, 0);
-    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
-                  [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
-                    const Packed vp_j = fetch(state.vp + j);
-                    const Tag tag_j = Fluids::tag_of(state, j, tag_i);
+    Vec3Of<S> force(0, 0, 0);
+    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, pairs,
+                  [&](const auto& j, const PackedOf<S>& xV_j, const Vec3Of<S>& x_ij, S r2) PALP_INLINE {
+                    const PackedOf<S> vp_j = fetch<S>(state.vp, j);
+                    const std::uint32_t first = first_of(j);
+                    const Tag tag_j = Fluids::tag_of(state, first, tag_i);
                     const bool fluid_j = Fluids::is_fluid(tag_j);
                     if (!fluid_j && tag_j.by_geometry()) return;
-                    const real share = bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j));
+                    const S share = bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, first));
                     if (fluid_j)
                       force += share * fluid_pair_force<Fluids>(medium, kernel, material_i, tag_i, xV_i, vp_i, tag_j,
                                                                 xV_j.w, vp_j, x_ij, r2);
                     else
-                      force += share * wall_pair_force(medium, kernel, tag_i, xV_i, vp_i, xV_j.w, vp_j.xyz(),
-                                                       fetch(wall + j), x_ij, r2);
+                      force += share * wall_pair_force(medium, kernel, tag_i, xV_i, vp_i, xV_j.w, vp_j,
+                                                       fetch<S>(wall, j), x_ij, r2);
                   });
-    force = team.sum(force);
+    return pairs.sum(force);
+  }
+
+  template <class Team>
+  PALP_HD void operator()(std::uint32_t i, Team team) const {
+    const Tag tag_i = state.tag[i];
+    if (!tag_i.is_fluid()) return;
+    const auto alike = [&](std::uint32_t j) { return Fluids::alike(state, j, tag_i); };
+    const Vec3 force =
+        by_lanes(team, bonds.leaves_all(bonds.solid(state, i)), alike, [&](auto pairs) { return force_on(i, pairs); });
     if (team.leader()) acceleration[i] = pack(force / state.mass[i] + forcing->gravity + forcing->body_force, 0);
   }
 };

@@ -82,7 +82,7 @@ struct PaperForce {
                     if (body != nullptr && tag_j.body() == tag_i.body()) return;
                     force +=
                         bonds.paper_share(tag_i, solid_i, tag_j, bonds.solid(state, j)) *
-                        paper_pair_force(medium, kernel, tag_i, xV_i, vp_i, tag_j, xV_j, fetch(state.vp + j), x_ij, r2);
+                        paper_pair_force(medium, kernel, tag_i, xV_i, vp_i, tag_j, xV_j, fetch(state.vp, j), x_ij, r2);
                   });
     force = team.sum(force);
     if (!team.leader()) return;

@@ -105,8 +105,9 @@ struct Medium {
 };
 
 // Returns the pressure that the forces use: clamped at zero unless the scene allows tension.
-PALP_HD inline real acting_pressure(const Medium& medium, real p) {
-  return medium.tension || p > real(0) ? p : real(0);
+template <class S>
+PALP_HD inline S acting_pressure(const Medium& medium, const S& p) {
+  return medium.tension ? p : positive(p);
 }
 
 // The forcing of one haptic step. Kernels read it through a pointer, so that a captured graph sees new values.

@@ -11,6 +11,8 @@
 #elif !defined(PALP_HD)
 #define PALP_HD
 #endif
+// What is done for each pair of neighbours: a call would cost more than its body.
+#define PALP_INLINE __attribute__((always_inline))
 
 namespace palp {
 
@@ -40,21 +42,42 @@ PALP_HD inline S min(S a, S b) {
   return a < b ? a : b;
 }
 
-// Four scalars that are loaded and stored at once.
-struct alignas(4 * sizeof(real)) Packed {
-  real x, y, z, w;
-  PALP_HD Vec3 xyz() const { return {x, y, z}; }
-};
+// Returns a where a condition holds, else b.
+template <class S>
+PALP_HD inline S select(bool condition, S a, S b) {
+  return condition ? a : b;
+}
+// Returns x, and 0 where it is below.
+template <class S>
+PALP_HD inline S positive(const S& x) {
+  return select(x > S(0), x, S(0));
+}
 
-// Returns all four, read by one load, which a GPU's compiler would otherwise split where it can. Nothing may write them
-// while the kernel runs.
-PALP_HD inline Packed fetch(const Packed* p) {
+// Four scalars that are loaded and stored at once.
+template <class S>
+struct alignas(4 * sizeof(S)) PackedOf {
+  S x, y, z, w;
+  PALP_HD Vec3Of<S> xyz() const { return {x, y, z}; }
+};
+using Packed = PackedOf<real>;
+
+// Returns all four of index j, read by one load, which a GPU's compiler would otherwise split where it can. Nothing may
+// write them while the kernel runs.
+template <class S = real>
+PALP_HD inline PackedOf<S> fetch(const Packed* p, std::uint32_t j) {
 #ifdef __CUDA_ARCH__
-  const float4 v = __ldg(reinterpret_cast<const float4*>(p));
+  const float4 v = __ldg(reinterpret_cast<const float4*>(p + j));
   return {v.x, v.y, v.z, v.w};
 #else
-  return *p;
+  return {p[j].x, p[j].y, p[j].z, p[j].w};
 #endif
+}
+// Returns the index of one that stands for all.
+PALP_HD inline std::uint32_t first_of(std::uint32_t j) { return j; }
+// Returns the last of the four.
+template <class S = real>
+PALP_HD inline S fetch_w(const Packed* p, std::uint32_t j) {
+  return p[j].w;
 }
 
 // Sets a flag that several threads may set at once, and nobody reads until they have ended.

@@ -123,20 +123,20 @@ struct SolidForce {
     if (tag_i.is_fluid()) return;
     const BodyState& body = bodies.body[tag_i.body()];
     if (body.force_first == kNone) return;
-    const Packed xV_i = state.xV[i];
-    const Vec3 v_i = state.vp[i].xyz();
+    const Packed xV_i = state.xV[i], vp_i = state.vp[i];
     const auto solid_i = bonds.solid(state, i);
     Vec3 force(0, 0, 0);
-    for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
-                  [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
-                    const Tag tag_j = state.tag[j];
-                    const Packed vp_j = fetch(state.vp + j);
-                    if (tag_j.is_fluid() && !tag_i.by_geometry())
-                      force -= bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j)) *
-                               wall_pair_force(medium, kernel, tag_j, xV_j, vp_j, xV_i.w, v_i, wall[i], -x_ij, r2);
-                    else if (contact && !tag_j.is_fluid() && tag_j.body() != tag_i.body())
-                      force += contact_pair_force(medium, body, bodies.body[tag_j.body()], v_i - vp_j.xyz(), x_ij, r2);
-                  });
+    for_neighbors(
+        grid, state.xV, xV_i.xyz(), kernel.support, team,
+        [&](std::uint32_t j, const Packed& xV_j, const Vec3& x_ij, real r2) {
+          const Tag tag_j = state.tag[j];
+          const Packed vp_j = fetch(state.vp, j);
+          if (tag_j.is_fluid() && !tag_i.by_geometry())
+            force -= bonds.share(tag_i, solid_i, tag_j, bonds.solid(state, j)) *
+                     wall_pair_force(medium, kernel, tag_j, xV_j, vp_j, xV_i.w, vp_i, wall[i], Vec3(-x_ij), r2);
+          else if (contact && !tag_j.is_fluid() && tag_j.body() != tag_i.body())
+            force += contact_pair_force(medium, body, bodies.body[tag_j.body()], vp_i.xyz() - vp_j.xyz(), x_ij, r2);
+        });
     force = team.sum(force);
     if (team.leader()) bodies.force[body.force_first + state.id[i] - body.first] = pack(force, 0);
   }

@@ -24,34 +24,29 @@ struct WendlandC2Of {
   }
   // Returns the kernel over its value at 0, with H = 1.
   static constexpr WendlandC2Of unit() { return {S(1), S(1), S(1), S(20)}; }
-  PALP_HD S W(S r) const {
-    const S q = r * inv_support, u = within(q), u2 = u * u;
+  template <class T>
+  PALP_HD T W(T r) const {
+    const T q = r * inv_support, u = positive(T(S(1) - q)), u2 = u * u;
     return w_scale * u2 * u2 * (S(4) * q + S(1));
   }
-  PALP_HD S F(S r) const {
-    const S u = within(r * inv_support);
+  template <class T>
+  PALP_HD T F(T r) const {
+    const T u = positive(T(S(1) - r * inv_support));
     return f_scale * u * u * u;
   }
   // The integrals that walls take (wall_share.h); polynomials in u.
   PALP_HD S over_plane(S z) const {
-    const S u = within(z * inv_support), u2 = u * u;
+    const S u = positive(S(1) - z * inv_support), u2 = u * u;
     return S(3) * inv_support * u2 * u2 * u * (S(7) + u * (S(-10.5) + S(4) * u));
   }
   PALP_HD S second_tail(S d) const {
-    const S u = within(d * inv_support), u3 = u * u * u;
+    const S u = positive(S(1) - d * inv_support), u3 = u * u * u;
     return support * u3 * u3 * u * (S(0.5) + u * (S(-9) / 16 + u / 6));
   }
   PALP_HD S fourth_tail(S d) const {
-    const S u = within(d * inv_support), u3 = u * u * u;
+    const S u = positive(S(1) - d * inv_support), u3 = u * u * u;
     return support * support * support * u3 * u3 * u *
            (S(1) + u * (S(-2.75) + u * (S(2.875) + u * (S(-65) / 48 + S(8) / 33 * u))));
-  }
-
- private:
-  // Returns 1 - q within the support, 0 past it.
-  PALP_HD static S within(S q) {
-    const S u = S(1) - q;
-    return u > S(0) ? u : S(0);
   }
 };
 using WendlandC2 = WendlandC2Of<real>;
@@ -69,10 +64,14 @@ struct QuinticSplineOf {
     const S w = S(2187) / (S(40) * kPiOf<S> * H * H * H);
     return {H, S(1) / H, w, S(5) * w / (H * H)};
   }
-  PALP_HD S W(S r) const { return w_scale * of_knots<5>(r * inv_support); }
-  PALP_HD S F(S r) const {
-    const S q = r * inv_support;
-    return f_scale * of_knots<4>(q) / (q > S(3e-4) ? q : S(3e-4));  // nearer the digits of the slope are lost
+  template <class T>
+  PALP_HD T W(T r) const {
+    return w_scale * of_knots<5>(T(r * inv_support));
+  }
+  template <class T>
+  PALP_HD T F(T r) const {
+    const T q = r * inv_support, least = S(3e-4);  // nearer the digits of the slope are lost
+    return f_scale * of_knots<4>(q) / select(q > least, q, least);
   }
   // The integrals that walls take (wall_share.h).
   PALP_HD S over_plane(S z) const {
@@ -90,23 +89,19 @@ struct QuinticSplineOf {
   }
 
  private:
-  template <int kPower>
-  PALP_HD static S power(S x) {
+  template <int kPower, class T>
+  PALP_HD static T power(T x) {
     if constexpr (kPower == 1) {
       return x;
     } else {
-      const S half = power<kPower / 2>(x), square = half * half;
+      const T half = power<kPower / 2>(x), square = half * half;
       return kPower % 2 == 0 ? square : x * square;
     }
   }
-  // Returns x^kPower, 0 where x is below 0.
-  template <int kPower>
-  PALP_HD static S inside(S x) {
-    return power<kPower>(x > S(0) ? x : S(0));
-  }
-  template <int kPower>
-  PALP_HD static S of_knots(S q) {
-    return inside<kPower>(S(1) - q) - S(6) * inside<kPower>(S(2) / S(3) - q) + S(15) * inside<kPower>(S(1) / S(3) - q);
+  template <int kPower, class T>
+  PALP_HD static T of_knots(T q) {
+    const T outer = positive(T(S(1) - q)), middle = positive(T(S(2) / S(3) - q)), inner = positive(T(S(1) / S(3) - q));
+    return power<kPower>(outer) - S(6) * power<kPower>(middle) + S(15) * power<kPower>(inner);
   }
   // Returns 5! / (5 + times)!.
   static constexpr S scale(int times) { return times == 0 ? S(1) : scale(times - 1) / S(5 + times); }

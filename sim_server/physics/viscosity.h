@@ -224,7 +224,7 @@ struct ViscousStage {
     for_neighbors(grid, state.xV, xV_i.xyz(), kernel.support, team,
                   [&](std::uint32_t j, const Packed& xV_j, const Vec3&, real r2) {
                     const Tag tag_j = medium.uniform ? tag_i : state.tag[j];
-                    const Packed Y_j = fetch(from + j);
+                    const Packed Y_j = fetch(from, j);
                     const real coefficient = pair_viscosity(medium, tag_i, tag_j) * min(Y_i.w, Y_j.w);
                     force -=
                         (xV_i.w * xV_j.w * kernel.F(Eigen::numext::sqrt(r2)) * coefficient) * (Y_i.xyz() - Y_j.xyz());

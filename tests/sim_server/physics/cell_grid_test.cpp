@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim_server/physics/cell_grid.h"
+#include "sim_server/physics/list_team.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/seed.h"
 
@@ -45,17 +45,58 @@ Cloud make_cloud(std::vector<Eigen::Vector3d> points, const Eigen::Vector3d& ori
   return cloud;
 }
 
+using Found = std::map<std::uint32_t, Vec3>;  // separations by neighbour
+
+void find(const Cloud& cloud, std::size_t i, double support, Found& found) {
+  for_neighbors(cloud.grid, cloud.xV.data(), cloud.xV[i].xyz(), real(support), SerialTeam{},
+                [&](std::uint32_t j, const Packed& x_j, const Vec3& d, real r2) {
+                  EXPECT_EQ(x_j.x, cloud.xV[j].x);
+                  EXPECT_TRUE(found.emplace(j, d).second) << "particle " << j << " came twice";
+                  EXPECT_NEAR(r2, d.squaredNorm(), 1e-6);
+                });
+}
+
+// The same from a list of what is within reach and more, as the CPU has them: one by one and by lanes, which take those
+// at a time whose numbers are large.
+void find_in_list(const Cloud& cloud, std::size_t i, double support, Found& found) {
+  std::vector<std::uint32_t> list;
+  const Vec3 x_i = cloud.xV[i].xyz();
+  for (std::uint32_t j = 0; j < cloud.xV.size(); ++j)
+    if (separation(cloud.grid, x_i, cloud.xV[j]).norm() < 1.3 * support) list.push_back(j);
+  const ListTeam team(list.data(), list.data() + list.size());
+  Found one_by_one;
+  for_neighbors(cloud.grid, cloud.xV.data(), x_i, real(support), team,
+                [&](std::uint32_t j, const Packed&, const Vec3& d, real) { one_by_one.emplace(j, d); });
+  const auto alike = [&](std::uint32_t j) { return j > cloud.xV.size() / 3; };
+  by_lanes(team, true, alike, [&](auto pairs) {
+    using S = typename decltype(pairs)::Real;
+    for_neighbors(cloud.grid, cloud.xV.data(), x_i, real(support), pairs,
+                  [&](const auto& j, const PackedOf<S>& xV_j, const Vec3Of<S>& d, S r2) {
+                    if constexpr (std::is_same_v<S, Lanes>) {
+                      for (int k = 0; k < kLanes; ++k) {
+                        if (!(xV_j.w.v[k] > 0)) continue;
+                        EXPECT_EQ(real(xV_j.w.v[k]), cloud.xV[j.of[k]].w);
+                        EXPECT_EQ(real(xV_j.y.v[k]), cloud.xV[j.of[k]].y);
+                        EXPECT_EQ(alike(j.of[k]), alike(first_of(j)));
+                        const Vec3 one(d[0].v[k], d[1].v[k], d[2].v[k]);
+                        EXPECT_NEAR(r2.v[k], one.squaredNorm(), 1e-6);
+                        EXPECT_TRUE(found.emplace(j.of[k], one).second) << "particle " << j.of[k] << " came twice";
+                      }
+                    }
+                  });
+    return true;
+  });
+  EXPECT_EQ(found.size(), one_by_one.size());
+  for (const auto& [j, d] : one_by_one) EXPECT_EQ(found[j], d) << "particle " << j;
+}
+
 // The loop's neighbours of every particle are those that all pairs give, each once, with the right separation.
-void expect_same_neighbors(const Cloud& cloud, double support) {
+template <class Find>
+void expect_same_neighbors(const Cloud& cloud, double support, const Find& find_them) {
   const CellGrid& g = cloud.grid;
   for (std::size_t i = 0; i < cloud.xV.size(); ++i) {
-    std::map<std::uint32_t, Vec3> found;
-    for_neighbors(g, cloud.xV.data(), cloud.xV[i].xyz(), real(support), SerialTeam{},
-                  [&](std::uint32_t j, const Packed& x_j, const Vec3& d, real r2) {
-                    EXPECT_EQ(x_j.x, cloud.xV[j].x);
-                    EXPECT_TRUE(found.emplace(j, d).second) << "particle " << j << " came twice";
-                    EXPECT_NEAR(r2, d.squaredNorm(), 1e-6);
-                  });
+    Found found;
+    find_them(cloud, i, support, found);
     EXPECT_TRUE(found.count(static_cast<std::uint32_t>(i))) << "a particle is its own neighbour";
     for (std::uint32_t j = 0; j < cloud.xV.size(); ++j) {
       Eigen::Vector3d d = (cloud.xV[i].xyz() - cloud.xV[j].xyz()).cast<double>();
@@ -104,7 +145,9 @@ TEST_P(Neighbors, AreThoseOfAllPairs) {
   // on the domain's faces
   points.push_back(origin);
   points.push_back(origin + length * (1 - 1e-7));
-  expect_same_neighbors(make_cloud(points, origin, length, c.cells, c.periodic, c.tiled), support);
+  const Cloud cloud = make_cloud(points, origin, length, c.cells, c.periodic, c.tiled);
+  expect_same_neighbors(cloud, support, find);
+  expect_same_neighbors(cloud, support, find_in_list);
 }
 
 INSTANTIATE_TEST_SUITE_P(Grids, Neighbors,
