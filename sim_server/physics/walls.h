@@ -50,6 +50,11 @@ namespace palp {
 
 inline constexpr real kMirror = real(1.25);
 inline constexpr real kMostYielding = real(3);  // (w dt)^2 of a body on the pressure of one particle; 21 was not stable
+// The most that (w dt)^2 + 2 a dt may be of a particle beside solids: w, a: of its swinging on their pressure and of
+// its drag. With more than 4 it swings to and fro and ever farther, and the fluid beside it takes up to 1.6 of that.
+// Half a spacing off one face comes to 2.3 at most by the planned sub-step, so what is limited lies nearer, or where
+// faces meet.
+inline constexpr real kMostSwing = real(1.8);
 inline constexpr real kGuardReach = real(0.3);  // [spacings]
 inline constexpr real kGuardStiffness = real(0.05);
 // Particles whose push on a body is summed at a time. Where there are many, few of them are beside a solid, and lanes
@@ -247,7 +252,7 @@ struct MeasureWalls {
   PALP_HD void measure(std::uint32_t i) const {
     const Tag tag = state.tag[i];
     Vec3 slope(0, 0, 0);
-    real share = 0, rate = 0;
+    real share = 0, rate = 0, shear = 0;
     std::uint32_t beside = 0;
     const Vec3 x = state.xV[i].xyz();
     const bool open = open_at(x);
@@ -260,10 +265,24 @@ struct MeasureWalls {
       ++beside;
       slope += b.wall.slope;
       share += b.wall.share;
+      shear += b.wall.shear;
       rate += kMirror * resisting(i, b, body) * bonds.wall_share(tag, bonds.solid(state, i), walls.body[k]) *
               b.wall.slope.dot(state.vp[i].xyz() - b.v);
     }
-    keep(i, slope, share, rate, beside);
+    const real left = share_of_swing(i, slope, shear);
+    keep(i, slope, share, left * rate, beside);
+    for (std::uint32_t s = 0; left < real(1) && s < kKeptBodies && s < beside; ++s)
+      walls.kept[i * kKeptBodies + s].n_shear.w *= left;
+  }
+
+  // Returns the share of the rate and the drag of solids that a sub-step leaves stable; slope and shear: of all of
+  // them.
+  PALP_HD real share_of_swing(std::uint32_t i, const Vec3& slope, real shear) const {
+    const Material& fluid = medium.material[state.tag[i].material()];  // its viscosity is 0 where it is taken in stages
+    const real c_dt = fluid.sound_speed * medium.dt;
+    const real drag = real(2) * fluid.viscosity * state.xV[i].w * shear * medium.dt / state.mass[i];
+    const real swing = real(2) * kMirror * c_dt * c_dt * slope.squaredNorm() + real(2) * drag;
+    return swing > kMostSwing ? kMostSwing / swing : real(1);
   }
 
   template <class Team>

@@ -2,13 +2,13 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/backend.h"
-#include "tests/support/scenes.h"
+#include "tests/support/lid.h"
 #include "tests/support/tolerance.h"
 
 namespace palp::test::lid_cavity_test {
 namespace {
 
-constexpr double kSpacing = 1.0 / 40, kDeep = 9 * kSpacing, kWall = 3 * kSpacing;
+constexpr double kSpacing = 1.0 / 40;
 
 // The equations, and whether solids act by their geometry or by their particles, as those of method "paper" do.
 struct Form {
@@ -25,26 +25,8 @@ void PrintTo(const Form& form, std::ostream* out) {
 }
 
 Scene cavity(const Form& form) {
-  Scene scene = empty_scene(kSpacing, {-kWall, 0, -kWall}, {1 + kWall, kDeep, 1 + kWall});
-  SceneConfig& config = scene.config;
-  config.method = form.method;
-  config.periodic = {false, true, false};
-  config.gravity.setZero();
-  config.rate_hz = 100;
-  config.numerics.support_over_spacing = 3;
-  config.numerics.artificial_viscosity = 0;
-  config.numerics.max_speed = 1;
-  const auto oil = add_material(scene, 1000, 10);
-  add_body(scene, "oil", BodyKind::fluid, oil, {0, 0, 0}, {1, kDeep, 1});
-  add_body(scene, "walls", BodyKind::fixed, oil, {-kWall, 0, -kWall}, {1 + kWall, kDeep, 1},
-           [](const Eigen::Vector3d& x) { return x.z() < 0 || x.x() < 0 || x.x() > 1; });
-  ShapeConfig room = box_between({0, 0, 0}, {1, kDeep, 1});
-  room.subtract = true;
-  if (form.by_geometry) give_shapes(scene, 1, {box_between({-kWall, 0, -kWall}, {1 + kWall, kDeep, 1}), room});
-  const auto lid = add_body(scene, "lid", BodyKind::fixed, oil, {-kWall, 0, 1}, {1 + kWall, kDeep, 1 + kWall});
-  if (form.by_geometry) give_shapes(scene, lid, {box_between({-kWall, 0, 1}, {1 + kWall, kDeep, 1 + kWall})});
-  scene.bodies[lid].velocity = {1, 0, 0};
-  for (std::uint32_t i = 0; i < scene.bodies[lid].count; ++i) scene.velocity[scene.bodies[lid].first + i].x() = 1;
+  Scene scene = box_with_lid({.spacing = kSpacing, .by_geometry = form.by_geometry});
+  scene.config.method = form.method;
   return scene;
 }
 
