@@ -11,9 +11,9 @@
 namespace palp {
 
 #ifdef __AVX__
-inline constexpr int kLanes = sizeof(real) == 4 ? 8 : 4;
+inline constexpr int kLanes = 32 / sizeof(real);
 #else
-inline constexpr int kLanes = 4;
+inline constexpr int kLanes = 16 / sizeof(real);
 #endif
 
 // kLanes scalars. It is a type of ours, so that functions below are found where a template asks for them.
@@ -63,9 +63,8 @@ struct LaneIndex {
 inline std::uint32_t first_of(const LaneIndex& j) { return j.of[0]; }
 
 // Returns the four scalars of each particle: loaded four at once, and turned.
-template <class S, int kOf = kLanes>
-[[gnu::always_inline]] inline PackedOf<S> fetch(const Packed* p, const LaneIndex& j) {
-  static_assert(kOf == 8 || kOf == 4);
+template <int kOf>
+[[gnu::always_inline]] inline PackedOf<Lanes> turned(const Packed* p, const LaneIndex& j) {
   using Four [[gnu::vector_size(4 * sizeof(real))]] = real;
   const auto four = [&](int k) {
     Four out;
@@ -102,6 +101,18 @@ template <class S, int kOf = kLanes>
       return lanes(__builtin_shufflevector(ab, cd, 2, 3, 6, 7));
     };
     return {first(ab_xy, cd_xy), second(ab_xy, cd_xy), first(ab_zw, cd_zw), second(ab_zw, cd_zw)};
+  }
+}
+
+// Returns the four scalars of each particle.
+template <class S, int kOf = kLanes>
+[[gnu::always_inline]] inline PackedOf<S> fetch(const Packed* p, const LaneIndex& j) {
+  static_assert(kOf == 8 || kOf == 4 || kOf == 2);
+  if constexpr (kOf == 2) {
+    const auto all = [&](real Packed::*of) { return Lanes(Lanes::Vector([&](auto k) { return p[j.of[k]].*of; })); };
+    return {all(&Packed::x), all(&Packed::y), all(&Packed::z), all(&Packed::w)};
+  } else {
+    return turned<kOf>(p, j);
   }
 }
 

@@ -11,7 +11,7 @@
 #elif !defined(PALP_HD)
 #define PALP_HD
 #endif
-// What is done for each pair of neighbours: a call would cost more than its body.
+// The attribute of a lambda that is called for each pair of neighbours: a call would cost more than its body.
 #define PALP_INLINE __attribute__((always_inline))
 
 namespace palp {
