@@ -52,7 +52,7 @@ inline constexpr real kMirror = real(1.25);
 inline constexpr real kMostYielding = real(3);  // (w dt)^2 of a body on the pressure of one particle; 21 was not stable
 // The most that (w dt)^2 + 2 a dt may be of a particle beside solids: w, a: of its swinging on their pressure and of
 // its drag. With more than 4 it swings to and fro and ever farther, and the fluid beside it takes up to 1.6 of that.
-// Half a spacing off one face comes to 2.3 at most by the planned sub-step, so what is limited lies nearer, or where
+// Half a spacing off one face comes to 1.6 at most by the planned sub-step, so what is limited lies nearer, or where
 // faces meet.
 inline constexpr real kMostSwing = real(1.8);
 inline constexpr real kGuardReach = real(0.3);  // [spacings]
@@ -210,7 +210,7 @@ struct MeasureWalls {
   BodyViews bodies;
   WallViews walls;
   CellGrid grid;
-  Medium medium;
+  Medium medium;  // without viscosity where that is taken in stages
   const Forcing* forcing;
   std::uint32_t count;
   Bonds bonds;
@@ -278,7 +278,7 @@ struct MeasureWalls {
   // Returns the share of the rate and the drag of solids that a sub-step leaves stable; slope and shear: of all of
   // them.
   PALP_HD real share_of_swing(std::uint32_t i, const Vec3& slope, real shear) const {
-    const Material& fluid = medium.material[state.tag[i].material()];  // its viscosity is 0 where it is taken in stages
+    const Material& fluid = medium.material[state.tag[i].material()];
     const real c_dt = fluid.sound_speed * medium.dt;
     const real drag = real(2) * fluid.viscosity * state.xV[i].w * shear * medium.dt / state.mass[i];
     const real swing = real(2) * kMirror * c_dt * c_dt * slope.squaredNorm() + real(2) * drag;

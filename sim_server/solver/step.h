@@ -72,7 +72,7 @@ void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapse
   if (plan.geometry)
     back_end.for_each_part(
         "walls by geometry", v.fluid.walls.by.parts,
-        MeasureWalls<Bonds>{v.sorted, v.body, v.fluid.walls, v.grid, v.medium, v.input.forcing, n, bonds});
+        MeasureWalls<Bonds>{v.sorted, v.body, v.fluid.walls, v.grid, medium, v.input.forcing, n, bonds});
   with_type(kernel, [&]<class Kernel>(const Kernel& of_type) {
     back_end.for_each_team(
         "density", n,
