@@ -47,10 +47,11 @@ PALP_HD inline WallKernel wall_kernel(const FluidKernel& of, real spacing, const
 }
 
 // Returns the place for which a particle at x asks wall_share(), at the distance `at` from the solid. One that has got
-// beneath a surface feels what it would on it: from within it sees no face, and a wall that neither resists it nor
-// drags it lets go of it.
+// beneath a surface, by half a spacing at most, feels what it would on it: from within it sees no face, and a wall that
+// neither resists it nor drags it lets go of it. What lies deeper is the guard's alone (walls.h).
 PALP_HD inline Vec3 raised(const WallKernel& kernel, const Distance& at, const Vec3& x) {
-  return at.d < kernel.reach ? Vec3(x + (kernel.reach - at.d) * at.n) : x;
+  const bool beneath = at.d < kernel.reach && at.d > real(-0.5) * kernel.spacing;
+  return beneath ? Vec3(x + (kernel.reach - at.d) * at.n) : x;
 }
 
 PALP_HD inline WallShare no_wall() { return {0, Vec3(0, 0, 0), Vec3(0, 0, 0), 0}; }

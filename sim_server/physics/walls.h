@@ -54,7 +54,7 @@ inline constexpr real kMostYielding = real(3);  // (w dt)^2 of a body on the pre
 // its drag. With more than 4 it swings to and fro and ever farther, and the fluid beside it takes up to 1.6 of that.
 // Half a spacing off one face comes to 1.6 at most by the planned sub-step, so what is limited lies nearer, or where
 // faces meet.
-inline constexpr real kMostSwing = real(1.8);
+inline constexpr real kMostSwing = real(1.8), kLeastDrag = real(0.3);
 inline constexpr real kGuardReach = real(0.3);  // [spacings]
 inline constexpr real kGuardStiffness = real(0.05);
 // Particles whose push on a body is summed at a time. Where there are many, few of them are beside a solid, and lanes
@@ -269,20 +269,20 @@ struct MeasureWalls {
       rate += kMirror * resisting(i, b, body) * bonds.wall_share(tag, bonds.solid(state, i), walls.body[k]) *
               b.wall.slope.dot(state.vp[i].xyz() - b.v);
     }
-    const real left = share_of_swing(i, slope, shear);
-    keep(i, slope, share, left * rate, beside);
+    keep(i, slope, share, rate, beside);
+    const real left = share_of_drag(i, slope, shear);
     for (std::uint32_t s = 0; left < real(1) && s < kKeptBodies && s < beside; ++s)
       walls.kept[i * kKeptBodies + s].n_shear.w *= left;
   }
 
-  // Returns the share of the rate and the drag of solids that a sub-step leaves stable; slope and shear: of all of
-  // them.
-  PALP_HD real share_of_swing(std::uint32_t i, const Vec3& slope, real shear) const {
+  // Returns the share of the drag of solids that a sub-step leaves stable; slope and shear: of all of them.
+  PALP_HD real share_of_drag(std::uint32_t i, const Vec3& slope, real shear) const {
     const Material& fluid = medium.material[state.tag[i].material()];
     const real c_dt = fluid.sound_speed * medium.dt;
-    const real drag = real(2) * fluid.viscosity * state.xV[i].w * shear * medium.dt / state.mass[i];
-    const real swing = real(2) * kMirror * c_dt * c_dt * slope.squaredNorm() + real(2) * drag;
-    return swing > kMostSwing ? kMostSwing / swing : real(1);
+    const real drag = real(4) * fluid.viscosity * state.xV[i].w * shear * medium.dt / state.mass[i];
+    const real left = kMostSwing - real(2) * kMirror * c_dt * c_dt * slope.squaredNorm();
+    const real most = left > kLeastDrag ? left : kLeastDrag;
+    return drag > most ? most / drag : real(1);
   }
 
   template <class Team>
