@@ -139,3 +139,9 @@ struct Eigen::NumTraits<palp::Lanes> : Eigen::GenericNumTraits<palp::Lanes> {
     MulCost = 1
   };
 };
+
+// Lanes are aligned by themselves, to more than Eigen aligns to here.
+template <int kSize>
+struct Eigen::internal::compute_default_alignment<palp::Lanes, kSize> {
+  enum { value = 0 };
+};
