@@ -46,7 +46,6 @@ inline Lanes select(const Lanes::Mask& where, const Lanes& a, const Lanes& b) {
   return out;
 }
 inline Lanes min(const Lanes& a, const Lanes& b) { return select(a < b, a, b); }
-inline Lanes max(const Lanes& a, const Lanes& b) { return select(a > b, a, b); }
 // Returns the sum over all lanes, in a fixed order.
 inline real sum(const Lanes& a) { return std::experimental::reduce(a.v); }
 

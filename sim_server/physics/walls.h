@@ -51,9 +51,9 @@ namespace palp {
 inline constexpr real kMirror = real(1.25);
 inline constexpr real kMostYielding = real(3);  // (w dt)^2 of a body on the pressure of one particle; 21 was not stable
 // The most that (w dt)^2 + 2 a dt may be of a particle beside solids: w, a: of its swinging on their pressure and of
-// its drag. With more than 4 it swings to and fro and ever farther, and the fluid beside it takes up to 1.6 of that.
-// Half a spacing off one face comes to 1.6 at most by the planned sub-step, so what is limited lies nearer, or where
-// faces meet.
+// its drag, which gives way, to 2 a dt = kLeastDrag where the swinging takes all. With more than 4 it swings to and fro
+// and ever farther, and the fluid beside it takes up to 1.6 of that. Half a spacing off one face comes to 1.6 at most
+// by the planned sub-step, so what is limited lies nearer, or where faces meet.
 inline constexpr real kMostSwing = real(1.8), kLeastDrag = real(0.3);
 inline constexpr real kGuardReach = real(0.3);  // [spacings]
 inline constexpr real kGuardStiffness = real(0.05);
@@ -279,7 +279,7 @@ struct MeasureWalls {
   PALP_HD real share_of_drag(std::uint32_t i, const Vec3& slope, real shear) const {
     const Material& fluid = medium.material[state.tag[i].material()];
     const real c_dt = fluid.sound_speed * medium.dt;
-    const real drag = real(4) * fluid.viscosity * state.xV[i].w * shear * medium.dt / state.mass[i];
+    const real drag = real(4) * fluid.viscosity * state.xV[i].w * shear * medium.dt / state.mass[i];  // 2 a dt
     const real left = kMostSwing - real(2) * kMirror * c_dt * c_dt * slope.squaredNorm();
     const real most = left > kLeastDrag ? left : kLeastDrag;
     return drag > most ? most / drag : real(1);

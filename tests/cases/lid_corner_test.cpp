@@ -7,8 +7,8 @@
 namespace palp::test::lid_corner_test {
 namespace {
 
-// viscosity [Pa s] and sound speed [m/s]: sub-steps that sound sets, that viscosity sets, and between; and viscosity in
-// stages, of which walls must leave the fluid all, in sub-steps of 0.7 of those by default: these are not calm there.
+// viscosity [Pa s] and sound speed [m/s]: sub-steps that sound sets, that viscosity sets, and between. In stages the
+// drag of walls is not limited; by the default safety that corner is not calm (tools/results/felt_remaining.md).
 struct Fluid {
   const char* name;
   double viscosity, sound_speed;
