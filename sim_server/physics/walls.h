@@ -59,7 +59,7 @@ inline constexpr real kGuardReach = real(0.3);  // [spacings]
 inline constexpr real kGuardStiffness = real(0.05);
 // Particles whose push on a body is summed at a time. Where there are many, few of them are beside a solid, and lanes
 // share out those that are found in a large part; few particles keep more lanes busy by small ones.
-inline constexpr std::uint32_t kWallPart = 128, kLargeWallPart = 512, kManyForWalls = 100000;
+inline constexpr std::uint32_t kWallPart = 128, kLargeWallPart = 256, kManyForWalls = 100000;
 
 // A body beside a fluid particle.
 struct NearBody {
@@ -234,7 +234,8 @@ struct MeasureWalls {
     walls.beside[i] = beside;
   }
 
-  // Says whether a solid may be beside a particle; of a fluid's that has none it keeps that there is nothing.
+  // Says whether a solid may be beside a particle; of a fluid's that has none it keeps that there is nothing, unless
+  // that is what is kept already: most are far from solids, and to write it anew takes longer than to look.
   PALP_HD bool may_be_beside(std::uint32_t i) const {
     const Tag tag = state.tag[i];
     if (!tag.is_fluid() || tag.inactive()) return false;
@@ -245,7 +246,7 @@ struct MeasureWalls {
       const BodyState& body = bodies.body[walls.body[k]];
       may = !(open && body.kind == BodyKind::fixed) && !far_from_body(walls, grid, medium, body, k, x);
     }
-    if (!may) keep(i, Vec3(0, 0, 0), 0, 0, 0);
+    if (!may && walls.beside[i] != 0) keep(i, Vec3(0, 0, 0), 0, 0, 0);
     return may;
   }
 
@@ -356,8 +357,9 @@ struct WallForce {
       const bool asked = body.force_first != kNone;  // for its wrench
       Vec3 force(0, 0, 0), torque(0, 0, 0);
       const auto touched = [&](std::uint32_t i) {
+        if (walls.beside[i] == 0) return false;
         const Tag tag = state.tag[i];
-        return tag.is_fluid() && !tag.inactive() && walls.beside[i] > 0 && (asked || !tag.asleep());
+        return tag.is_fluid() && !tag.inactive() && (asked || !tag.asleep());
       };
       const std::uint32_t end = walls.near[part] > 0 ? range.end : range.begin;
       team.for_those(range.begin, end, touched, [&](std::uint32_t i) {

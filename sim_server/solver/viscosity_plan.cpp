@@ -79,7 +79,7 @@ int stages_for(double rate_dt) {
 
 }  // namespace
 
-void plan_viscosity(const Scene& scene, double without, double stable, Plan& plan) {
+void plan_viscosity(const Scene& scene, double without, double beside_stages, double stable, Plan& plan) {
   const NumericsConfig& n = scene.config.numerics;
   const double step = 1 / scene.config.rate_hz, with = std::min(without, n.safety * stable);
   const auto steps = [&](double allowed) { return std::max(1.0, std::ceil(step / allowed - 1e-9)); };
@@ -89,7 +89,7 @@ void plan_viscosity(const Scene& scene, double without, double stable, Plan& pla
   if (!plan.fluid || plan.change || plan.method == Method::paper || n.viscosity == ViscosityScheme::explicit_) return;
   const bool asked = n.viscosity == ViscosityScheme::staged;
   if (!asked && (n.sub_steps ? stable >= step / *n.sub_steps : with >= without)) return;
-  const double staged = n.sub_steps ? double(*n.sub_steps) : steps(without);
+  const double staged = n.sub_steps ? double(*n.sub_steps) : steps(beside_stages);
   const int stages = stages_for(largest_rate(scene, plan) * step / staged);
   // in passes over the neighbours: density, walls and forces, and for the stages their beginning
   if (!asked && !n.sub_steps && 3 * plan.explicit_sub_steps <= staged * (4 + stages)) return;

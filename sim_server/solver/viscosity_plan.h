@@ -8,9 +8,9 @@
 namespace palp {
 
 // Sets plan.viscous_stages; plan.support must be set. without: the sub-step that is allowed without the fluids'
-// viscosity; stable: the largest one that it is stable with by linear theory [s]. Throws ConfigError when no number of
-// stages will do.
-void plan_viscosity(const Scene& scene, double without, double stable, Plan& plan);
+// viscosity; beside_stages: the one that is allowed where it is taken in stages; stable: the largest one that it is
+// stable with by linear theory [s]. Throws ConfigError when no number of stages will do.
+void plan_viscosity(const Scene& scene, double without, double beside_stages, double stable, Plan& plan);
 
 // Returns ", viscosity explicit" or ", viscosity in 17 stages ..."; nothing without a fluid.
 std::string describe_viscosity(const Plan& plan);

@@ -72,7 +72,8 @@ TEST(Viscosity, IsStagedWhereThatCostsLess) {
   EXPECT_NE(describe(water, scene).find("viscosity explicit"), std::string::npos);
   scene.config.materials[0].viscosity = 1e3;
   const Plan batter = make_plan(scene);
-  EXPECT_EQ(batter.sub_steps, water.sub_steps);
+  EXPECT_GE(batter.sub_steps, water.sub_steps);
+  EXPECT_LE(batter.sub_steps, std::ceil(water.sub_steps / 0.8));  // sound has that share beside stages
   EXPECT_NE(describe(batter, scene).find("viscosity in " + std::to_string(batter.viscous_stages) + " stages"),
             std::string::npos);
   EXPECT_LT(batter.sub_steps * (4 + batter.viscous_stages), 3 * batter.explicit_sub_steps);
