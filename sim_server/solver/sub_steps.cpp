@@ -20,9 +20,9 @@ namespace {
 constexpr double kSoundShare = 1.3;
 // The same for the quintic spline, whose limit is the shorter by its finest waves: both allow 1.68 dx / c at H = 3 dx.
 constexpr double kQuinticSoundShare = 1.48;
-// The part of that share which is left where viscosity is taken in stages, beside which the drag of walls is not limited.
-// Where a lid drives its fluid into a corner (tests/cases/lid_corner_test.cpp) 0.62 of the limit by sound is calm, and
-// 0.71 is not.
+// The part of that share which is left where viscosity is taken in stages, beside which the drag of walls is not
+// limited. Where a lid drives its fluid into a corner (tests/cases/lid_corner_test.cpp) 0.62 of the limit by sound is
+// calm, and 0.71 is not.
 constexpr double kSoundBesideStages = 0.8;
 
 // Returns a tabulated limit at x = H / dx, linear between and past the entries.
@@ -126,10 +126,11 @@ void choose_sub_steps(const SceneConfig& config, Plan& plan) {
   plan.dt = step / plan.sub_steps;
 }
 
-// Adds the limit of the fluids' own viscosity to that of the artificial one, which it takes in. Where viscosity is taken
-// in stages that by sound becomes the one beside them; where it is not, that of sound and viscosity together is added: a sub-step of symplectic Euler is stable while (w dt)^2 + 2 a
-// dt < 4 for what swings with w and decays with a, so the two limits share a sub-step. With 1.5 in place of kBothLimits
-// a box of 12 spacings whose lid moves diverged from its start.
+// Adds the limit of the fluids' own viscosity to that of the artificial one, which it takes in. Where viscosity is
+// taken in stages that by sound becomes the one beside them; where it is not, that of sound and viscosity together is
+// added: a sub-step of symplectic Euler is stable while (w dt)^2 + 2 a dt < 4 for what swings with w and decays with a,
+// so the two limits share a sub-step. With 1.5 in place of kBothLimits a box of 12 spacings whose lid moves diverged
+// from its start.
 void limit_by_viscosity(const Scene& scene, double limit, const std::string& material, const StepLimit& sound,
                         const StepLimit& beside_stages, Plan& plan) {
   constexpr double kBothLimits = 1.1;

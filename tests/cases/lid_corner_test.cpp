@@ -36,8 +36,7 @@ TEST_P(LidCorner, KeepsItsFluidCalm) {
 
 INSTANTIATE_TEST_SUITE_P(Fluids, LidCorner,
                          ::testing::Values(Fluid{"sound", 5, 20}, Fluid{"both", 10, 10}, Fluid{"between", 25, 20},
-                                           Fluid{"viscosity", 50, 20},
-                                           Fluid{"stages", 50, 20, ViscosityScheme::staged},
+                                           Fluid{"viscosity", 50, 20}, Fluid{"stages", 50, 20, ViscosityScheme::staged},
                                            Fluid{"thick", 200, 20, ViscosityScheme::staged},
                                            Fluid{"short_reach", 50, 20, ViscosityScheme::staged, 2}),
                          ::testing::PrintToStringParamName());
