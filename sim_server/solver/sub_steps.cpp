@@ -126,19 +126,26 @@ void choose_sub_steps(const SceneConfig& config, Plan& plan) {
   plan.dt = step / plan.sub_steps;
 }
 
+// Returns the limit by sound where viscosity is taken in stages.
+StepLimit beside_stages(StepLimit sound) {
+  sound.of += ", beside stages of viscosity";
+  sound.share *= kSoundBesideStages;
+  return sound;
+}
+
 // Adds the limit of the fluids' own viscosity to that of the artificial one, which it takes in. Where viscosity is
 // taken in stages that by sound becomes the one beside them; where it is not, that of sound and viscosity together is
 // added: a sub-step of symplectic Euler is stable while (w dt)^2 + 2 a dt < 4 for what swings with w and decays with a,
 // so the two limits share a sub-step. With 1.5 in place of kBothLimits a box of 12 spacings whose lid moves diverged
 // from its start.
 void limit_by_viscosity(const Scene& scene, double limit, const std::string& material, const StepLimit& sound,
-                        const StepLimit& beside_stages, Plan& plan) {
+                        Plan& plan) {
   constexpr double kBothLimits = 1.1;
   const NumericsConfig& numerics = scene.config.numerics;
   const bool staged = plan.viscous_stages > 0;
   const char* replaced = staged ? "sound" : "viscosity";
   std::erase_if(plan.limits, [&](const StepLimit& one) { return one.by == replaced; });
-  if (staged) limit_by(beside_stages, numerics, plan);
+  if (staged) limit_by(beside_stages(sound), numerics, plan);
   const StepLimit alone{limit, "viscosity", material, staged ? "stages" : ""};
   limit_by(alone, numerics, plan);
   if (staged || plan.method != Method::accurate) return;
@@ -227,14 +234,12 @@ void plan_sub_steps(const Scene& scene, Plan& plan) {
     if (plan.elastic_rounds > 0) limit.avoided_by = "implicit solve";
     limit_by(limit, scene.config.numerics, plan);
   }
-  StepLimit beside_stages = by_sound;
-  beside_stages.of += ", beside stages of viscosity";
-  beside_stages.share *= kSoundBesideStages;
-  plan_viscosity(scene, plan.dt_allowed, std::min(plan.dt_allowed, allowed_by(beside_stages, config.numerics)),
+  plan_viscosity(scene, plan.dt_allowed,
+                 std::min(plan.dt_allowed, allowed_by(beside_stages(by_sound), config.numerics)),
                  plan.fluid ? viscous(nu + physical) : 1e30, plan);
   if (plan.fluid)
     limit_by_viscosity(scene, viscous(nu + physical), physical > nu ? thickest : "numerics.artificial_viscosity",
-                       by_sound, beside_stages, plan);
+                       by_sound, plan);
   choose_sub_steps(config, plan);
 }
 
