@@ -89,10 +89,11 @@ def gauge(folder, words, options):
     if not np.any(pressure > ARRIVED):
         return "no water arrives"
     arrived = time[np.argmax(pressure > ARRIVED)]
-    several = max(1, round(MEAN_OVER / (time[1] - time[0])))
+    sample = time[1] - time[0]
+    several = max(1, round(MEAN_OVER / sample))
     peak = np.convolve(pressure, np.ones(several) / several, "valid").max()
-    return (f"water arrives after {arrived:.3f} s ({arrived / ARRIVAL - 1:+.1%}), {1000 * MEAN_OVER:.0f} ms at the peak "
-            f"{peak / 1000:.1f} kPa ({peak / PEAK:.2f} times the measured)")
+    return (f"water arrives after {arrived:.3f} s ({arrived / ARRIVAL - 1:+.1%}), "
+            f"{1000 * several * sample:.0f} ms at the peak {peak / 1000:.1f} kPa ({peak / PEAK:.2f} times the measured)")
 
 
 def main():

@@ -235,7 +235,7 @@ struct MeasureWalls {
   }
 
   // Says whether a solid may be beside a particle; of a fluid's that has none it keeps that there is nothing, unless
-  // that is what is kept already: most are far from solids, and to write it anew takes longer than to look.
+  // that is what is kept already.
   PALP_HD bool may_be_beside(std::uint32_t i) const {
     const Tag tag = state.tag[i];
     if (!tag.is_fluid() || tag.inactive()) return false;
