@@ -83,7 +83,7 @@ TEST_F(Rigidify, KeepsMomentaAndAddsNoEnergy) {
     Snapshot s = snapshot_of(*simulation), rigid, before;
     const Motion start = motion_of(scene, s);
     int changes = 0;
-    double stretched = 0, most_rigid = 0;
+    double stretched = 0, most_rigid = 0, strain = 0;
     EXPECT_EQ(rigid_count(s), 0u);
     for (int k = 0; k < 500; ++k) {
       ASSERT_TRUE(simulation->step({}).health.ok);
@@ -98,7 +98,11 @@ TEST_F(Rigidify, KeepsMomentaAndAddsNoEnergy) {
         ++changes;
         const double kinetic_before = motion_of(scene, before).kinetic;
         RecordProperty("kept_by_change_" + std::to_string(changes), std::to_string(now.kinetic / kinetic_before));
-        EXPECT_LE(now.kinetic, kinetic_before * (1 + value_of(tol::kChangeEnergy)));
+        // What becomes soft again has the strain still with which it became rigid: no more than motion had lost by
+        // then.
+        if (changes == 1) strain = start.kinetic - kinetic_before;
+        const double most = kinetic_before + (changes == 2 ? strain : 0);
+        EXPECT_LE(now.kinetic, most * (1 + value_of(tol::kChangeEnergy)));
         if (changes == 1) rigid = s;
       }
       if (changes != 1) continue;
