@@ -1,7 +1,7 @@
-// The fields of every message (messages.h), once: from these lists come the way to the wire and back, for both vendors,
-// and the check that no number is infinite or none at all. In a list, FIELD(NAME) is a field of the same name on the
-// wire; RENAMED(NAME, WIRE_NAME) one that palp.idl calls otherwise; DERIVED(WIRE_NAME, VALUE) one that the wire alone
-// has, made from the message `m`.
+// The fields of every message (messages.h), once and in the order of palp.idl: from these lists come the way to the
+// wire and back, for both vendors and without one, and the check that no number is infinite or none at all. In a list,
+// FIELD(NAME) is a field of the same name on the wire; RENAMED(NAME, WIRE_NAME) one that palp.idl calls otherwise;
+// DERIVED(WIRE_NAME, VALUE) one that the wire alone has, made from the message `m`.
 #pragma once
 
 // NOLINTBEGIN(bugprone-macro-parentheses): lists of names
@@ -13,10 +13,10 @@
 #define PALP_FIELDS_OF_CouplingGains(FIELD, RENAMED, DERIVED) \
   FIELD(stiffness) FIELD(damping) FIELD(angular_stiffness) FIELD(angular_damping)
 #define PALP_FIELDS_OF_DeviceSample(FIELD, RENAMED, DERIVED) \
-  FIELD(header) FIELD(device) FIELD(flags) FIELD(t_device_ns) FIELD(pose) FIELD(twist) FIELD(gains)
+  FIELD(device) FIELD(header) FIELD(flags) FIELD(t_device_ns) FIELD(pose) FIELD(twist) FIELD(gains)
 #define PALP_FIELDS_OF_ProxySample(FIELD, RENAMED, DERIVED) \
-  FIELD(header)                                             \
   FIELD(device)                                             \
+  FIELD(header)                                             \
   FIELD(flags)                                              \
   FIELD(sim_time)                                           \
   FIELD(device_session)                                     \

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "idl/mcap/mcap_format.h"
 #include "idl/vendor.h"
 #include "tests/process/running_system.h"
 #include "tests/support/valid_messages.h"
-#include "tools/recording/mcap_format.h"
 #include "tools/recording/raw_bus.h"
 
 namespace palp::test::bad_peers_test {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "tools/recording/mcap_reader.h"
-#include "tools/recording/mcap_writer.h"
+#include "idl/mcap/mcap_reader.h"
+#include "idl/mcap/mcap_writer.h"
 
 namespace palp::test {
 

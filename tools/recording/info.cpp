@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "idl/mcap/mcap_reader.h"
 #include "idl/topics.h"
-#include "tools/recording/mcap_reader.h"
 #include "tools/recording/servers_heard.h"
 
 namespace palp {

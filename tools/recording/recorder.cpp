@@ -8,8 +8,7 @@
 #include <utility>
 
 #include "idl/clock.h"
-#include "idl/idl_text.h"
-#include "tools/recording/topic_choice.h"
+#include "idl/mcap/sample_writer.h"
 
 namespace palp {
 namespace {
@@ -118,11 +117,7 @@ void Recorder::queue(Record record) {
 
 void Recorder::write(const Record& record) {
   std::uint16_t& channel = channels_[record.source];
-  const TopicRow& topic = *sources_[record.source].topic;
-  if (channel == 0) {
-    const std::uint16_t schema = writer_.add_schema(topic.type_name, "omgidl", kPalpIdlText);
-    channel = writer_.add_channel(topic.name, schema, "cdr", channel_metadata(topic), compression_for(topic));
-  }
+  if (channel == 0) channel = add_topic(writer_, *sources_[record.source].topic);
   writer_.write({channel, ++sequences_[record.source], record.log_time_ns, record.publish_time_ns, record.payload});
 }
 

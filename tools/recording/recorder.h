@@ -15,7 +15,7 @@
 #include <thread>
 #include <vector>
 
-#include "tools/recording/mcap_writer.h"
+#include "idl/mcap/mcap_writer.h"
 #include "tools/recording/raw_bus.h"
 #include "tools/recording/servers_heard.h"
 

@@ -6,8 +6,8 @@
 #include <map>
 #include <utility>
 
-#include "tools/recording/mcap_reader.h"
-#include "tools/recording/mcap_writer.h"
+#include "idl/mcap/mcap_reader.h"
+#include "idl/mcap/mcap_writer.h"
 
 namespace palp {
 namespace {

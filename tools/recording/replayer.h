@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/recording/mcap_reader.h"
+#include "idl/mcap/mcap_reader.h"
 #include "tools/recording/raw_bus.h"
 
 namespace palp {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <map>
 
-#include "tools/recording/mcap_format.h"
+#include "idl/mcap/mcap_format.h"
 
 namespace palp {
 

@@ -51,15 +51,4 @@ std::map<const TopicRow*, unsigned> parse_decimation(const std::vector<std::stri
   return out;
 }
 
-std::map<std::string, std::string> channel_metadata(const TopicRow& topic) {
-  const bool reliable = topic.reliability == Reliability::reliable;
-  const bool kept = topic.durability == Durability::transient_local;
-  return {{"qos", fmt::format("reliability: {}\ndurability: {}\nownership: false\nkeyed: {}\n", reliable, kept,
-                              topic.key_bytes > 0)}};
-}
-
-Compression compression_for(const TopicRow& topic) {
-  return topic.name == std::string_view(topic_of<ParticleChunk>().name) ? Compression::none : Compression::zstd;
-}
-
 }  // namespace palp

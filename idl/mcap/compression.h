@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tools/recording/mcap_format.h"
+#include "idl/mcap/mcap_format.h"
 
 namespace palp {
 

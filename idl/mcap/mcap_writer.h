@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/recording/compression.h"
-#include "tools/recording/mcap_format.h"
+#include "idl/mcap/compression.h"
+#include "idl/mcap/mcap_format.h"
 
 namespace palp {
 

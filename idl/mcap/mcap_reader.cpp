@@ -1,4 +1,4 @@
-#include "tools/recording/mcap_reader.h"
+#include "idl/mcap/mcap_reader.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -10,7 +10,7 @@
 #include <tuple>
 #include <utility>
 
-#include "tools/recording/mcap_records.h"
+#include "idl/mcap/mcap_records.h"
 
 namespace palp {
 namespace {
@@ -321,6 +321,7 @@ void McapReader::scan_record(Op op, ByteView content, std::uint64_t offset, Scan
   }
   if (op != Op::chunk) return;
   const Chunk chunk = unpack_chunk(content, offset);
+  if (scan.visitor.chunk) scan.visitor.chunk(offset);
   ByteCursor records(chunk.records, path_ + ": in the chunk at byte " + std::to_string(offset), 0);
   while (records.left() > 0) {
     const auto inner = records.get<Op>();
@@ -333,6 +334,20 @@ void McapReader::scan_record(Op op, ByteView content, std::uint64_t offset, Scan
     }
   }
   ++scan.out.chunks;
+}
+
+McapChunkContent McapReader::read_chunk(std::uint64_t offset) const {
+  const RecordHead head = head_at(offset);
+  if (head.op != Op::chunk) fail(offset, "a chunk was expected");
+  McapChunkContent out;
+  out.records = unpack_chunk(bytes_at(offset + kRecordHead, head.length), offset).records;
+  ByteCursor in(out.records, path_ + ": in the chunk at byte " + std::to_string(offset), 0);
+  while (in.left() > 0) {
+    const auto op = in.get<Op>();
+    const ByteView record = in.take(in.get<std::uint64_t>());
+    if (op == Op::message) out.messages.push_back(decode_message(ByteCursor(record, path_, offset)));
+  }
+  return out;
 }
 
 McapScan McapReader::scan(const McapVisitor& visitor) const {

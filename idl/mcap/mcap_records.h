@@ -1,8 +1,8 @@
 // Turns the records of an MCAP file into bytes and back. A record's content is what follows its opcode and length.
 #pragma once
 
-#include "tools/recording/byte_cursor.h"
-#include "tools/recording/mcap_format.h"
+#include "idl/mcap/byte_cursor.h"
+#include "idl/mcap/mcap_format.h"
 
 namespace palp {
 

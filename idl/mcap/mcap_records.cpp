@@ -1,4 +1,4 @@
-#include "tools/recording/mcap_records.h"
+#include "idl/mcap/mcap_records.h"
 
 #include <zlib.h>
 

@@ -1,4 +1,4 @@
-#include "tools/recording/mcap_writer.h"
+#include "idl/mcap/mcap_writer.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "tools/recording/mcap_records.h"
+#include "idl/mcap/mcap_records.h"
 
 namespace palp {
 namespace {

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "tools/recording/mcap_format.h"
+#include "idl/mcap/mcap_format.h"
 
 namespace palp {
 

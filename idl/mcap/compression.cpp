@@ -1,4 +1,4 @@
-#include "tools/recording/compression.h"
+#include "idl/mcap/compression.h"
 
 #include <lz4frame.h>
 #include <zstd.h>

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/recording/compression.h"
-#include "tools/recording/mcap_format.h"
+#include "idl/mcap/compression.h"
+#include "idl/mcap/mcap_format.h"
 
 namespace palp {
 
@@ -27,8 +27,15 @@ struct McapReaderOptions {
 struct McapVisitor {
   std::function<void(const McapSchema&)> schema;
   std::function<void(const McapChannel&)> channel;
+  std::function<void(std::uint64_t offset)> chunk;  // the messages that follow stand in the chunk at this byte
   std::function<void(const McapMessage&, Compression)> message;
   std::function<void(const McapMetadata&)> metadata;
+};
+
+// The messages of one chunk in the order of the file. They point into `records`.
+struct McapChunkContent {
+  Bytes records;
+  std::vector<McapMessage> messages;
 };
 
 struct McapScan {
@@ -69,6 +76,8 @@ class McapReader {
   // Reads from front to end, leaves out what is damaged and says so. Needs no index, but finds its way behind damage
   // with one.
   McapScan scan(const McapVisitor& visitor) const;
+  // Reads the chunk at this byte, as a scan told of it. Throws McapError when there is no sound one.
+  McapChunkContent read_chunk(std::uint64_t offset) const;
 
  private:
   struct RecordHead {
