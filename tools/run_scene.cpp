@@ -9,11 +9,16 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "config/data_dir.h"
 #include "config/error.h"
 #include "config/json_file.h"
+#include "idl/convert.h"
+#include "sim_server/messages_from_state.h"
 #include "sim_server/probes/probes.h"
 #include "sim_server/trade/choice.h"
+#include "tools/lockstep/hand_in_step.h"
 #include "tools/run_files.h"
+#include "tools/run_recording.h"
 
 namespace palp {
 
@@ -149,82 +154,154 @@ std::uint64_t steps_of(const Scene& scene, const RunOptions& options) {
   return static_cast<std::uint64_t>(std::llround(duration * rate));
 }
 
-// A proxy that a path drives, and its file.
-struct Driven {
-  std::size_t proxy;  // index into Scene::proxies
-  const std::vector<PathPose>* path;
-  ProxyFile file;
+// Drives the proxies of a run by paths and hands, and keeps the answers to hands.
+class Drive {
+ public:
+  Drive(const Scene& scene, const RunOptions& options) : scene_(scene), repeat_(options.repeat_paths) {
+    for (const auto& [device, path] : options.paths) {
+      if (options.hands.contains(device))
+        throw ConfigError(
+            fmt::format("{}: device {} has a path and a hand, expected one of them", scene.config.path, device));
+      paths_[proxy_of(device, "path")] = &path;
+    }
+    for (const auto& [device, script] : options.hands) {
+      const std::size_t p = proxy_of(device, "hand");
+      const Body& tool = scene.bodies[scene.proxies[p].body];
+      hands_.emplace(p,
+                     HandInStep(device, script,
+                                at_rest(tool.position + tool.orientation * scene.proxies[p].handle, tool.orientation)));
+    }
+  }
+
+  const std::map<std::size_t, const std::vector<PathPose>*>& paths() const { return paths_; }
+
+  void set_input(double time, const StepOutput& output, StepInput& input) {
+    for (const auto& [p, path] : paths_)
+      input[p] = device_on_path(*path, repeat_ ? repeated(*path, time) : time, scene_.proxies[p].limit);
+    for (auto& [p, hand] : hands_) input[p] = hand.input(time, 1 / scene_.config.rate_hz, output.proxies[p].state);
+  }
+
+  // Returns what a server would answer about each proxy after a step. input: of that step.
+  std::vector<ProxySample> answers(const StepOutput& output, const StepInput& input) {
+    std::vector<ProxySample> out;
+    for (std::size_t p = 0; p < scene_.proxies.size(); ++p) {
+      const auto hand = hands_.find(p);
+      const bool ok = output.health.ok;
+      out.push_back(hand != hands_.end()
+                        ? hand->second.answer(output.proxies[p], ok, output.time)
+                        : make_proxy_sample(output.proxies[p], scene_.proxies[p].device, {}, input[p].engaged,
+                                            ok ? ServerState::running : ServerState::fault, output.time));
+    }
+    return out;
+  }
+
+ private:
+  std::size_t proxy_of(unsigned device, const char* what) const {
+    const auto proxy = std::find_if(scene_.proxies.begin(), scene_.proxies.end(),
+                                    [device](const Proxy& item) { return item.device == device; });
+    if (proxy == scene_.proxies.end())
+      throw ConfigError(fmt::format("{}: a {} is given, but the scene has no [[proxy]] for device {}",
+                                    scene_.config.path, what, device));
+    return static_cast<std::size_t>(proxy - scene_.proxies.begin());
+  }
+
+  const Scene& scene_;
+  bool repeat_;
+  std::map<std::size_t, const std::vector<PathPose>*> paths_;  // by the index into Scene::proxies
+  std::map<std::size_t, HandInStep> hands_;
 };
 
-std::vector<Driven> driven_proxies(const Scene& scene, const RunOptions& options) {
-  std::vector<Driven> driven;
-  for (const auto& [device, path] : options.paths) {
-    const auto proxy = std::find_if(scene.proxies.begin(), scene.proxies.end(),
-                                    [number = device](const Proxy& item) { return item.device == number; });
-    if (proxy == scene.proxies.end())
-      throw ConfigError(
-          fmt::format("{}: a path is given, but the scene has no [[proxy]] for device {}", scene.config.path, device));
-    const std::string number = device == 0 ? "" : fmt::format("_{}", device);
-    driven.push_back({static_cast<std::size_t>(proxy - scene.proxies.begin()), &path,
-                      ProxyFile(fmt::format("{}/proxy{}.csv", options.out, number))});
+// The files of a run but its summary and its recording.
+class Files {
+ public:
+  Files(Simulation& simulation, const RunOptions& options, const Drive& drive)
+      : simulation_(simulation), options_(options), probes_(simulation.scene(), options.out) {
+    const Scene& scene = simulation.scene();
+    for (const auto& [p, path] : drive.paths()) {
+      const std::uint32_t device = scene.proxies[p].device;
+      const std::string number = device == 0 ? "" : fmt::format("_{}", device);
+      proxies_.emplace_back(p, ProxyFile(fmt::format("{}/proxy{}.csv", options.out, number)));
+    }
+    if (options.snapshots_hz > 0) snapshots_.emplace(scene, options.out);
+    if (options.totals_hz > 0) totals_.emplace(scene, options.out + "/totals.csv");
   }
-  return driven;
-}
+
+  void write(const StepOutput& output) {
+    const double rate = simulation_.scene().config.rate_hz;
+    const bool particles_due = snapshots_ && rate_due(output.step, options_.snapshots_hz, rate);
+    const bool totals_due = totals_ && output.step > 0 && rate_due(output.step, options_.totals_hz, rate);
+    if (particles_due || totals_due || probes_.due_with_snapshot(output.step)) simulation_.snapshot(snapshot_);
+    if (probes_.due(output.step)) probes_.record(&snapshot_, output);
+    if (particles_due) snapshots_->write(snapshot_);
+    if (totals_due) totals_->write(snapshot_, output);
+    if (output.step == 0) return;
+    for (auto& [p, file] : proxies_) file.write(output.time, output.proxies.at(p));
+  }
+
+  void close() {
+    probes_.close();
+    if (snapshots_) snapshots_->close();
+    if (totals_) totals_->close();
+    for (auto& [p, file] : proxies_) file.close();
+  }
+
+ private:
+  Simulation& simulation_;
+  const RunOptions& options_;
+  ProbeRecorder probes_;
+  std::vector<std::pair<std::size_t, ProxyFile>> proxies_;  // index into Scene::proxies
+  std::optional<SnapshotFiles> snapshots_;
+  std::optional<TotalsFile> totals_;
+  Snapshot snapshot_;
+};
 
 }  // namespace
+
+void add_hands_of_scene(const SceneConfig& scene, RunOptions& options) {
+  for (const ProxyConfig& proxy : scene.proxies)
+    if (!options.paths.contains(proxy.device))
+      options.hands.try_emplace(proxy.device, proxy.hand.empty() ? find_data_file(kHandFiles, "still") : proxy.hand);
+}
 
 RunResult run_scene(Simulation& simulation, const RunOptions& options) {
   const Scene& scene = simulation.scene();
   const double duration = options.duration.value_or(scene.config.duration), rate = scene.config.rate_hz;
   const std::uint64_t steps = steps_of(scene, options);
-  make_folder(options.out);
-  std::vector<Driven> driven = driven_proxies(scene, options);
-  ProbeRecorder probes(scene, options.out);
-  std::optional<SnapshotFiles> snapshots;
-  if (options.snapshots_hz > 0) snapshots.emplace(scene, options.out);
-  std::optional<TotalsFile> totals;
-  if (options.totals_hz > 0) totals.emplace(scene, options.out + "/totals.csv");
+  if (!options.out.empty()) make_folder(options.out);
+  Drive drive(scene, options);
+  std::optional<Files> files;
+  if (!options.out.empty()) files.emplace(simulation, options, drive);
+  std::optional<RunRecording> recording;
+  if (!options.record.empty()) recording.emplace(simulation, options.record, options.overwrite);
   Progress progress(options, duration, scene.position.size());
-  Snapshot snapshot;
-  const auto record = [&](const StepOutput& output) {
-    const bool particles_due = snapshots && rate_due(output.step, options.snapshots_hz, rate);
-    const bool totals_due = totals && output.step > 0 && rate_due(output.step, options.totals_hz, rate);
-    if (particles_due || totals_due || probes.due_with_snapshot(output.step)) simulation.snapshot(snapshot);
-    if (probes.due(output.step)) probes.record(&snapshot, output);
-    if (particles_due) snapshots->write(snapshot);
-    if (totals_due) totals->write(snapshot, output);
-    if (output.step == 0) return;
-    for (Driven& d : driven) d.file.write(output.time, output.proxies.at(d.proxy));
-  };
 
   RunResult result;
   Health health;
   simulation.reset();
-  record(StepOutput{});
+  if (files) files->write(StepOutput{});
+  if (recording) recording->write_state(simulation, simulation.output());
   const Clock::time_point start = Clock::now();
   StepInput input;
   StepTimes times;
   while (result.steps < steps && result.record.worst.ok && result.stopped_by_signal == 0) {
-    const double time = static_cast<double>(result.steps) / rate;
-    for (const Driven& d : driven) {
-      const double on_path = options.repeat_paths ? repeated(*d.path, time) : time;
-      input[d.proxy] = device_on_path(*d.path, on_path, scene.proxies[d.proxy].limit);
-    }
+    drive.set_input(static_cast<double>(result.steps) / rate, simulation.output(), input);
     times.measure([&] { simulation.step(input); });
     const StepOutput& output = simulation.output();
     health = output.health;
     result.record.add(health);
     result.steps = output.step;
     result.time = output.time;
-    record(output);
+    if (files) files->write(output);
+    std::vector<ProxySample> answers;
+    if (recording || !options.hands.empty()) answers = drive.answers(output, input);
+    if (recording) recording->write_state(simulation, output, answers);
     progress.show(output);
     if (options.stop) result.stopped_by_signal = *options.stop;
   }
   result.wall_time = seconds_since(start);
-  probes.close();
-  if (snapshots) snapshots->close();
-  if (totals) totals->close();
-  for (Driven& d : driven) d.file.close();
+  if (recording) recording->close();
+  if (!files) return result;
+  files->close();
   Json summary = json_of(simulation, result, health);
   summary.update(times.summary(rate));
   write_json(options.out + "/summary.json", summary);

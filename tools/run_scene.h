@@ -25,12 +25,15 @@ double repeated(const std::vector<PathPose>& path, double time);
 enum class ProgressOn { nothing, terminal, log };
 
 struct RunOptions {
-  std::string out;                                  // folder for all files
+  std::string out;                                  // folder for all files but the recording; empty: there are none
   std::optional<double> duration;                   // [s] of simulated time; else the scene's
   double snapshots_hz = 0;                          // particle files per simulated second; 0: none
   double totals_hz = 0;                             // rows of totals.csv per simulated second; 0: none
   std::map<unsigned, std::vector<PathPose>> paths;  // by the number of the device that they drive
   bool repeat_paths = false;                        // they begin anew where they end
+  std::map<unsigned, std::string> hands;  // files of hand scripts, by the device whose simulated arm they move
+  std::string record;                     // MCAP file as palp-record writes them; empty: none
+  bool overwrite = false;                 // a recording that is there already
   ProgressOn progress = ProgressOn::nothing;
   double progress_period = 10;             // [s] between lines of progress in a log, but the first, which comes sooner
   const std::atomic<int>* stop = nullptr;  // not zero: the signal that asks to stop
@@ -44,10 +47,15 @@ struct RunResult {
   int stopped_by_signal = 0;
 };
 
-// Runs the simulation from its initial state. Writes NAME.csv for each probe, proxy.csv (proxy_N.csv for device N > 0)
-// for each path, totals.csv, particles_NNNNNN.csv and snapshots.csv, and summary.json, also when the simulation turns
-// unhealthy, which ends the run; one whose answer is only spoilt goes on. Throws std::runtime_error when a file cannot
-// be written and ConfigError when there is a path but no proxy of its device, or the duration is below one haptic step.
+// Adds, for each proxy without a path, the hand that the scene names, else one that holds still, where hands has none
+// for its device.
+void add_hands_of_scene(const SceneConfig& scene, RunOptions& options);
+
+// Runs the simulation from its initial state. Hands run in lock step with it, through arm, loop and coupling. Writes
+// NAME.csv for each probe, proxy.csv (proxy_N.csv for device N > 0) for each path, totals.csv, particles_NNNNNN.csv and
+// snapshots.csv, and summary.json, also when the simulation turns unhealthy, which ends the run; one whose answer is
+// only spoilt goes on; and the recording. Throws std::runtime_error when a file cannot be written and ConfigError when
+// there is a path or a hand but no proxy of its device, or both for one, or the duration is below one haptic step.
 RunResult run_scene(Simulation& simulation, const RunOptions& options);
 
 }  // namespace palp
