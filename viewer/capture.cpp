@@ -6,11 +6,13 @@
 #include <condition_variable>
 #include <cstdio>
 #include <deque>
+#include <filesystem>
 #include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <osg/Image>
 #include <osgDB/Options>
@@ -70,6 +72,11 @@ class Capture::Worker {
     return true;
   }
 
+  void wait_for_room() {
+    std::unique_lock lock(mutex_);
+    taken_.wait(lock, [this] { return jobs_.size() < kMaxQueuedVideo && queued_video_ < kMaxQueuedVideo; });
+  }
+
   bool finish() {
     {
       const std::lock_guard lock(mutex_);
@@ -114,6 +121,7 @@ class Capture::Worker {
       Job job = std::move(jobs_.front());
       jobs_.pop_front();
       lock.unlock();
+      taken_.notify_one();
       if (!job.png.empty()) {
         if (!save_png(job.png, job.picture)) failed_ = true;
         continue;
@@ -123,11 +131,12 @@ class Capture::Worker {
       }
       lock.lock();
       --queued_video_;
+      taken_.notify_one();
     }
   }
 
   std::mutex mutex_;
-  std::condition_variable wake_;
+  std::condition_variable wake_, taken_;
   std::deque<Job> jobs_;          // under mutex_
   std::size_t queued_video_ = 0;  // under mutex_
   bool stop_ = false;             // under mutex_
@@ -139,6 +148,12 @@ class Capture::Worker {
   std::thread thread_;  // last: starts when the rest is there
 };
 
+std::string numbered(const std::string& file, int number) {
+  const std::filesystem::path path(file);
+  return (path.parent_path() / fmt::format("{}-{:04d}{}", path.stem().string(), number, path.extension().string()))
+      .string();
+}
+
 Capture::Capture() : worker_(std::make_unique<Worker>()) {}
 Capture::~Capture() = default;
 
@@ -148,6 +163,7 @@ void Capture::open_video(const std::string& file, int width, int height, double 
 }
 bool Capture::video_open() const { return worker_->video_open(); }
 bool Capture::write_video(const Picture& picture, double time) { return worker_->write_video(picture, time); }
+void Capture::wait_for_room() { worker_->wait_for_room(); }
 bool Capture::finish() { return worker_->finish(); }
 std::uint64_t Capture::dropped_video_pictures() const { return worker_->dropped(); }
 

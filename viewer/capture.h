@@ -9,6 +9,9 @@
 
 namespace palp {
 
+// Returns the name of the picture of that number in a series: DIR/NAME-0007.png for DIR/NAME.png.
+std::string numbered(const std::string& file, int number);
+
 // Calls from one thread. Failures are logged, counted and never thrown after construction.
 class Capture {
  public:
@@ -26,6 +29,9 @@ class Capture {
   // video of a slow viewer is not fast. False, and counted, when the encoder is behind (the next picture fills the gap)
   // or the size is another.
   bool write_video(const Picture& picture, double time);
+  // Waits until no more than a few pictures are queued, so that whoever makes them as fast as it can, one after the
+  // other, has none dropped and does not fill the memory.
+  void wait_for_room();
 
   // Waits until everything queued is on disk and the video is closed. True if nothing failed. May be called twice.
   bool finish();

@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <ctime>
 #include <exception>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
@@ -24,8 +23,10 @@
 #include "config/stop_signal.h"
 #include "idl/clock.h"
 #include "viewer/capture.h"
+#include "viewer/draw_times.h"
 #include "viewer/feed.h"
 #include "viewer/options.h"
+#include "viewer/replay.h"
 #include "viewer/session.h"
 #include "viewer/shaders.h"
 
@@ -37,34 +38,6 @@ void be_modest(const ViewerOptions& options) {
   if (options.nice > 0) setpriority(PRIO_PROCESS, 0, options.nice);
   if (options.stage.headless) setenv("LP_NUM_THREADS", std::to_string(options.raster_threads).c_str(), 0);
 }
-
-std::string numbered(const std::string& file, int number) {
-  const std::filesystem::path path(file);
-  return (path.parent_path() / fmt::format("{}-{:04d}{}", path.stem().string(), number, path.extension().string()))
-      .string();
-}
-
-// How long pictures took.
-class DrawTimes {
- public:
-  void add(double seconds) {
-    if (newest_.size() < kMost) newest_.push_back(0);
-    newest_[count_++ % kMost] = seconds;
-  }
-  std::size_t count() const { return count_; }
-  // The time [ms] that this share of the newest pictures took at most; 0 without any.
-  double share_ms(double share) const {
-    if (newest_.empty()) return 0;
-    std::vector<double> sorted = newest_;
-    std::ranges::sort(sorted);
-    return 1e3 * sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
-  }
-
- private:
-  static constexpr std::size_t kMost = 10'000;
-  std::vector<double> newest_;  // [s]
-  std::size_t count_ = 0;
-};
 
 // Says which pictures are due and hands them to the capture.
 class Recorder {
@@ -160,6 +133,7 @@ int show(const ViewerOptions& options) {
   spdlog::info("drawing {}x{} {} on {}{}", stage.width(), stage.height(),
                options.stage.headless ? "off-screen" : "in a window", stage.renderer(),
                stage.software_rendered() ? " (software)" : "");
+  if (!options.replay.file.empty()) return show_recording(options, stage);
   stage.hud().set_visible(options.figures);
   stage.scene().set_values_shown(options.figures);
   const osg::ref_ptr<KeyHandler> keys = take_keys(stage);

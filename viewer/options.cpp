@@ -23,6 +23,7 @@ bool has_display() {
 // A small fluid at 30 pictures a second takes a software rasteriser most of a core, which the simulation may want:
 // without anyone to see it, only as many are drawn as a picture or a video needs.
 double default_rate(const ViewerOptions& o) {
+  if (makes_film(o)) return 30;
   if (!o.stage.headless) return 60;
   return o.video.empty() ? 5 : 30;
 }
@@ -34,6 +35,37 @@ struct CommandLine {
   double png_at = 0, png_every = 0;  // [s]
   CLI::Option *png_at_given = nullptr, *png_every_given = nullptr;
 };
+
+void add_replay_options(CLI::App& app, PlayOptions& o) {
+  constexpr const char* kGroup = "Recordings and films";
+  auto* replay =
+      app.add_option("--replay", o.file,
+                     "show a recording (MCAP, of palp-record or palp-run) in place of a running simulation. "
+                     "In a window: space pauses, . and , go by single frames, the arrows by seconds, [ and ] "
+                     "change the speed, the timeline can be dragged. Off-screen, or with --video, --frames or "
+                     "--png, it is made into a film: each picture is of an exact simulated time, however slow "
+                     "the machine, --fps of them a second (30), and --seconds, --png-at and --png-every count "
+                     "in the film's time")
+          ->type_name("FILE")
+          ->group(kGroup);
+  app.add_option("--from", o.from, "simulated time at which it begins [s] (its first frame)")
+      ->check(number_between(0.0, 1e7))
+      ->needs(replay)
+      ->group(kGroup);
+  app.add_option("--speed", o.speed, "simulated seconds in one that is shown, 0.1 to 10")
+      ->check(number_between(0.1, 10.0))
+      ->capture_default_str()
+      ->needs(replay)
+      ->group(kGroup);
+  app.add_option("--script", o.script, "lead the camera of the film by this script (TOML, as in config/films)")
+      ->type_name("FILE")
+      ->needs(replay)
+      ->group(kGroup);
+  app.add_option("--frames", o.frames, "write every picture of the film, DIR/NAME-0001.png and so on")
+      ->type_name("DIR/NAME.png")
+      ->needs(replay)
+      ->group(kGroup);
+}
 
 // Returns what is wrong with a size as --size takes it, or nothing.
 std::string fault_of_size(std::string& text) {
@@ -94,6 +126,7 @@ void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   app.add_option("--shaders", o.shader_directory, "take shaders from this directory first")
       ->check(CLI::ExistingDirectory);
   app.add_flag("--gl-errors", o.gl_errors, "tell every error of OpenGL, and end with status 1 if there was one");
+  add_replay_options(app, o.replay);
   add_bus_options(app, o.bus);
 }
 

@@ -10,6 +10,15 @@
 
 namespace palp {
 
+// A recording that is shown in place of a bus, and the film that is made of it.
+struct PlayOptions {
+  std::string file;            // MCAP; empty: none
+  std::optional<double> from;  // [s] simulated, at which it begins; unset: at its first frame
+  double speed = 1;            // simulated seconds in one that is shown
+  std::string script;          // of the camera; empty: none
+  std::string frames;          // picture file whose name is numbered, one a picture of the film; or empty
+};
+
 struct ViewerOptions {
   BusOptions bus;
   StageOptions stage;
@@ -26,8 +35,14 @@ struct ViewerOptions {
   std::string video;                // video file, or empty
   std::string summary;              // JSON file, or empty
   std::string shader_directory;
+  PlayOptions replay;
   bool gl_errors = false;  // tell every error of OpenGL, and fail if there was one
 };
+
+// Returns whether a recording is made into a film, and not played in a window.
+inline bool makes_film(const ViewerOptions& o) {
+  return !o.replay.file.empty() && (o.stage.headless || !o.video.empty() || !o.replay.frames.empty() || !o.png.empty());
+}
 
 // Reads the command line.
 Parsed<ViewerOptions> parse_viewer_options(int argc, const char* const* argv);

@@ -9,7 +9,6 @@
 #include <osgGA/OrbitManipulator>
 
 #include "viewer/egl_window.h"
-#include "viewer/home_view.h"
 
 namespace palp {
 
@@ -137,6 +136,14 @@ void Stage::go_home() {
   manipulator->setHomePosition(pose.eye, pose.center, osg::Vec3d(0, 0, 1));
   manipulator->home(0);
   home_ = manipulator->getMatrix();
+  field_of_view_ = kFieldOfView;
+}
+
+void Stage::set_camera(const CameraPose& pose, double field_of_view) {
+  auto* manipulator = viewer_->getCameraManipulator();
+  manipulator->setHomePosition(pose.eye, pose.center, osg::Vec3d(0, 0, 1));
+  manipulator->home(0);
+  field_of_view_ = field_of_view;
 }
 
 void Stage::go_home_unless_moved() {
@@ -174,7 +181,7 @@ void Stage::draw(const std::function<void(Picture&&)>& read) {
   const double radius = std::max(scene_.content().radius(), 1e-3);
   const double far = (eye - scene_.content().center()).length() + 6 * radius;
   const double near = std::max(far - 14 * radius, 0.02 * radius);
-  viewer_->getCamera()->setProjectionMatrixAsPerspective(kFieldOfView, static_cast<double>(width()) / height(), near,
+  viewer_->getCamera()->setProjectionMatrixAsPerspective(field_of_view_, static_cast<double>(width()) / height(), near,
                                                          far);
   scene_.set_view(viewer_->getCamera()->getViewMatrix(), viewer_->getCamera()->getProjectionMatrix());
   read_back_->wanted = read ? &read : nullptr;

@@ -10,6 +10,7 @@
 #include <osgViewer/Viewer>
 
 #include "viewer/gl_errors.h"
+#include "viewer/home_view.h"
 #include "viewer/hud.h"
 #include "viewer/scene_graph.h"
 
@@ -56,6 +57,10 @@ class Stage {
   void go_home();
   // Does so unless someone has moved the camera since it was sent home.
   void go_home_unless_moved();
+  // Puts the camera there, until it is sent home or someone moves it. field_of_view: vertical [degrees].
+  void set_camera(const CameraPose& pose, double field_of_view);
+  // Adds what is drawn over everything else.
+  void add_overlay(osg::Node* overlay) { viewer_->getSceneData()->asGroup()->addChild(overlay); }
   // Draws one picture. read, when given, receives it before it is shown.
   void draw(const std::function<void(Picture&&)>& read = nullptr);
   // Returns where a world point [m] falls, in pixels from the lower left corner of the picture drawn last.
@@ -74,7 +79,8 @@ class Stage {
   std::string renderer_;
   Surfaces surfaces_;
   GlErrorListener on_gl_error_;
-  osg::Matrixd home_;  // where the camera was sent
+  osg::Matrixd home_;                    // where the camera was sent
+  double field_of_view_ = kFieldOfView;  // vertical [degrees]
 };
 
 }  // namespace palp

@@ -1,0 +1,27 @@
+// Keys and mouse of a window in which a recording is played.
+#pragma once
+
+#include <osgGA/GUIEventHandler>
+
+#include "viewer/playback.h"
+#include "viewer/replay_overlay.h"
+
+namespace palp {
+
+// space: pause, go on; . and , a recorded frame on and back; right and left a second on and back; ] and [ faster and
+// slower; Home and End; dragging along the timeline scrubs. Used by the thread that renders; both must outlive it.
+class PlaybackKeys : public osgGA::GUIEventHandler {
+ public:
+  PlaybackKeys(Playback& playback, const ReplayOverlay& overlay) : playback_(playback), overlay_(overlay) {}
+  bool handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter&, osg::Object*, osg::NodeVisitor*) override;
+
+ private:
+  bool press(int key);
+  void scrub(const osgGA::GUIEventAdapter& event);
+
+  Playback& playback_;
+  const ReplayOverlay& overlay_;
+  bool scrubbing_ = false;
+};
+
+}  // namespace palp
