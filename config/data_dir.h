@@ -16,6 +16,7 @@ struct DataKind {
 inline constexpr DataKind kSceneFiles{"scenes", "scene file"};
 inline constexpr DataKind kHandFiles{"hands", "hand script"};
 inline constexpr DataKind kDeviceProfiles{"devices", "device profile"};
+inline constexpr DataKind kFilmScripts{"films", "script of a film's camera"};
 inline constexpr DataKind kTradeTables{"trade", "table of the trade"};  // JSON: machine_class.h finds them
 
 // The folder that holds `scenes`, `hands` and `devices`: PALP_DATA_DIR where that is set; else share/palp beside the

@@ -57,8 +57,10 @@ void add_replay_options(CLI::App& app, PlayOptions& o) {
       ->capture_default_str()
       ->needs(replay)
       ->group(kGroup);
-  app.add_option("--script", o.script, "lead the camera of the film by this script (TOML, as in config/films)")
-      ->type_name("FILE")
+  app.add_option("--script", o.script,
+                 "lead the camera of the film by this script: a TOML file, or the name of one in "
+                 "config/films")
+      ->type_name("NAME")
       ->needs(replay)
       ->group(kGroup);
   app.add_option("--frames", o.frames, "write every picture of the film, DIR/NAME-0001.png and so on")

@@ -17,6 +17,7 @@
 #include <spdlog/spdlog.h>
 #include <osgViewer/ViewerEventHandlers>
 
+#include "config/data_dir.h"
 #include "config/error.h"
 #include "config/json_file.h"
 #include "config/stop_signal.h"
@@ -45,7 +46,7 @@ class Player {
         session_(stage, options.color, [this](CommandKind kind, const std::string& name, const std::string&) {
           playback_.obey(kind, name);
         }) {
-    if (!options.replay.script.empty()) script_ = read_camera_script(options.replay.script);
+    if (!options.replay.script.empty()) script_ = read_camera_script(find_data_file(kFilmScripts, options.replay.script));
     playback_.set_speed(options.replay.speed);
     if (options.replay.from) start_at(*options.replay.from);
     stage.hud().set_visible(options.figures);

@@ -7,6 +7,8 @@
 namespace palp {
 namespace {
 
+constexpr std::uint64_t kFlushEveryNs = 1'000'000'000;
+
 McapWriterOptions writer_options(bool overwrite) {
   McapWriterOptions options;
   options.overwrite = overwrite;
@@ -43,6 +45,9 @@ SampleWriter::Source& SampleWriter::source_of(const TopicRow& topic) {
 void SampleWriter::write(const Source& source, const std::vector<std::uint8_t>& payload, std::uint64_t t_ns) {
   last_time_ns_ = std::max(t_ns, last_time_ns_ + 1);
   writer_.write({source.channel, static_cast<std::uint32_t>(source.sequence), last_time_ns_, last_time_ns_, payload});
+  if (last_time_ns_ < next_flush_ns_) return;
+  writer_.flush();
+  next_flush_ns_ = last_time_ns_ + kFlushEveryNs;
 }
 
 void SampleWriter::close(const std::map<std::string, std::string>& description) {

@@ -16,8 +16,9 @@ Compression compression_for(const TopicRow& topic);
 // DDS recorder writes, too. Returns the channel's id. Throws McapError.
 std::uint16_t add_topic(McapWriter& writer, const TopicRow& topic);
 
-// Writes messages as palp-record writes the samples that it hears. Same calls, same bytes of the file.
-// One thread.
+// Writes messages as palp-record writes the samples that it hears. Same calls, same bytes of the file. The first
+// message and each second of the recording are put in whole chunks, so that a writer that is killed loses no more than
+// that. One thread.
 class SampleWriter {
  public:
   // session: what stands in the messages' headers, not 0. Throws McapError when the file exists already, unless
@@ -49,7 +50,7 @@ class SampleWriter {
   McapWriter writer_;
   std::uint64_t session_;
   std::array<Source, kTopics.size()> sources_;
-  std::uint64_t last_time_ns_ = 0;
+  std::uint64_t last_time_ns_ = 0, next_flush_ns_ = 0;
 };
 
 }  // namespace palp

@@ -10,7 +10,7 @@ install(TARGETS ${programs} RUNTIME COMPONENT programs)
 install(TARGETS virtuose_sim LIBRARY DESTINATION ${private_libdir} COMPONENT programs)
 set_target_properties(virtuose_sim PROPERTIES INSTALL_RPATH "$ORIGIN/../../${CMAKE_INSTALL_LIBDIR}")
 install(PROGRAMS tools/plot.py RENAME palp-plot TYPE BIN COMPONENT programs)
-install(DIRECTORY config/scenes config/hands config/devices config/trade DESTINATION ${CMAKE_INSTALL_DATADIR}/palp COMPONENT programs)
+install(DIRECTORY config/scenes config/hands config/devices config/films config/trade DESTINATION ${CMAKE_INSTALL_DATADIR}/palp COMPONENT programs)
 install(FILES README.md CHANGELOG.md ARCHITECTURE.md LICENSE TYPE DOC COMPONENT programs)
 
 # completion: one file each, for the shells look them up by the program's name
