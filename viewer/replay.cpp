@@ -46,7 +46,8 @@ class Player {
         session_(stage, options.color, [this](CommandKind kind, const std::string& name, const std::string&) {
           playback_.obey(kind, name);
         }) {
-    if (!options.replay.script.empty()) script_ = read_camera_script(find_data_file(kFilmScripts, options.replay.script));
+    if (!options.replay.script.empty())
+      script_ = read_camera_script(find_data_file(kFilmScripts, options.replay.script));
     playback_.set_speed(options.replay.speed);
     if (options.replay.from) start_at(*options.replay.from);
     stage.hud().set_visible(options.figures);

@@ -12,6 +12,7 @@
 namespace palp {
 namespace {
 
+const osg::Vec4f kPanel(0.05f, 0.06f, 0.08f, 0.62f);
 const osg::Vec4f kTrack(0.95f, 0.97f, 0.99f, 0.28f), kDone(1.0f, 0.74f, 0.26f, 0.95f), kWords(0.95f, 0.97f, 0.99f, 1);
 
 osg::ref_ptr<osg::Geometry> rectangle(const osg::Vec4f& color) {
@@ -49,6 +50,7 @@ ReplayOverlay::ReplayOverlay()
       track_(rectangle(kTrack)),
       done_(rectangle(kDone)),
       knob_(rectangle(kWords)),
+      behind_caption_(rectangle(kPanel)),
       text_(make_text()),
       caption_(make_text()) {
   camera_->setReferenceFrame(osg::Transform::ABSOLUTE_RF);
@@ -68,11 +70,11 @@ ReplayOverlay::ReplayOverlay()
                           static_cast<osg::Node*>(knob_.get()), static_cast<osg::Node*>(text_.get())})
     timeline_->addChild(node);
   camera_->addChild(timeline_);
+  camera_->addChild(behind_caption_);
   camera_->addChild(caption_);
   text_->setAlignment(osgText::Text::RIGHT_CENTER);
   caption_->setAlignment(osgText::Text::CENTER_BASE_LINE);
-  caption_->setBackdropType(osgText::Text::OUTLINE);
-  caption_->setNodeMask(0);
+  set_caption({}, 0);
   set_timeline_shown(false);
 }
 
@@ -105,12 +107,20 @@ void ReplayOverlay::lay_out() {
 }
 
 void ReplayOverlay::set_caption(const std::string& text, double opacity) {
-  caption_->setNodeMask(text.empty() || opacity <= 0 ? 0u : ~0u);
-  if (text.empty() || opacity <= 0) return;
+  const bool shown = !text.empty() && opacity > 0;
+  for (osg::Node* node : {static_cast<osg::Node*>(caption_.get()), static_cast<osg::Node*>(behind_caption_.get())})
+    node->setNodeMask(shown ? ~0u : 0u);
+  if (!shown) return;
   const auto alpha = static_cast<float>(std::min(opacity, 1.0));
   caption_->setText(text, osgText::String::ENCODING_UTF8);
   caption_->setColor(osg::Vec4f(kWords.r(), kWords.g(), kWords.b(), alpha));
-  caption_->setBackdropColor(osg::Vec4f(0.05f, 0.06f, 0.08f, alpha));
+  const osg::BoundingBox words = caption_->getBoundingBox();
+  const float pad = 0.45f * caption_->getCharacterHeight();
+  place(*behind_caption_, words.xMin() - 1.5f * pad, words.yMin() - pad, words.xMax() - words.xMin() + 3 * pad,
+        words.yMax() - words.yMin() + 2 * pad);
+  behind_caption_->setColorArray(
+      array_of<osg::Vec4Array>({osg::Vec4f(kPanel.r(), kPanel.g(), kPanel.b(), alpha * kPanel.a())}),
+      osg::Array::BIND_OVERALL);
 }
 
 void ReplayOverlay::set_timeline(double first, double last, double time, double speed, bool paused) {

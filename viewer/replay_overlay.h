@@ -40,7 +40,7 @@ class ReplayOverlay {
 
   osg::ref_ptr<osg::Camera> camera_;
   osg::ref_ptr<osg::Group> timeline_;
-  osg::ref_ptr<osg::Geometry> track_, done_, knob_;
+  osg::ref_ptr<osg::Geometry> track_, done_, knob_, behind_caption_;
   osg::ref_ptr<osgText::Text> text_, caption_;
   std::string words_;
   float width_ = 1, height_ = 1;
