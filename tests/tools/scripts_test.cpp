@@ -21,7 +21,7 @@ const std::string kTests = PALP_SOURCE_DIR "/tests/tools/";
 Outcome call(std::vector<std::string> command) { return run_program(std::move(command), 120s); }
 
 TEST(Scripts, HelpSaysWhatThereIs) {
-  for (const char* script : {"demo", "test", "setup", "lint", "plot.py", "validate", "tradeoff"}) {
+  for (const char* script : {"demo", "test", "setup", "lint", "plot.py", "validate", "tradeoff", "film"}) {
     const Outcome result = call({kTools + script, "--help"});
     EXPECT_EQ(result.status, 0) << script;
     EXPECT_NE(result.output.find("usage"), std::string::npos) << script << ": " << result.output;
@@ -39,6 +39,12 @@ TEST(Scripts, WrongOptionsAreOneClearSentence) {
       {{"demo", "--accuracy", "best"}, "fast, balanced or accurate"},
       {{"demo", "--accuracy", "fast", "--budget", "1ms"}, "--budget and --accuracy: expected one of them"},
       {{"demo", "--scene", "no_such_scene"}, "config/scenes has"},
+      {{"film"}, "which scene?"},
+      {{"film", "no_such_scene"}, "config/scenes has"},
+      {{"film", "crepe", "--size", "big"}, "WIDTHxHEIGHT"},
+      {{"film", "crepe", "--seconds", "0"}, "a number above 0"},
+      {{"film", "crepe", "--from", "/no/such/file.mcap"}, "no such file"},
+      {{"film", "crepe", "--out", "film.avi"}, "ends in .mp4"},
       {{"test", "--label", "slow"}, "unit, physics"},
       {{"test", "--preset", "fast"}, "release, debug"},
       {{"setup", "--now"}, "unknown option '--now'"},

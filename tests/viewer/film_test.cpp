@@ -121,5 +121,29 @@ TEST_F(Film, SaysInOneSentenceWhatCannotBe) {
   EXPECT_NE(alone.output.find("--replay"), std::string::npos) << alone.output;
 }
 
+// One command from a scene to a film: as tools/film is called, but with programs that are built already.
+TEST(FilmScript, MakesAFilmAndAStillOfAScene) {
+  const ScratchFolder folder;
+  const std::string out = folder / "film.mp4";
+  const auto film = [&](std::vector<std::string> more) {
+    std::vector<std::string> command{"env", "-u", "DISPLAY", "PALP_BIN=" PALP_BIN_DIR, PALP_SOURCE_DIR "/tools/film"};
+    command.insert(command.end(), more.begin(), more.end());
+    return run_program(command, 120s);
+  };
+  const Outcome made =
+      film({"crepe", "--accuracy", "fast", "--seconds", "0.4", "--size", "160x90", "--still", "0.2", "--out", out});
+  ASSERT_EQ(made.status, 0) << made.output;
+  EXPECT_GT(fs::file_size(out), 1000u);
+  EXPECT_EQ(text_of(folder / "film.png").substr(1, 3), "PNG");
+  EXPECT_FALSE(fs::exists(folder / "film.log"));
+  const std::string still = text_of(folder / "film.png");
+  // of the recording alone the same still comes
+  const Outcome again = film({"crepe", "--from", folder / "film.mcap", "--seconds", "0.4", "--size", "160x90",
+                              "--still", "0.2", "--out", folder / "again.mp4"});
+  ASSERT_EQ(again.status, 0) << again.output;
+  EXPECT_TRUE(text_of(folder / "again.png") == still);
+  EXPECT_FALSE(fs::exists(folder / "again.mcap"));
+}
+
 }  // namespace
 }  // namespace palp::test

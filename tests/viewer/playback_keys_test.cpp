@@ -1,0 +1,158 @@
+// Keys and mouse of a recording that is played, and the timeline that they act on.
+#include "viewer/playback_keys.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/files.h"
+#include "tests/viewer/picture_tools.h"
+#include "tests/viewer/recorded_scene.h"
+
+namespace palp::test {
+namespace {
+
+using Event = osgGA::GUIEventAdapter;
+
+class NoAction : public osgGA::GUIActionAdapter {
+ public:
+  osg::View* asView() override { return nullptr; }
+  void requestRedraw() override {}
+  void requestContinuousUpdate(bool) override {}
+  void requestWarpPointer(float, float) override {}
+};
+
+class PlaybackKeysTest : public testing::Test {
+ protected:
+  PlaybackKeysTest() {
+    overlay_.set_size(400, 300);
+    overlay_.set_timeline_shown(true);
+  }
+  bool press(int key) {
+    osg::ref_ptr<Event> event = new Event;
+    event->setEventType(Event::KEYDOWN);
+    event->setKey(key);
+    return keys_->handle(*event, action_, nullptr, nullptr);
+  }
+  bool mouse(Event::EventType type, float x, float y) {
+    osg::ref_ptr<Event> event = new Event;
+    event->setEventType(type);
+    event->setX(x);
+    event->setY(y);
+    return keys_->handle(*event, action_, nullptr, nullptr);
+  }
+  static std::string recorded(const ScratchFolder& folder) {
+    record_scene(folder / "r.mcap");
+    return folder / "r.mcap";
+  }
+
+  ScratchFolder folder_;
+  Playback playback_{recorded(folder_)};
+  ReplayOverlay overlay_;
+  osg::ref_ptr<PlaybackKeys> keys_ = new PlaybackKeys(playback_, overlay_);
+  NoAction action_;
+};
+
+TEST_F(PlaybackKeysTest, KeysPauseStepAndChangeTheSpeed) {
+  EXPECT_TRUE(press(' '));
+  EXPECT_TRUE(playback_.paused());
+  press('.');
+  EXPECT_DOUBLE_EQ(playback_.time(), 0.05);
+  press(',');
+  EXPECT_DOUBLE_EQ(playback_.time(), 0);
+  press(']');
+  EXPECT_DOUBLE_EQ(playback_.speed(), 2);
+  for (int i = 0; i < 9; ++i) press('[');
+  EXPECT_DOUBLE_EQ(playback_.speed(), 0.1);
+  for (int i = 0; i < 9; ++i) press(']');
+  EXPECT_DOUBLE_EQ(playback_.speed(), 10);
+  press(Event::KEY_End);
+  EXPECT_DOUBLE_EQ(playback_.time(), 1);
+  press(Event::KEY_Left);
+  EXPECT_DOUBLE_EQ(playback_.time(), 0);
+  press(Event::KEY_Right);
+  EXPECT_DOUBLE_EQ(playback_.time(), 1);
+  press(Event::KEY_Home);
+  EXPECT_DOUBLE_EQ(playback_.time(), 0);
+  EXPECT_FALSE(press('c'));  // the viewer's own keys are left to it
+}
+
+TEST_F(PlaybackKeysTest, DraggingAlongTheTimelineScrubs) {
+  float left = 0, right = 0;
+  for (float x = 0; x < 400; ++x) {
+    if (overlay_.share_at(x) == 0) left = x;
+    if (right == 0 && overlay_.share_at(x) == 1) right = x;
+  }
+  ASSERT_LT(left, right);
+  float y = 0;
+  while (y < 100 && !overlay_.on_timeline(left + 5, y)) ++y;
+  ASSERT_LT(y, 100);
+  EXPECT_FALSE(mouse(Event::PUSH, 200, 200)) << "the camera's";
+  EXPECT_FALSE(mouse(Event::DRAG, 100, y));
+  EXPECT_DOUBLE_EQ(playback_.time(), 0);
+  EXPECT_TRUE(mouse(Event::PUSH, left + 5, y));
+  EXPECT_TRUE(mouse(Event::DRAG, (left + right) / 2, 200));
+  EXPECT_NEAR(playback_.time(), 0.5, 0.01);
+  EXPECT_TRUE(mouse(Event::DRAG, 399, 200));
+  EXPECT_DOUBLE_EQ(playback_.time(), 1);
+  EXPECT_TRUE(mouse(Event::RELEASE, 399, 200));
+  EXPECT_FALSE(mouse(Event::DRAG, 200, y));
+  overlay_.set_timeline_shown(false);
+  EXPECT_FALSE(mouse(Event::PUSH, left + 5, y));
+}
+
+TEST_F(PlaybackKeysTest, TheTimelineSaysTimeAndSpeed) {
+  overlay_.set_timeline(0, 8, 2.5, 0.5, true);
+  EXPECT_EQ(overlay_.words(), "2.50 of 8.00 s  ·  ×0.5  ·  paused");
+}
+
+// Pixels whose colour is that of the part of the timeline that has passed.
+int amber_pixels(const Picture& picture) {
+  int count = 0;
+  for (std::size_t i = 0; i + 2 < picture.rgb.size(); i += 3)
+    count += picture.rgb[i] > 200 && picture.rgb[i + 1] > 120 && picture.rgb[i + 1] < 220 && picture.rgb[i + 2] < 110;
+  return count;
+}
+
+TEST(ReplayOverlayPicture, TheTimelineGrowsAndCaptionsShow) {
+  Stage stage(small_stage());
+  ReplayOverlay overlay;
+  stage.add_overlay(overlay.camera());
+  overlay.set_size(stage.width(), stage.height());
+  const Picture none = shoot(stage);
+  overlay.set_timeline_shown(true);
+  overlay.set_timeline(0, 8, 2, 1, false);
+  const int quarter = amber_pixels(shoot(stage));
+  overlay.set_timeline(0, 8, 8, 1, false);
+  // the bar is 0.7 of 320 pixels wide and 3 high
+  EXPECT_NEAR(amber_pixels(shoot(stage)), 0.7 * 320 * 3, 30);
+  EXPECT_NEAR(quarter, 0.25 * 0.7 * 320 * 3, 30);
+  overlay.set_timeline_shown(false);
+  EXPECT_EQ(differing(none, shoot(stage)), 0);
+  overlay.set_caption("Batter is poured", 1);
+  EXPECT_GT(differing(none, shoot(stage)), 1000);
+  overlay.set_caption("Batter is poured", 0);
+  EXPECT_EQ(differing(none, shoot(stage)), 0);
+}
+
+// The camera of a script stays where it was put, with its field of view.
+TEST(ReplayOverlayPicture, TheCameraOfAScriptHolds) {
+  Stage stage(small_stage());
+  const SyntheticScene s = synthetic_scene();
+  set_scene(stage, s.scene);
+  stage.scene().set_frame(s.frame);
+  stage.go_home();
+  stage.set_camera({{0.3, -0.4, 0.3}, {0, 0, 0}}, 40);
+  shoot(stage);
+  const osg::Vec2d middle = stage.project({0, 0, 0});
+  EXPECT_NEAR(middle.x(), 160, 0.01);
+  EXPECT_NEAR(middle.y(), 120, 0.01);
+  // a point at the edge of 40 degrees, seen along the view
+  const osg::Vec3d view = osg::Vec3d(-0.3, 0.4, -0.3);
+  osg::Vec3d right = view ^ osg::Vec3d(0, 0, 1);
+  right.normalize();
+  osg::Vec3d up = right ^ view;
+  up.normalize();
+  EXPECT_NEAR(stage.project(up * (view.length() * std::tan(osg::DegreesToRadians(20.0)))).y(), 240, 0.01);
+}
+
+}  // namespace
+}  // namespace palp::test
