@@ -81,10 +81,7 @@ void Playback::obey(CommandKind kind, const std::string& name) {
   notice_from_ns_ = 0;
 }
 
-const RecordedRun& Playback::run() const {
-  const RecordingIndex& index = recording_.index();
-  return index.runs[index.frames[recording_.frame_at(time_)].run];
-}
+std::uint32_t Playback::run_number() const { return recording_.index().frames[recording_.frame_at(time_)].run; }
 
 FeedView Playback::view(std::int64_t now_ns) {
   if (shown_time_ != time_) {
@@ -119,11 +116,11 @@ void Playback::show_poses(FeedView& view) {
   auto a = newest_at(poses, time_);
   // bodies may be told of a little after the particles
   if (a == poses.end() && !poses.empty()) a = poses.begin();
-  if (a == poses.end() || a->time < run().first) return;
+  if (a == poses.end() || a->run != run_number()) return;
   const auto first = recording_.sample<BodyPoses>(a->place);
   if (!first) return;
   const auto b = a + 1;
-  const bool joined = time_ > a->time && b != poses.end() && b->time <= run().last && b->time - a->time <= kLongestGap;
+  const bool joined = time_ > a->time && b != poses.end() && b->run == a->run && b->time - a->time <= kLongestGap;
   const auto second = joined ? recording_.sample<BodyPoses>(b->place) : std::nullopt;
   view.poses = std::make_shared<const BodyPoses>(second ? between(*first, *second, time_ - run().offset) : *first);
 }
@@ -133,7 +130,7 @@ void Playback::show_hands(FeedView& view) {
     const auto& proxies = recording_.index().proxies[device];
     const auto newest = newest_at(proxies, time_);
     view.proxies[device].reset();
-    if (newest == proxies.end() || newest->time < run().first || time_ - newest->time > kForgetProxy) continue;
+    if (newest == proxies.end() || newest->run != run_number() || time_ - newest->time > kForgetProxy) continue;
     view.proxies[device] = recording_.sample<ProxySample>(newest->place);
     // whether the simulation stood still then; here the player does
     if (view.proxies[device]) view.proxies[device]->flags &= ~static_cast<std::uint32_t>(kPaused);

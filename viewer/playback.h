@@ -56,7 +56,8 @@ class Playback {
   static constexpr double kLongestGap = 0.1;  // [s]
 
  private:
-  const RecordedRun& run() const;
+  std::uint32_t run_number() const;
+  const RecordedRun& run() const { return recording_.index().runs[run_number()]; }
   void show_particles(FeedView& view);
   void show_poses(FeedView& view);
   void show_hands(FeedView& view);

@@ -161,7 +161,7 @@ class Layout {
   void lay_out() {
     for (const Entry& entry : samples_.entries) {
       if (entry.topic == TopicNumber::of_Status) {
-        index_.statuses.push_back({now_, entry.place});
+        index_.statuses.push_back({now_, entry.place, 0});
       } else if (entry.topic == TopicNumber::of_Event) {
         index_.events.push_back({now_, samples_.events[entry.event]});
       } else if (const std::optional<double> time = time_of(entry)) {
@@ -214,8 +214,9 @@ class Layout {
   }
 
   void add(const Entry& entry, double time) {
-    if (entry.topic == TopicNumber::of_BodyPoses) index_.poses.push_back({time, entry.place});
-    if (entry.topic == TopicNumber::of_ProxySample) index_.proxies[entry.device].push_back({time, entry.place});
+    const auto run = static_cast<std::uint32_t>(index_.runs.size() - 1);
+    if (entry.topic == TopicNumber::of_BodyPoses) index_.poses.push_back({time, entry.place, run});
+    if (entry.topic == TopicNumber::of_ProxySample) index_.proxies[entry.device].push_back({time, entry.place, run});
     if (entry.topic == TopicNumber::of_ParticleChunk) add_chunk(entry, time);
   }
 

@@ -23,6 +23,7 @@ struct SamplePlace {
 struct TimedSample {
   double time = 0;  // [s] of playing
   SamplePlace place;
+  std::uint32_t run = 0;  // in RecordingIndex::runs; of what a process says of itself: 0
 };
 
 struct TimedEvent {

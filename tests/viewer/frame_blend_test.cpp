@@ -1,4 +1,4 @@
-// What is shown between two recorded frames.
+// Tests what is shown between two recorded frames.
 #include "viewer/frame_blend.h"
 
 #include <gtest/gtest.h>

@@ -167,6 +167,22 @@ TEST_F(PlaybackOf, GoesOnWhereTheSimulationBeganAnew) {
   EXPECT_NEAR(playback.view(kNow).poses->sim_time, 0.25, 1e-9);
 }
 
+// A reset between two frames of the recording: nothing moves from the end of one run to the begin of the next.
+TEST_F(PlaybackOf, ARunDoesNotGoOverIntoTheNext) {
+  SceneRecorder recorder(file());
+  recorder.scene(0);
+  for (int i = 0; i < 11; ++i) recorder.frame(0.05 * i, 0.05 * i);
+  recorder.proxy(0.51, 0.51);
+  recorder.proxy(0.52, 0.52);
+  for (int i = 0; i < 11; ++i) recorder.frame(0.53 + 0.05 * i, 0.05 * i);
+  recorder.close();
+  Playback playback(file());
+  playback.seek(0.515);
+  const FeedView view = playback.view(kNow);
+  EXPECT_EQ(view.frame->sim_time, 0.5);
+  EXPECT_EQ(view.poses->pose[0].position, synthetic_scene(0.5).poses.pose[0].position);
+}
+
 TEST_F(PlaybackOf, LeavesOutFramesThatAreNotWhole) {
   SceneRecorder recorder(file());
   recorder.scene(0);

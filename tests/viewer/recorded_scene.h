@@ -51,6 +51,12 @@ class SceneRecorder {
     writer_.write(s.proxy, ns_of(log_time));
   }
 
+  // What the hand feels, between frames.
+  void proxy(double log_time, double sim_time) {
+    SyntheticScene s = synthetic_scene(sim_time);
+    writer_.write(s.proxy, ns_of(log_time));
+  }
+
   void event(double log_time, const std::string& text) {
     Event event;
     event.process = "sim_server";
