@@ -51,7 +51,7 @@ class SceneRecorder {
     writer_.write(s.proxy, ns_of(log_time));
   }
 
-  // What the hand feels, between frames.
+  // Writes what the hand feels, between frames.
   void proxy(double log_time, double sim_time) {
     SyntheticScene s = synthetic_scene(sim_time);
     writer_.write(s.proxy, ns_of(log_time));
