@@ -201,10 +201,12 @@ Fault decode(std::span<const std::uint8_t> payload, T& out) {
 
 }  // namespace
 
+// NOLINTBEGIN(bugprone-macro-parentheses): T is a type
 #define PALP_CDR(T)                                                  \
   std::vector<std::uint8_t> to_cdr(const T& m) { return encode(m); } \
   Fault from_cdr(std::span<const std::uint8_t> payload, T& out) { return decode(payload, out); }
 PALP_FOR_EACH_MESSAGE(PALP_CDR)
 #undef PALP_CDR
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace palp

@@ -15,10 +15,12 @@ namespace palp {
 // to_cdr returns the payload of a message whose header is filled in. from_cdr reads a payload, trusts no byte of it and
 // judges what it holds as a reader of the bus does; unless it returns Fault::none, out holds nothing of use. Giving the
 // same out again and again keeps its memory.
+// NOLINTBEGIN(bugprone-macro-parentheses): T is a type
 #define PALP_CDR(T)                             \
   std::vector<std::uint8_t> to_cdr(const T& m); \
   Fault from_cdr(std::span<const std::uint8_t> payload, T& out);
 PALP_FOR_EACH_MESSAGE(PALP_CDR)
 #undef PALP_CDR
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace palp

@@ -16,7 +16,7 @@ class RecordedRun : public testing::Test {
  protected:
   // Runs crepe, which has hands for two devices.
   Outcome run(const std::string& file, const std::vector<std::string>& more = {}, const char* duration = "0.8") const {
-    std::vector<std::string> command{PALP_BIN_DIR "/palp-run",
+    std::vector<std::string> command{std::string(PALP_BIN_DIR) + "/palp-run",
                                      "crepe",
                                      "--accuracy",
                                      "fast",

@@ -126,7 +126,8 @@ TEST(FilmScript, MakesAFilmAndAStillOfAScene) {
   const ScratchFolder folder;
   const std::string out = folder / "film.mp4";
   const auto film = [&](std::vector<std::string> more) {
-    std::vector<std::string> command{"env", "-u", "DISPLAY", "PALP_BIN=" PALP_BIN_DIR, PALP_SOURCE_DIR "/tools/film"};
+    std::vector<std::string> command{"env", "-u", "DISPLAY", std::string("PALP_BIN=") + PALP_BIN_DIR,
+                                     std::string(PALP_SOURCE_DIR) + "/tools/film"};
     command.insert(command.end(), more.begin(), more.end());
     return run_program(command, 120s);
   };
