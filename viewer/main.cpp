@@ -22,6 +22,7 @@
 #include "config/program.h"
 #include "config/stop_signal.h"
 #include "idl/clock.h"
+#include "viewer/bench.h"
 #include "viewer/capture.h"
 #include "viewer/draw_times.h"
 #include "viewer/feed.h"
@@ -97,25 +98,34 @@ void report(Feed& feed, const Session& session, const FeedView& view) {
                                                     {"refused_samples", static_cast<double>(view.refused)}});
 }
 
-// Returns false if the file cannot be written.
-bool write_summary(const std::string& file, const Session& session, const FeedView& view, const DrawTimes& draw_times,
-                   bool healthy) {
+// Returns false if the file cannot be written. No file: nothing is.
+bool write_summary(const std::string& file, const Json& summary) {
   if (file.empty()) return true;
   try {
-    write_json(file, {{"frames", view.frames + view.lost_frames},
-                      {"complete_frames", view.frames},
-                      {"lost_frames", view.lost_frames},
-                      {"refused_samples", view.refused},
-                      {"drawn_frames", session.frames_drawn()},
-                      {"pictures", draw_times.count()},
-                      {"draw_p50_ms", draw_times.share_ms(0.5)},
-                      {"draw_p99_ms", draw_times.share_ms(0.99)},
-                      {"healthy", healthy}});
+    write_json(file, summary);
     return true;
   } catch (const std::exception& error) {
     spdlog::error("{}", error.what());
     return false;
   }
+}
+
+// Times the drawing of a made-up scene. Returns false if the summary cannot be written.
+bool bench(const ViewerOptions& options, Stage& stage) {
+  const DrawingTimes times =
+      time_drawing(stage, options.bench, options.beads, options.seconds > 0 ? options.seconds : 6);
+  fmt::print("{}", table_of(times));
+  if (options.summary.empty()) return true;
+  Json passes = Json::object();
+  for (const auto& [name, ms] : times.passes) passes[name] = ms;
+  return write_summary(options.summary, {{"renderer", stage.renderer()},
+                                         {"size", fmt::format("{}x{}", stage.width(), stage.height())},
+                                         {"particles", times.particles},
+                                         {"pictures", times.pictures},
+                                         {"take_p50_ms", times.take},
+                                         {"draw_p50_ms", times.picture},
+                                         {"draw_p99_ms", times.slowest},
+                                         {"passes_p50_ms", passes}});
 }
 
 osg::ref_ptr<KeyHandler> take_keys(Stage& stage) {
@@ -133,6 +143,7 @@ int show(const ViewerOptions& options) {
   spdlog::info("drawing {}x{} {} on {}{}", stage.width(), stage.height(),
                options.stage.headless ? "off-screen" : "in a window", stage.renderer(),
                stage.software_rendered() ? " (software)" : "");
+  if (options.bench > 0) return bench(options, stage) ? 0 : kExitFailed;
   if (!options.replay.file.empty()) return show_recording(options, stage);
   stage.hud().set_visible(options.figures);
   stage.scene().set_values_shown(options.figures);
@@ -185,7 +196,16 @@ int show(const ViewerOptions& options) {
                 options.bus.domain);
   }
   const bool healthy = whole && (!captured || session.frames_drawn() > 0);
-  const bool told = write_summary(options.summary, session, feed.view(), draw_times, healthy);
+  const FeedView view = feed.view();
+  const bool told = write_summary(options.summary, {{"frames", view.frames + view.lost_frames},
+                                                    {"complete_frames", view.frames},
+                                                    {"lost_frames", view.lost_frames},
+                                                    {"refused_samples", view.refused},
+                                                    {"drawn_frames", session.frames_drawn()},
+                                                    {"pictures", draw_times.count()},
+                                                    {"draw_p50_ms", draw_times.share_ms(0.5)},
+                                                    {"draw_p99_ms", draw_times.share_ms(0.99)},
+                                                    {"healthy", healthy}});
   return healthy && told ? 0 : 1;
 }
 

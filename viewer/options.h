@@ -36,6 +36,7 @@ struct ViewerOptions {
   std::string summary;              // JSON file, or empty
   std::string shader_directory;
   PlayOptions replay;
+  std::size_t bench = 0;   // particles of a made-up scene whose drawing is timed, in place of a server's; 0: none
   bool gl_errors = false;  // tell every error of OpenGL, and fail if there was one
 };
 
