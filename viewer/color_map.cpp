@@ -36,6 +36,29 @@ constexpr Lab kSequential[] = {{0.36, 0.005, -0.130},
 constexpr Lab kDiverging[] = {
     {0.42, -0.020, -0.150}, {0.66, -0.045, -0.095}, {0.92, 0.000, 0.000}, {0.66, 0.110, 0.075}, {0.42, 0.140, 0.070}};
 
+constexpr Lab kViridis[] = {{0.285, 0.102, -0.091},  {0.373, 0.053, -0.115},  {0.448, -0.007, -0.098},
+                            {0.520, -0.055, -0.061}, {0.594, -0.092, -0.018}, {0.667, -0.125, 0.033},
+                            {0.746, -0.140, 0.099},  {0.830, -0.112, 0.158},  {0.918, -0.039, 0.182}};
+constexpr Lab kCividis[] = {{0.253, -0.020, -0.089},
+                            {0.423, -0.002, -0.052},
+                            {0.583, -0.000, 0.005},
+                            {0.750, -0.012, 0.084},
+                            {0.927, -0.035, 0.170}};
+
+std::span<const Lab> stops_of(ColorMapKind kind) {
+  switch (kind) {
+    case ColorMapKind::diverging:
+      return kDiverging;
+    case ColorMapKind::viridis:
+      return kViridis;
+    case ColorMapKind::cividis:
+      return kCividis;
+    case ColorMapKind::sequential:
+      break;
+  }
+  return kSequential;
+}
+
 double round_to(double value, double step, bool up) {
   const double n = value / step;
   return step * (up ? std::ceil(n - 1e-9) : std::floor(n + 1e-9));
@@ -44,7 +67,7 @@ double round_to(double value, double step, bool up) {
 }  // namespace
 
 std::array<Rgb8, kColorMapSize> color_map(ColorMapKind kind) {
-  const std::span<const Lab> stops = kind == ColorMapKind::diverging ? std::span<const Lab>(kDiverging) : kSequential;
+  const std::span<const Lab> stops = stops_of(kind);
   std::array<Rgb8, kColorMapSize> map;
   for (int i = 0; i < kColorMapSize; ++i) {
     const double t = static_cast<double>(i) / (kColorMapSize - 1) * static_cast<double>(stops.size() - 1);

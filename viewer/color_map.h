@@ -17,9 +17,11 @@ struct Rgb8 {
   bool operator==(const Rgb8&) const = default;
 };
 
-// sequential: lightness rises evenly from deep blue to pale yellow. diverging: blue, light grey in the middle, red;
-// for deviations from a rest value.
-enum class ColorMapKind { sequential, diverging };
+// Maps that people who see two of the three primaries can read, too. sequential: lightness rises evenly from deep blue
+// to pale yellow. diverging: blue, light grey in the middle, red; for deviations from a rest value. viridis, cividis:
+// close to matplotlib's maps of these names.
+enum class ColorMapKind { sequential, diverging, viridis, cividis };
+inline constexpr std::array<std::string_view, 4> kColorMapNames{"sequential", "diverging", "viridis", "cividis"};
 
 inline constexpr int kColorMapSize = 256;
 std::array<Rgb8, kColorMapSize> color_map(ColorMapKind kind);
@@ -36,6 +38,7 @@ struct ValueRange {
 
 // Returns what the colour of a particle shows: the field's name, "body" for none.
 std::string_view legend_name(ScalarField field);
+// Returns the map that suits the field.
 ColorMapKind color_map_of(ScalarField field);
 
 // Returns the smallest of 1, 2, 5 times a power of ten that is not below value. value > 0.

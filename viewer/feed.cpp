@@ -122,6 +122,8 @@ class Feed::Impl {
     }
     for (Command& command : commands) {
       if (!commands_->publish(command)) spdlog::warn("the command could not be sent");
+      if (command.kind == CommandKind::get_parameter && command.name.empty())
+        state_.expect_parameters(command.header.sequence);
     }
     if (status) status_->publish(*status);
   }

@@ -65,6 +65,8 @@ void FeedState::take_scene(std::shared_ptr<const SceneDescription> scene) {
   view_.poses = nullptr;
   view_.proxies = {};
   view_.notice.clear();
+  view_.parameters = nullptr;
+  view_.refusal.clear();
   view_.lost_frames = 0;
   show_frame();
 }
@@ -130,7 +132,14 @@ void FeedState::add(const Received<Event>& received) {
 void FeedState::add(const Received<CommandReply>& received) {
   const CommandReply& reply = received.message;
   if (servers_.held() != 0 && reply.header.session != servers_.held()) return;
-  if (reply.command_session == own_session_) notice(reply.ok ? "" : reply.text, received.t_receive_ns);
+  if (reply.command_session != own_session_) return;
+  if (reply.command_sequence == list_sequence_ && list_sequence_ != 0) {
+    if (reply.ok) view_.parameters = std::make_shared<const std::string>(reply.text);
+    return;
+  }
+  ++view_.answers;
+  view_.refusal = reply.ok ? "" : reply.text;
+  notice(view_.refusal, received.t_receive_ns);
 }
 
 void FeedState::forget(std::int64_t now_ns) {

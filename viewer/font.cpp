@@ -11,10 +11,10 @@
 
 namespace palp {
 
-osg::ref_ptr<osgText::Font> find_font() {
+std::string find_font_file() {
   std::vector<std::string> candidates;
   if (const char* chosen = std::getenv("PALP_FONT")) {
-    if (std::string(chosen) == "plain") return nullptr;
+    if (std::string(chosen) == "plain") return {};
     candidates.emplace_back(chosen);
   }
   for (const char* directory : {"/usr/share/fonts/truetype/dejavu/", "/usr/share/fonts/dejavu/",
@@ -24,13 +24,17 @@ osg::ref_ptr<osgText::Font> find_font() {
   candidates.push_back(osgDB::findDataFile("fonts/DejaVuSans.ttf"));
   for (const std::string& file : candidates) {
     std::error_code ignored;
-    if (file.empty() || !std::filesystem::is_regular_file(file, ignored)) continue;
-    if (osg::ref_ptr<osgText::Font> font = osgText::readRefFontFile(file)) return font;
+    if (!file.empty() && std::filesystem::is_regular_file(file, ignored) && osgText::readRefFontFile(file)) return file;
   }
   static bool warned = false;
   if (!std::exchange(warned, true))
     spdlog::warn("no DejaVuSans.ttf found (package fonts-dejavu-core, or PALP_FONT=FILE): a plain font serves");
-  return nullptr;
+  return {};
+}
+
+osg::ref_ptr<osgText::Font> find_font() {
+  const std::string file = find_font_file();
+  return file.empty() ? nullptr : osgText::readRefFontFile(file);
 }
 
 }  // namespace palp

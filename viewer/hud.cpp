@@ -8,34 +8,22 @@
 #include <osg/Depth>
 
 #include "viewer/arrays.h"
+#include "viewer/controls.h"
 #include "viewer/font.h"
 
 namespace palp {
 namespace {
 
-const osg::Vec4f kPanel(0.05f, 0.06f, 0.08f, 0.55f);
-const osg::Vec4f kLabel(0.62f, 0.68f, 0.75f, 1.0f);
-const osg::Vec4f kValue(0.95f, 0.97f, 0.99f, 1.0f);
-const osg::Vec4f kAmber(1.0f, 0.74f, 0.26f, 1.0f);
+constexpr float kHelpOpacity = 0.9f;  // of the panel under the help
+
+HudColors colors_of(Theme theme) {
+  if (theme == Theme::light)
+    return {{0.95f, 0.96f, 0.97f, 0.80f}, {0.30f, 0.34f, 0.40f, 1}, {0.06f, 0.07f, 0.09f, 1}, {0.62f, 0.30f, 0.00f, 1}};
+  return {{0.05f, 0.06f, 0.08f, 0.55f}, {0.62f, 0.68f, 0.75f, 1}, {0.95f, 0.97f, 0.99f, 1}, {1.00f, 0.74f, 0.26f, 1}};
+}
 
 // A panel has room for this from the start, so that it does not grow with every force that is felt.
 const char* const kUsualValue = "1234.56 s  ·  ×0.99 real time";
-
-const std::pair<const char*, const char*> kKeys[] = {{"left drag", "turn"},
-                                                     {"middle drag", "move"},
-                                                     {"right drag, wheel", "zoom"},
-                                                     {"r", "home view"},
-                                                     {"c", "colours"},
-                                                     {"m", "surfaces or particles"},
-                                                     {"b", "liquids or beads"},
-                                                     {"space", "pause, go on"},
-                                                     {"n", "one step"},
-                                                     {"R", "start again"},
-                                                     {"s", "save a picture"},
-                                                     {"f", "full screen"},
-                                                     {"u", "fewer, more, no figures"},
-                                                     {"h", "this help"},
-                                                     {"Esc", "quit"}};
 
 osg::ref_ptr<osg::Geometry> shape(GLenum mode, osg::Vec3Array* vertices, osg::Vec4Array* colors) {
   osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
@@ -86,7 +74,8 @@ Hud::Hud()
       banner_group_(new osg::Group),
       legend_group_(new osg::Group),
       help_group_(new osg::Group),
-      font_(find_font()) {
+      font_(find_font()),
+      colors_(colors_of(Theme::dark)) {
   camera_->setReferenceFrame(osg::Transform::ABSOLUTE_RF);
   camera_->setRenderOrder(osg::Camera::POST_RENDER);
   camera_->setClearMask(0);
@@ -131,8 +120,36 @@ void Hud::set_size(int width, int height) {
   if (w == width_ && h == height_) return;
   width_ = w;
   height_ = h;
-  font_size_ = std::round(std::clamp(std::min(h / 46, w / 70), 9.0f, 26.0f));
+  choose_font_size();
   camera_->setProjectionMatrixAsOrtho2D(0, w, 0, h);
+  lay_out();
+}
+
+// Large words must leave the figures room to fit.
+void Hud::choose_font_size() {
+  const float usual = std::clamp(std::min(height_ / 46, width_ / 70), 9.0f, 26.0f);
+  const float largest = std::max(std::min(height_ / 26, width_ / 32), 9.0f);
+  font_size_ = std::round(std::clamp(usual * text_scale_, std::min(7.0f, largest), largest));
+}
+
+void Hud::set_text_scale(float scale) {
+  if (scale == text_scale_) return;
+  text_scale_ = scale;
+  choose_font_size();
+  lay_out();
+}
+
+void Hud::set_theme(Theme theme) {
+  if (theme == theme_) return;
+  theme_ = theme;
+  colors_ = colors_of(theme);
+  lay_out();
+}
+
+void Hud::set_panels(float top, float right) {
+  if (top == taken_top_ && right == taken_right_) return;
+  taken_top_ = top;
+  taken_right_ = right;
   lay_out();
 }
 
@@ -144,7 +161,8 @@ void Hud::lay_out() {
 }
 
 float Hud::width_of(const std::string& words, float scale) {
-  const osg::BoundingBox box = text({0, 0}, words, kValue, osgText::Text::LEFT_BASE_LINE, scale)->getBoundingBox();
+  const osg::BoundingBox box =
+      text({0, 0}, words, colors_.value, osgText::Text::LEFT_BASE_LINE, scale)->getBoundingBox();
   return box.valid() ? std::ceil(box.xMax()) : 0;
 }
 
@@ -161,13 +179,13 @@ void Hud::lay_out_rows() {
   labels += font_size_;
   rows_width_ = labels + value_width_ + 2 * pad;
   rows_height_ = static_cast<float>(rows_.size()) * line() + 1.2f * pad;
-  const float top = height_ - margin;
-  rows_group_->addChild(panel(margin, top - rows_height_, rows_width_, rows_height_, 0.5f * font_size_, kPanel));
+  const float top = free_height() - margin;
+  rows_group_->addChild(panel(margin, top - rows_height_, rows_width_, rows_height_, 0.5f * font_size_, colors_.panel));
   float y = top - 0.6f * pad - 0.5f * line();
   for (const HudRow& row : rows_) {
-    rows_group_->addChild(text({margin + pad, y}, row.label, kLabel, osgText::Text::LEFT_BASE_LINE));
-    values_.push_back(
-        text({margin + pad + labels, y}, row.value, row.warn ? kAmber : kValue, osgText::Text::LEFT_BASE_LINE));
+    rows_group_->addChild(text({margin + pad, y}, row.label, colors_.label, osgText::Text::LEFT_BASE_LINE));
+    values_.push_back(text({margin + pad + labels, y}, row.value, row.warn ? colors_.amber : colors_.value,
+                           osgText::Text::LEFT_BASE_LINE));
     rows_group_->addChild(values_.back());
     y -= line();
   }
@@ -204,7 +222,7 @@ void Hud::set_data(const HudData& data) {
       const osg::BoundingBox box = values_[i]->getBoundingBox();
       wider = wider || (box.valid() && box.xMax() > values_[i]->getPosition().x() + value_width_);
     }
-    if (rows[i].warn != rows_[i].warn) values_[i]->setColor(rows[i].warn ? kAmber : kValue);
+    if (rows[i].warn != rows_[i].warn) values_[i]->setColor(rows[i].warn ? colors_.amber : colors_.value);
   }
   rows_ = rows;
   if (wider) lay_out();
@@ -217,13 +235,13 @@ void Hud::set_data(const HudData& data) {
 void Hud::lay_out_banner() {
   banner_group_->removeChildren(0, banner_group_->getNumChildren());
   if (banner_.empty()) return;
-  const float y = std::round(std::max(0.12f * height_, legend_top_ + 2 * line()));
-  auto words = text({width_ / 2, y}, banner_, kAmber, osgText::Text::CENTER_CENTER, 1.25f);
-  words->setMaximumWidth(0.9f * width_);
+  const float y = std::round(std::max(0.12f * free_height(), legend_top_ + 2 * line()));
+  auto words = text({free_width() / 2, y}, banner_, colors_.amber, osgText::Text::CENTER_CENTER, 1.25f);
+  words->setMaximumWidth(0.9f * free_width());
   const osg::BoundingBox box = words->getBoundingBox();
   const float pad = 0.9f * font_size_;
   banner_group_->addChild(panel(box.xMin() - pad, box.yMin() - 0.7f * pad, box.xMax() - box.xMin() + 2 * pad,
-                                box.yMax() - box.yMin() + 1.4f * pad, pad, kPanel));
+                                box.yMax() - box.yMin() + 1.4f * pad, pad, colors_.panel));
   banner_group_->addChild(words);
 }
 
@@ -237,9 +255,9 @@ void Hud::set_legend(const Legend& legend) {
 osg::Vec2f Hud::place_legend(float w, float h) {
   const float margin = font_size_;
   // a narrow picture has no room for it beside the figures
-  const bool below = width_ < rows_width_ + w + 3 * margin;
+  const bool below = free_width() < rows_width_ + w + 3 * margin;
   legend_top_ = below ? margin + h : 0;
-  return {width_ - margin - w, below ? legend_top_ : height_ - margin};
+  return {free_width() - margin - w, below ? legend_top_ : free_height() - margin};
 }
 
 void Hud::lay_out_legend() {
@@ -255,7 +273,7 @@ void Hud::lay_out_legend() {
 void Hud::lay_out_body_legend() {
   const float pad = 0.8f * font_size_, dot = 0.85f * font_size_, name_at = pad + 1.6f * dot;
   // below the figures there may not be room for all bodies
-  const float room = height_ - rows_height_ - 3 * font_size_ - 1.2f * pad;
+  const float room = free_height() - rows_height_ - 3 * font_size_ - 1.2f * pad;
   const std::size_t most = std::max<std::size_t>(2, static_cast<std::size_t>(std::max(0.0f, room / line())));
   auto bodies = legend_.bodies;
   std::string others;
@@ -269,14 +287,15 @@ void Hud::lay_out_body_legend() {
   const float h = static_cast<float>(bodies.size() + (others.empty() ? 0 : 1)) * line() + 1.2f * pad;
   const osg::Vec2f corner = place_legend(w, h);
   const float x = corner.x(), top = corner.y();
-  legend_group_->addChild(panel(x, top - h, w, h, 0.5f * font_size_, kPanel));
+  legend_group_->addChild(panel(x, top - h, w, h, 0.5f * font_size_, colors_.panel));
   float y = top - 0.6f * pad - 0.5f * line();
   for (const auto& [name, c] : bodies) {
     legend_group_->addChild(panel(x + pad, y - dot / 2, dot, dot, dot / 2, osg::Vec4f(c[0], c[1], c[2], 1)));
-    legend_group_->addChild(text({x + name_at, y}, name, kValue, osgText::Text::LEFT_BASE_LINE));
+    legend_group_->addChild(text({x + name_at, y}, name, colors_.value, osgText::Text::LEFT_BASE_LINE));
     y -= line();
   }
-  if (!others.empty()) legend_group_->addChild(text({x + name_at, y}, others, kLabel, osgText::Text::LEFT_BASE_LINE));
+  if (!others.empty())
+    legend_group_->addChild(text({x + name_at, y}, others, colors_.label, osgText::Text::LEFT_BASE_LINE));
 }
 
 void Hud::lay_out_field_legend() {
@@ -293,14 +312,14 @@ void Hud::lay_out_field_legend() {
   const float h = 2 * line() + bar + 1.5f * pad;
   const osg::Vec2f corner = place_legend(w, h);
   const float x = corner.x(), top = corner.y();
-  legend_group_->addChild(panel(x, top - h, w, h, 0.5f * font_size_, kPanel));
+  legend_group_->addChild(panel(x, top - h, w, h, 0.5f * font_size_, colors_.panel));
   legend_group_->addChild(
-      text({x + pad, top - 0.6f * pad - 0.5f * line()}, title, kLabel, osgText::Text::LEFT_BASE_LINE));
+      text({x + pad, top - 0.6f * pad - 0.5f * line()}, title, colors_.label, osgText::Text::LEFT_BASE_LINE));
   const float bar_y = top - 0.75f * pad - line() - bar, bar_w = w - 2 * pad;
-  legend_group_->addChild(color_bar(x + pad, bar_y, bar_w, bar, color_map_of(legend_.field)));
+  legend_group_->addChild(color_bar(x + pad, bar_y, bar_w, bar, legend_.map));
   const float y = bar_y - 0.25f * pad - 0.5f * line();
   const auto label = [&](float at, double value, osgText::Text::AlignmentType alignment) {
-    legend_group_->addChild(text({at, y}, number(value), kValue, alignment, kSmall));
+    legend_group_->addChild(text({at, y}, number(value), colors_.value, alignment, kSmall));
   };
   label(x + pad, legend_.range.low, osgText::Text::LEFT_BASE_LINE);
   label(x + pad + bar_w / 2, middle, osgText::Text::CENTER_BASE_LINE);
@@ -317,26 +336,38 @@ void Hud::set_help(bool shown) {
 void Hud::lay_out_help() {
   help_group_->removeChildren(0, help_group_->getNumChildren());
   if (!help_shown_) return;
+  const std::vector<std::pair<std::string, std::string>> lines = help_lines();
   const float pad = 1.4f * font_size_;
   float keys = 0, meanings = 0;
-  for (const auto& [key, meaning] : kKeys) {
+  for (const auto& [key, meaning] : lines) {
     keys = std::max(keys, width_of(key));
     meanings = std::max(meanings, width_of(meaning));
   }
   keys += font_size_;
-  float w = keys + meanings + 2 * pad;
-  float h = static_cast<float>(std::size(kKeys)) * line() + 2 * pad;
-  // a small picture gets small words, not fewer
-  const float scale = std::min({1.0f, 0.96f * width_ / w, 0.96f * height_ / h});
-  w *= scale;
-  h *= scale;
-  const float x = (width_ - w) / 2, top = (height_ + h) / 2;
-  help_group_->addChild(panel(x, top - h, w, h, scale * font_size_, osg::Vec4f(0.05f, 0.06f, 0.08f, 0.86f)));
-  float y = top - scale * (pad + 0.5f * line());
-  for (const auto& [key, meaning] : kKeys) {
-    help_group_->addChild(text({x + scale * pad, y}, key, kAmber, osgText::Text::LEFT_BASE_LINE, scale));
-    help_group_->addChild(text({x + scale * (pad + keys), y}, meaning, kValue, osgText::Text::LEFT_BASE_LINE, scale));
-    y -= scale * line();
+  const float column = keys + meanings + pad;
+  // a small picture gets small words, not fewer; in as many columns as let them be large
+  float w = 0, h = 0, scale = 0;
+  std::size_t rows = 1;
+  for (const std::size_t columns : {1u, 2u, 3u}) {
+    const std::size_t n = (lines.size() + columns - 1) / columns;
+    const float wide = static_cast<float>(columns) * column + pad, high = static_cast<float>(n) * line() + 2 * pad;
+    const float fits = std::min({1.0f, 0.96f * width_ / wide, 0.96f * free_height() / high});
+    if (fits <= scale) continue;
+    scale = fits;
+    rows = n;
+    w = fits * wide;
+    h = fits * high;
+  }
+  const float x = (width_ - w) / 2, top = (free_height() + h) / 2;
+  osg::Vec4f below = colors_.panel;
+  below.a() = kHelpOpacity;
+  help_group_->addChild(panel(x, top - h, w, h, scale * font_size_, below));
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const float left = x + scale * (pad + static_cast<float>(i / rows) * column);
+    const float y = top - scale * (pad + (static_cast<float>(i % rows) + 0.5f) * line());
+    help_group_->addChild(text({left, y}, lines[i].first, colors_.amber, osgText::Text::LEFT_BASE_LINE, scale));
+    help_group_->addChild(
+        text({left + scale * keys, y}, lines[i].second, colors_.value, osgText::Text::LEFT_BASE_LINE, scale));
   }
 }
 

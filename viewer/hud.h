@@ -12,6 +12,7 @@
 
 #include "viewer/color_map.h"
 #include "viewer/hud_text.h"
+#include "viewer/settings.h"
 
 namespace palp {
 
@@ -19,6 +20,7 @@ namespace palp {
 struct Legend {
   ScalarField field = ScalarField::none;
   ValueRange range;
+  ColorMapKind map = ColorMapKind::sequential;
   std::vector<std::pair<std::string, std::array<float, 3>>> bodies;
   bool operator==(const Legend&) const = default;
 };
@@ -27,6 +29,10 @@ struct Legend {
 // out of order; or all of them.
 enum class HudDetail { brief, full };
 
+struct HudColors {
+  osg::Vec4f panel, label, value, amber;
+};
+
 // All calls from the thread that renders, between frames.
 class Hud {
  public:
@@ -34,6 +40,13 @@ class Hud {
   osg::Camera* camera() { return camera_; }
 
   void set_size(int width, int height);  // of the picture [pixels]
+  // Keeps clear of panels along the upper edge and the right one [pixels].
+  void set_panels(float top, float right);
+  void set_text_scale(float scale);
+  void set_theme(Theme theme);
+  // The width that the figures take, with their margins [pixels].
+  float figures_width() const { return rows_width_ + 2 * font_size_; }
+  float font_size() const { return font_size_; }  // [pixels]
   void set_data(const HudData& data);
   void set_legend(const Legend& legend);
   // Shows the help in place of everything else.
@@ -51,6 +64,9 @@ class Hud {
   std::vector<HudRow> rows_to_show() const;
   float line() const { return 1.55f * font_size_; }
   float width_of(const std::string& words, float scale = 1);  // [pixels]
+  float free_width() const { return width_ - taken_right_; }
+  float free_height() const { return height_ - taken_top_; }
+  void choose_font_size();
   void lay_out();
   void lay_out_rows();
   void lay_out_banner();
@@ -64,6 +80,8 @@ class Hud {
   osg::ref_ptr<osg::Camera> camera_;
   osg::ref_ptr<osg::Group> rows_group_, banner_group_, legend_group_, help_group_;
   osg::ref_ptr<osgText::Font> font_;
+  Theme theme_ = Theme::dark;
+  HudColors colors_;
   std::vector<osg::ref_ptr<osgText::Text>> values_;
   std::vector<HudRow> known_;  // all rows
   std::vector<HudRow> rows_;   // those that are shown
@@ -71,9 +89,11 @@ class Hud {
   std::string banner_;
   Legend legend_;
   float width_ = 1, height_ = 1, font_size_ = 14;  // [pixels]
-  float rows_width_ = 0, rows_height_ = 0;         // of the panel with the figures
-  float value_width_ = 0;                          // of the widest value that it has room for
-  float legend_top_ = 0;                           // of a legend below the figures; 0 for one beside them
+  float text_scale_ = 1;
+  float taken_top_ = 0, taken_right_ = 0;   // by panels [pixels]
+  float rows_width_ = 0, rows_height_ = 0;  // of the panel with the figures
+  float value_width_ = 0;                   // of the widest value that it has room for
+  float legend_top_ = 0;                    // of a legend below the figures; 0 for one beside them
   bool help_shown_ = false;
 };
 

@@ -16,7 +16,6 @@
 #include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
-#include <osgViewer/ViewerEventHandlers>
 
 #include "config/json_file.h"
 #include "config/program.h"
@@ -27,8 +26,10 @@
 #include "viewer/draw_times.h"
 #include "viewer/feed.h"
 #include "viewer/options.h"
+#include "viewer/panels.h"
 #include "viewer/replay.h"
 #include "viewer/session.h"
+#include "viewer/settings.h"
 #include "viewer/shaders.h"
 
 namespace palp {
@@ -131,10 +132,32 @@ bool bench(const ViewerOptions& options, Stage& stage) {
 osg::ref_ptr<KeyHandler> take_keys(Stage& stage) {
   osg::ref_ptr<KeyHandler> keys = new KeyHandler;
   stage.viewer().addEventHandler(keys);
-  osg::ref_ptr<osgViewer::WindowSizeHandler> window_size = new osgViewer::WindowSizeHandler;
-  window_size->setChangeWindowedResolution(false);
-  stage.viewer().addEventHandler(window_size);  // f: full screen
   return keys;
+}
+
+// Says how it ended and returns the exit status.
+int conclude(const ViewerOptions& options, const Session& session, Recorder& recorder, const FeedView& view,
+             const DrawTimes& draw_times) {
+  if (!session.surfaces_complete()) spdlog::warn("ended before all surfaces of the scene were built");
+  const bool whole = recorder.finish();
+  const bool captured = !options.png.empty() || !options.video.empty();
+  if (session.frames_drawn() == 0) {
+    spdlog::log(captured ? spdlog::level::err : spdlog::level::warn,
+                "no particles arrived: check that palp-sim-server runs in DDS domain {} and, on another host, "
+                "--network or --peer",
+                options.bus.domain);
+  }
+  const bool healthy = whole && (!captured || session.frames_drawn() > 0);
+  const bool told = write_summary(options.summary, {{"frames", view.frames + view.lost_frames},
+                                                    {"complete_frames", view.frames},
+                                                    {"lost_frames", view.lost_frames},
+                                                    {"refused_samples", view.refused},
+                                                    {"drawn_frames", session.frames_drawn()},
+                                                    {"pictures", draw_times.count()},
+                                                    {"draw_p50_ms", draw_times.share_ms(0.5)},
+                                                    {"draw_p99_ms", draw_times.share_ms(0.99)},
+                                                    {"healthy", healthy}});
+  return healthy && told ? 0 : 1;
 }
 
 int show(const ViewerOptions& options) {
@@ -151,10 +174,13 @@ int show(const ViewerOptions& options) {
 
   Recorder recorder(options, stage);
   Feed feed(options.bus);
-  Session session(stage, options.color, [&feed](CommandKind kind, const std::string& name, const std::string& value) {
+  const Session::Send send = [&feed](CommandKind kind, const std::string& name, const std::string& value) {
     feed.send(kind, name, value);
-  });
+  };
+  Session session(stage, options.color, send);
   session.set_beads(options.beads);
+  SettingsFile settings(options.settings, options.writes_settings);
+  Panels panels(stage, session, send, settings.settings(), panels_of(options));
 
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
@@ -167,6 +193,7 @@ int show(const ViewerOptions& options) {
     last = stop_asked() || stage.viewer().done() || (options.seconds > 0 && seconds >= options.seconds);
     const FeedView view = feed.view();
     session.update(view, now_ns());
+    panels.update(view, now_ns());
     const bool wanted = recorder.wants(seconds, last, session.take_screenshot_wish());
     if (last && !wanted) break;  // a picture of a large scene may take seconds
     const std::int64_t begun_ns = now_ns();
@@ -177,7 +204,9 @@ int show(const ViewerOptions& options) {
     }
     session.shown(now_ns());
     draw_times.add(1e-9 * static_cast<double>(now_ns() - begun_ns));
-    for (const Action action : keys->take()) session.act(action);
+    obey(keys->take(), session, panels);
+    obey(panels.take_requests(), session, panels);
+    settings.keep(panels.settings(), now_ns());
     if (seconds - reported >= 0.5) {
       report(feed, session, view);
       reported = seconds;
@@ -186,27 +215,8 @@ int show(const ViewerOptions& options) {
     next = std::max(next + period, Clock::now());
     if (!last) std::this_thread::sleep_until(next);
   }
-  if (!session.surfaces_complete()) spdlog::warn("ended before all surfaces of the scene were built");
-  const bool whole = recorder.finish();
-  const bool captured = !options.png.empty() || !options.video.empty();
-  if (session.frames_drawn() == 0) {
-    spdlog::log(captured ? spdlog::level::err : spdlog::level::warn,
-                "no particles arrived: check that palp-sim-server runs in DDS domain {} and, on another host, "
-                "--network or --peer",
-                options.bus.domain);
-  }
-  const bool healthy = whole && (!captured || session.frames_drawn() > 0);
-  const FeedView view = feed.view();
-  const bool told = write_summary(options.summary, {{"frames", view.frames + view.lost_frames},
-                                                    {"complete_frames", view.frames},
-                                                    {"lost_frames", view.lost_frames},
-                                                    {"refused_samples", view.refused},
-                                                    {"drawn_frames", session.frames_drawn()},
-                                                    {"pictures", draw_times.count()},
-                                                    {"draw_p50_ms", draw_times.share_ms(0.5)},
-                                                    {"draw_p99_ms", draw_times.share_ms(0.99)},
-                                                    {"healthy", healthy}});
-  return healthy && told ? 0 : 1;
+  settings.keep(panels.settings(), now_ns(), true);
+  return conclude(options, session, recorder, feed.view(), draw_times);
 }
 
 int run(ViewerOptions options) {

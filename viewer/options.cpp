@@ -9,6 +9,7 @@
 #include "config/command_line.h"
 #include "config/number_between.h"
 #include "idl/bus_options.h"
+#include "viewer/settings.h"
 
 namespace palp {
 namespace {
@@ -33,7 +34,8 @@ struct CommandLine {
   std::string size = "1280x720";
   int samples = -1, nice = -1;
   double png_at = 0, png_every = 0;  // [s]
-  CLI::Option *png_at_given = nullptr, *png_every_given = nullptr;
+  CLI::Option *png_at_given = nullptr, *png_every_given = nullptr, *settings_given = nullptr;
+  bool no_settings = false;
 };
 
 void add_replay_options(CLI::App& app, PlayOptions& o) {
@@ -120,6 +122,15 @@ void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
           ->excludes(line.png_at_given);
   app.add_option("--video", o.video, "write a video (H.264, through ffmpeg)");
   app.add_flag("!--no-figures", o.figures, "leave out the figures and the legend");
+  app.add_flag("--panels", o.panels,
+               "show menu and panels from the start, and have them in pictures and videos, too, which leave them out "
+               "otherwise");
+  line.settings_given =
+      app.add_option("--settings", o.settings,
+                     "keep the colours, views and panels that its user likes in this file, in place of "
+                     "$XDG_CONFIG_HOME/palp/viewer.toml or ~/.config/palp/viewer.toml; off-screen it is only read, and "
+                     "no other one is");
+  app.add_flag("--no-settings", line.no_settings, "neither read nor keep such a file")->excludes(line.settings_given);
   app.add_option("--nice", line.nice, "niceness, 0 to 19 (0; off-screen 10)")->check(CLI::Range(0, 19));
   app.add_option("--raster-threads", o.raster_threads, "threads of a software rasteriser, off-screen")
       ->check(CLI::Range(1, 64))
@@ -164,6 +175,8 @@ Parsed<ViewerOptions> parse_viewer_options(int argc, const char* const* argv) {
   o.stage.headless = o.stage.headless || !has_display();
   o.stage.samples = line.samples >= 0 ? line.samples : o.stage.headless ? 0 : 4;
   o.nice = line.nice >= 0 ? line.nice : o.stage.headless ? 10 : 0;
+  if (line.settings_given->count() == 0 && !line.no_settings && !o.stage.headless) o.settings = settings_path();
+  o.writes_settings = !o.stage.headless;
   if (line.png_at_given->count() > 0) o.png_at = line.png_at;
   if (line.png_every_given->count() > 0) o.png_every = line.png_every;
   if (o.rate_hz == 0) o.rate_hz = default_rate(o);

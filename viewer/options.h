@@ -27,6 +27,9 @@ struct ViewerOptions {
   ScalarField color = ScalarField::none;  // what the particles' colours show; none: how bodies look
   bool beads = false;                     // liquids and soft bodies as spheres
   bool figures = true;
+  bool panels = false;              // all panels from the start, and in pictures and videos
+  std::string settings;             // file, or empty for none
+  bool writes_settings = false;     // keeps what its user changes
   int nice = 0;                     // niceness of the process
   int raster_threads = 1;           // of a software rasteriser, off-screen
   std::string png;                  // picture file, or empty

@@ -114,6 +114,11 @@ void ParticleCloud::set_scene(const SceneDescription& scene) {
   for (Set& set : sets_) set.colors->clear();
 }
 
+void ParticleCloud::set_reading(const Reading& reading, const osg::Vec4d& clip) {
+  reading_ = reading;
+  clip_ = clip;
+}
+
 void ParticleCloud::set_picture_height(int height) {
   points(Medium::beads)->getStateSet()->getUniform("picture_height")->set(static_cast<float>(height));
 }
@@ -157,10 +162,11 @@ void ParticleCloud::choose_colors(const ParticleFrame& frame) {
   shared_->getUniform("by_scalar")->set(shown_ != ScalarField::none);
   if (shown_ == ScalarField::none) return;
 
-  range_ = steady_.update(shown_, suitable_range(shown_, values_for_range(frame), rest_density_));
+  const std::optional<ValueRange>& held = reading_.held_of(shown_);
+  range_ = held ? *held : steady_.update(shown_, suitable_range(shown_, values_for_range(frame), rest_density_));
   shared_->getUniform("value_range")->set(osg::Vec2f(static_cast<float>(range_.low), static_cast<float>(range_.high)));
-  if (map_kind_ != color_map_of(shown_)) {
-    map_kind_ = color_map_of(shown_);
+  if (map_kind_ != reading_.map_of(shown_)) {
+    map_kind_ = reading_.map_of(shown_);
     map_->setImage(map_image(map_kind_));
   }
 }
@@ -174,7 +180,8 @@ void ParticleCloud::fill_vertices(const ParticleFrame& frame, osg::Vec4Array& ve
     const float scalar = with_scalar && std::isfinite(frame.scalars[i]) ? frame.scalars[i] : kNoScalar;
     const bool is_place = std::abs(p[0]) < kFarthest && std::abs(p[1]) < kFarthest && std::abs(p[2]) < kFarthest;
     // out of sight, however the camera stands
-    is_place ? vertices[i].set(p[0], p[1], p[2], scalar) : vertices[i].set(0, 0, 10 * kFarthest, scalar);
+    is_place&& keeps(clip_, osg::Vec3d(p[0], p[1], p[2])) ? vertices[i].set(p[0], p[1], p[2], scalar)
+                                                          : vertices[i].set(0, 0, 10 * kFarthest, scalar);
   }
   for (const Body& body : bodies_) {
     if (has_field(body.kind, shown_)) continue;

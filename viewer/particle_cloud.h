@@ -16,6 +16,7 @@
 #include "idl/particle_frame.h"
 #include "viewer/color_map.h"
 #include "viewer/medium.h"
+#include "viewer/reading.h"
 
 namespace palp {
 
@@ -45,8 +46,12 @@ class ParticleCloud {
   // none: by body. A field that the frames do not carry is shown by body too: see shown_field(). So are solids that do
   // not deform when density or pressure is shown, as they have neither.
   void set_color(ScalarField field) { wanted_ = field; }
+  // Takes the map and the range of colours, and (n, d) of the plane beyond which particles are left out: those that are
+  // kept have n . p + d >= 0. All from the next frame on.
+  void set_reading(const Reading& reading, const osg::Vec4d& clip);
   ScalarField shown_field() const { return shown_; }
   const ValueRange& range() const { return range_; }
+  ColorMapKind color_map_kind() const { return map_kind_; }
   std::size_t drawn() const { return drawn_; }
   // The box around the points of the medium, invalid where there are none. Points that are no places, or farther out
   // than anything that is simulated, are not drawn.
@@ -89,6 +94,8 @@ class ParticleCloud {
   ScalarField wanted_ = ScalarField::none;
   ScalarField shown_ = ScalarField::none;
   SteadyRange steady_;
+  Reading reading_;
+  osg::Vec4d clip_ = kNoClip;
   ValueRange range_;
   std::array<osg::BoundingBoxd, kMediums> boxes_;
 };

@@ -15,7 +15,6 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <osgViewer/ViewerEventHandlers>
 
 #include "config/data_dir.h"
 #include "config/error.h"
@@ -25,10 +24,12 @@
 #include "viewer/camera_script.h"
 #include "viewer/capture.h"
 #include "viewer/draw_times.h"
+#include "viewer/panels.h"
 #include "viewer/playback.h"
 #include "viewer/playback_keys.h"
 #include "viewer/replay_overlay.h"
 #include "viewer/session.h"
+#include "viewer/settings.h"
 
 namespace palp {
 namespace {
@@ -41,11 +42,7 @@ constexpr double kTold = 10;  // [s] between lines of progress
 class Player {
  public:
   Player(const ViewerOptions& options, Stage& stage)
-      : stage_(stage),
-        playback_(options.replay.file),
-        session_(stage, options.color, [this](CommandKind kind, const std::string& name, const std::string&) {
-          playback_.obey(kind, name);
-        }) {
+      : stage_(stage), playback_(options.replay.file), session_(stage, options.color, send()) {
     if (!options.replay.script.empty())
       script_ = read_camera_script(find_data_file(kFilmScripts, options.replay.script));
     playback_.set_speed(options.replay.speed);
@@ -57,11 +54,15 @@ class Player {
   }
 
   Playback& playback() { return playback_; }
+  // What a session sends to its server; the player must outlive it.
+  Session::Send send() {
+    return [this](CommandKind kind, const std::string& name, const std::string&) { playback_.obey(kind, name); };
+  }
   Session& session() { return session_; }
   ReplayOverlay& overlay() { return overlay_; }
 
-  // Takes over what is shown at the playback's time. whole: waits for the surfaces of a new scene.
-  void update(std::int64_t now_ns, bool whole) {
+  // Takes over and returns what is shown at the playback's time. whole: waits for the surfaces of a new scene.
+  FeedView update(std::int64_t now_ns, bool whole) {
     const FeedView view = playback_.view(now_ns);
     session_.update(view, now_ns);
     while (whole && !session_.surfaces_complete() && !stop_asked()) {
@@ -70,6 +71,7 @@ class Player {
     }
     overlay_.set_size(stage_.width(), stage_.height());
     if (script_) follow_script();
+    return view;
   }
 
  private:
@@ -212,13 +214,12 @@ int make_film(const ViewerOptions& options, Stage& stage) {
   return write_summary(options, player, draw_times, whole) && whole ? 0 : 1;
 }
 
-// Shows time and speed, and takes what the keys asked for.
-void follow_keys(Player& player, Stage& stage, KeyHandler& keys) {
+// Shows time and speed.
+void show_time(Player& player, Stage& stage) {
   const Playback& playback = player.playback();
   player.overlay().set_timeline_shown(stage.hud().visible());
   player.overlay().set_timeline(playback.range().first, playback.range().last, playback.time(), playback.speed(),
                                 playback.paused());
-  for (const Action action : keys.take()) player.session().act(action);
 }
 
 int play(const ViewerOptions& options, Stage& stage) {
@@ -227,9 +228,8 @@ int play(const ViewerOptions& options, Stage& stage) {
   stage.viewer().addEventHandler(playback_keys);
   const osg::ref_ptr<KeyHandler> keys = new KeyHandler;
   stage.viewer().addEventHandler(keys);
-  const osg::ref_ptr<osgViewer::WindowSizeHandler> window_size = new osgViewer::WindowSizeHandler;
-  window_size->setChangeWindowedResolution(false);
-  stage.viewer().addEventHandler(window_size);
+  SettingsFile settings(options.settings, options.writes_settings);
+  Panels panels(stage, player.session(), player.send(), settings.settings(), panels_of(options));
 
   using Clock = std::chrono::steady_clock;
   Capture capture;
@@ -242,8 +242,8 @@ int play(const ViewerOptions& options, Stage& stage) {
     if (options.seconds > 0 && std::chrono::duration<double>(now - start).count() >= options.seconds) break;
     player.playback().advance(std::chrono::duration<double>(now - shown).count());
     shown = now;
-    player.update(now_ns(), false);
-    follow_keys(player, stage, *keys);
+    panels.update(player.update(now_ns(), false), now_ns());
+    show_time(player, stage);
     const std::int64_t begun_ns = now_ns();
     if (player.session().take_screenshot_wish()) {
       const std::string file = fmt::format("palp-{:%Y%m%d-%H%M%S}.png", fmt::localtime(std::time(nullptr)));
@@ -253,9 +253,13 @@ int play(const ViewerOptions& options, Stage& stage) {
     }
     player.session().shown(now_ns());
     draw_times.add(1e-9 * static_cast<double>(now_ns() - begun_ns));
+    obey(keys->take(), player.session(), panels);
+    obey(panels.take_requests(), player.session(), panels);
+    settings.keep(panels.settings(), now_ns());
     next = std::max(next + period, Clock::now());
     std::this_thread::sleep_until(next);
   }
+  settings.keep(panels.settings(), now_ns(), true);
   const bool whole = capture.finish();
   // the handlers go before what they refer to
   stage.viewer().getEventHandlers().clear();

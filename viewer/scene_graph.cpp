@@ -91,6 +91,7 @@ SceneGraph::SceneGraph()
   state->addUniform(new osg::Uniform("ghost", 0.0f));
   state->addUniform(new osg::Uniform("tint", osg::Vec4f(0, 0, 0, 0)));
   state->addUniform(new osg::Uniform("presence", 1.0f));
+  state->addUniform(new osg::Uniform("clip_plane", osg::Vec4f(kNoClip)));
 
   osg::ref_ptr<osg::Program> program = load_program("mesh", {"mesh.vert", "mesh.frag", "lighting.glsl"});
   osg::ref_ptr<osg::CullFace> cull = new osg::CullFace(osg::CullFace::BACK);
@@ -156,9 +157,26 @@ void SceneGraph::set_picture(int width, int height, bool quick) {
 void SceneGraph::set_view(const osg::Matrixd& view, const osg::Matrixd& projection) {
   for (std::size_t i = 0; i < media_.size(); ++i) media_[i]->set_seen(cloud_.box(kSurfaceMedia[i]), view, projection);
   shadow_map_.set_view(content_, view);
+  root_->getStateSet()->getUniform("clip_plane")->set(osg::Vec4f(osg::Matrixd::inverse(view) * clip_));
+  shadow_map_.set_clip(clip_);
   const osg::Matrixd to_pixels = view * projection * osg::Matrixd::scale(0.5 * width_, 0.5 * height_, 1);
   for (auto& hand : hands_) hand->arrange_values(to_pixels);
   picture_copy_->setNodeMask(cloud_.box(Medium::clear).valid() ? ~0u : 0u);
+}
+
+void SceneGraph::set_reading(const Reading& reading) {
+  reading_ = reading;
+  cut_open();
+}
+
+void SceneGraph::cut_open() {
+  clip_ = equation_of(reading_.clip, content_);
+  cloud_.set_reading(reading_, clip_);
+  const bool open = clip_ != kNoClip;
+  surfaces_->getOrCreateStateSet()->setMode(GL_CLIP_PLANE0, open ? osg::StateAttribute::ON : osg::StateAttribute::OFF);
+  // one looks into what is cut open and sees its walls from behind
+  for (osg::StateSet* state : {solid_.get(), glass_.get()})
+    state->setMode(GL_CULL_FACE, open ? osg::StateAttribute::OFF : osg::StateAttribute::ON);
 }
 
 void SceneGraph::clear() {
@@ -285,6 +303,11 @@ std::vector<osg::Vec3d> SceneGraph::tools() const {
   return corners;
 }
 
+std::optional<osg::Matrixd> SceneGraph::body_pose(std::size_t body) const {
+  if (body >= bodies_.size() || bodies_[body].place->getNodeMask() == 0) return std::nullopt;
+  return bodies_[body].place->getMatrix();
+}
+
 void SceneGraph::widen_outline(const std::vector<osg::Vec3d>& points) {
   roamed_.insert(roamed_.end(), points.begin(), points.end());
   outline_.insert(outline_.end(), points.begin(), points.end());
@@ -306,6 +329,7 @@ void SceneGraph::update_content() {
     for (unsigned i = 0; i < 8; ++i) outline_.push_back(content_.corner(i));
   }
   place_ground();
+  cut_open();
 }
 
 void SceneGraph::place_ground() {

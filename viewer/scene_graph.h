@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <osg/BoundingBox>
@@ -48,6 +49,11 @@ class SceneGraph {
   // Takes what the camera sees: media are looked for where they can be.
   void set_view(const osg::Matrixd& view, const osg::Matrixd& projection);
   void set_color(ScalarField field) { cloud_.set_color(field); }
+  // Takes over how colours are read and where the scene is cut open: surfaces at once, particles from the next frame
+  // on.
+  void set_reading(const Reading& reading);
+  // Returns the plane that the scene is cut open with (clip_plane.h).
+  const osg::Vec4d& clip() const { return clip_; }
   // Draws the particles of every body instead of surfaces, from the next frame on.
   void set_draw_all(bool all);
   // Draws the particles of media as beads and not as surfaces, from the next frame on.
@@ -60,6 +66,12 @@ class SceneGraph {
   const std::vector<osg::Vec3d>& outline() const { return outline_; }
   // The corners of the tools that hands hold, where they are now and within the domain.
   std::vector<osg::Vec3d> tools() const;
+  // Returns where the body's frame stands, or nothing while it is not shown or where the scene has no such body.
+  std::optional<osg::Matrixd> body_pose(std::size_t body) const;
+  // Returns the box around the body's surface in its own frame; invalid where it has none.
+  osg::BoundingBox body_box(std::size_t body) const {
+    return body < bodies_.size() ? bodies_[body].box : osg::BoundingBox();
+  }
   // Adds points to the outline until the next scene.
   void widen_outline(const std::vector<osg::Vec3d>& points);
   // The force [N] and length [m] of the longest arrow.
@@ -78,6 +90,7 @@ class SceneGraph {
   void add_shadows();
   void update_content();
   void place_ground();
+  void cut_open();
   static constexpr double kSmallestTorque = 0.02;  // [N m]
 
   osg::ref_ptr<osg::Group> root_;
@@ -99,6 +112,8 @@ class SceneGraph {
   osg::BoundingBoxd content_;
   std::vector<osg::Vec3d> outline_;
   bool seen_frame_ = false;
+  Reading reading_;
+  osg::Vec4d clip_ = kNoClip;
   int width_ = 1, height_ = 1;  // of the picture [pixels]
 };
 

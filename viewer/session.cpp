@@ -147,6 +147,8 @@ void Session::update(const FeedView& view, std::int64_t now_ns) {
       proxy ? stage_.scene().set_proxy(*proxy) : stage_.scene().hide_proxy(device);
     }
   }
+  if (following_) stage_.follow_tools(1e-9 * static_cast<double>(now_ns - followed_at_ns_));
+  followed_at_ns_ = now_ns;
   watch_server(view, now_ns);
   const bool paused = is_paused(view);
   if (new_scene || paused != paused_ || now_ns - figures_at_ns_ >= kFiguresEveryNs) {
@@ -188,8 +190,10 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
   Legend legend;
   legend.field = stage_.scene().cloud().shown_field();
   legend.range = stage_.scene().cloud().range();
+  legend.map = stage_.scene().cloud().color_map_kind();
   if (legend.field == ScalarField::none) {
     legend.range = {};
+    legend.map = {};
     for (const BodyDescription& body : scene_->bodies) legend.bodies.emplace_back(body.name, body.color);
   }
   stage_.hud().set_legend(legend);
@@ -200,32 +204,77 @@ void Session::shown(std::int64_t now_ns) {
   while (now_ns - shown_at_ns_.front() >= kSecondNs) shown_at_ns_.pop_front();
 }
 
+// Draws the newest frame once more, as what is drawn of it has changed.
+void Session::show_again() {
+  if (frame_) stage_.scene().set_frame(*frame_);
+  figures_at_ns_ = 0;
+}
+
 void Session::set_beads(bool beads) {
   beads_ = beads;
   stage_.scene().set_beads(beads);
-  if (frame_) stage_.scene().set_frame(*frame_);
+  show_again();
 }
 
-void Session::act(Action action) {
-  switch (action) {
-    case Action::next_color: {
-      const std::size_t next = (static_cast<std::size_t>(color_) + 1) % kScalarFields.size();
-      set_color(static_cast<ScalarField>(next));
-      ask_for_field();
-      if (frame_) stage_.scene().set_frame(*frame_);
-      figures_at_ns_ = 0;
+void Session::show_field(ScalarField field) {
+  set_color(field);
+  ask_for_field();
+  show_again();
+}
+
+void Session::set_reading(const Reading& reading) {
+  reading_ = reading;
+  stage_.scene().set_reading(reading);
+  show_again();
+}
+
+void Session::act_on_reading(Action action) {
+  Reading reading = reading_;
+  const ParticleCloud& cloud = stage_.scene().cloud();
+  if (action == Action::next_map) {
+    const std::size_t next = reading.map ? static_cast<std::size_t>(*reading.map) + 1 : 0;
+    reading.map = next < kColorMapNames.size() ? std::optional(static_cast<ColorMapKind>(next)) : std::nullopt;
+  } else if (action == Action::hold_range) {
+    std::optional<ValueRange>& held = reading.held_of(cloud.shown_field());
+    held = held || cloud.shown_field() == ScalarField::none ? std::nullopt : std::optional(cloud.range());
+  } else if (action == Action::clip) {
+    reading.clip.on = !reading.clip.on;
+  } else if (action == Action::clip_axis) {
+    reading.clip.axis = (reading.clip.axis + 1) % 3;
+  } else {
+    constexpr double kStep = 0.02;
+    const double share = reading.clip.share + (action == Action::clip_forth ? kStep : -kStep);
+    reading.clip.share = std::clamp(share, 0.0, 1.0);
+  }
+  set_reading(reading);
+}
+
+void Session::act(const Request& request) {
+  switch (request.action) {
+    case Action::next_color:
+      show_field(static_cast<ScalarField>((static_cast<std::size_t>(color_) + 1) % kScalarFields.size()));
       break;
-    }
     case Action::home:
       stage_.go_home();
+      break;
+    case Action::follow:
+      set_following(!following_);
       break;
     case Action::surfaces:
       draw_all_ = !draw_all_;
       stage_.scene().set_draw_all(draw_all_);
-      if (frame_) stage_.scene().set_frame(*frame_);
+      show_again();
       break;
     case Action::beads:
       set_beads(!beads_);
+      break;
+    case Action::next_map:
+    case Action::hold_range:
+    case Action::clip:
+    case Action::clip_axis:
+    case Action::clip_back:
+    case Action::clip_forth:
+      act_on_reading(request.action);
       break;
     case Action::pause_or_resume:
       send_(paused_ ? CommandKind::resume : CommandKind::pause, "", "");
@@ -246,6 +295,8 @@ void Session::act(Action action) {
       stage_.hud().show_next_detail();
       stage_.scene().set_values_shown(stage_.hud().visible());
       break;
+    default:
+      break;  // of the window and its panels
   }
 }
 

@@ -11,6 +11,7 @@
 
 #include "viewer/controls.h"
 #include "viewer/feed_state.h"
+#include "viewer/reading.h"
 #include "viewer/stage.h"
 #include "viewer/surface_loader.h"
 
@@ -29,7 +30,13 @@ class Session {
   // Counts a picture that was shown.
   void shown(std::int64_t now_ns);
 
-  void act(Action action);
+  // Does what concerns the scene and its server; the rest is passed over.
+  void act(const Request& request);
+  // Shows this field by colours, and asks the server for it; none: how bodies look.
+  void show_field(ScalarField field);
+  void set_reading(const Reading& reading);
+  // Lets the camera go with the tools.
+  void set_following(bool following) { following_ = following; }
   // Draws liquids and soft bodies as beads, or as surfaces.
   void set_beads(bool beads);
   // Returns whether a picture was asked for by key since the last call.
@@ -38,6 +45,15 @@ class Session {
   std::uint64_t frames_drawn() const { return frames_drawn_; }  // particle frames handed to the stage
   const HudData& figures() const { return figures_; }
   bool surfaces_complete() const { return !surfaces_.busy(); }
+  const Reading& reading() const { return reading_; }
+  ScalarField field() const { return color_; }  // that was asked for
+  bool beads() const { return beads_; }
+  bool draws_all() const { return draw_all_; }
+  bool following() const { return following_; }
+  bool paused() const { return paused_; }
+  // The scene with a colour for every body, and its newest particles; null: there are none.
+  const std::shared_ptr<const SceneDescription>& scene() const { return scene_; }
+  const std::shared_ptr<const ParticleFrame>& frame() const { return frame_; }
 
  private:
   void take_scene(const FeedView& view, std::int64_t now_ns);
@@ -47,6 +63,8 @@ class Session {
   std::string field_note(std::int64_t now_ns);
   void set_color(ScalarField field);
   void ask_for_field();
+  void show_again();
+  void act_on_reading(Action action);
 
   Stage& stage_;
   Send send_;
@@ -56,6 +74,9 @@ class Session {
   std::int64_t asked_at_ns_ = 0;
   bool draw_all_ = false;
   bool beads_ = false;
+  bool following_ = false;
+  std::int64_t followed_at_ns_ = 0;
+  Reading reading_;
   bool screenshot_wanted_ = false;
   bool paused_ = false;
   std::shared_ptr<const SceneDescription> sent_scene_;  // by the server

@@ -57,6 +57,7 @@ ShadowMap::ShadowMap()
   state->addUniform(new osg::Uniform("radius", 0.01f));
   state->addUniform(new osg::Uniform("sink", 0.0f));
   state->addUniform(new osg::Uniform("target_height", 1.0f));
+  state->addUniform(new osg::Uniform("clip_plane", osg::Vec4f(0, 0, 0, 1)));
   points_->getOrCreateStateSet()->addUniform(new osg::Uniform("sprites", true));
   points_->getStateSet()->addUniform(new osg::Uniform("sink", 0.0f));
   camera_->addChild(points_);
@@ -94,6 +95,12 @@ void ShadowMap::set_view(const osg::BoundingBoxd& box, const osg::Matrixd& view)
   from_eye_->set(
       osg::Matrixf(osg::Matrixd::inverse(view) * camera_->getViewMatrix() * camera_->getProjectionMatrix() * bias));
   texel_->set(static_cast<float>(2 * radius / std::max(texels_, 1)));
+}
+
+void ShadowMap::set_clip(const osg::Vec4d& equation) {
+  camera_->getStateSet()
+      ->getUniform("clip_plane")
+      ->set(osg::Vec4f(osg::Matrixd::inverse(camera_->getViewMatrix()) * equation));
 }
 
 }  // namespace palp

@@ -28,6 +28,8 @@ class ShadowMap {
 
   void set_spacing(double spacing);  // of the points' particles [m]
   void set_size(int texels);         // along each side
+  // Leaves out what lies beyond the plane (clip_plane.h) of the surfaces that are cut open.
+  void set_clip(const osg::Vec4d& equation);
   // Lights the box for a picture with this view.
   void set_view(const osg::BoundingBoxd& box, const osg::Matrixd& view);
 

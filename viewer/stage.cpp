@@ -12,11 +12,20 @@
 
 namespace palp {
 
-// Copies the finished picture out of OpenGL when someone wants it.
+// Draws the overlay, and copies the finished picture out of OpenGL when someone wants it.
 class Stage::ReadBack : public osg::Camera::DrawCallback {
  public:
   void operator()(osg::RenderInfo& info) const override {
-    if (!wanted) return;
+    if (overlay && overlay_in_pictures) overlay();
+    if (wanted) read(info);
+    if (overlay && !overlay_in_pictures) overlay();
+  }
+  const std::function<void(Picture&&)>* wanted = nullptr;
+  std::function<void()> overlay;
+  bool overlay_in_pictures = false;
+
+ private:
+  void read(osg::RenderInfo& info) const {
     const osg::Viewport* viewport = info.getCurrentCamera()->getViewport();
     Picture picture;
     picture.width = static_cast<int>(viewport->width());
@@ -26,7 +35,6 @@ class Stage::ReadBack : public osg::Camera::DrawCallback {
     glReadPixels(0, 0, picture.width, picture.height, GL_RGB, GL_UNSIGNED_BYTE, picture.rgb.data());
     (*wanted)(std::move(picture));
   }
-  const std::function<void(Picture&&)>* wanted = nullptr;
 };
 
 namespace {
@@ -63,7 +71,7 @@ Stage::Stage(const StageOptions& options)
       on_gl_error_(options.on_gl_error) {
   viewer_->setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
   viewer_->setLightingMode(osg::View::NO_LIGHT);
-  viewer_->setKeyEventSetsDone(osgGA::GUIEventAdapter::KEY_Escape);
+  viewer_->setKeyEventSetsDone(0);  // Escape has other uses, too (controls.h)
   open_window(options);
 
   osg::Camera* camera = viewer_->getCamera();
@@ -129,23 +137,6 @@ bool Stage::software_rendered() const {
 int Stage::width() const { return static_cast<int>(viewer_->getCamera()->getViewport()->width()); }
 int Stage::height() const { return static_cast<int>(viewer_->getCamera()->getViewport()->height()); }
 
-void Stage::go_home() {
-  const CameraPose pose = home_view(scene_.outline(), static_cast<double>(width()) / height());
-  auto* manipulator = viewer_->getCameraManipulator();
-  manipulator->setAutoComputeHomePosition(false);
-  manipulator->setHomePosition(pose.eye, pose.center, osg::Vec3d(0, 0, 1));
-  manipulator->home(0);
-  home_ = manipulator->getMatrix();
-  field_of_view_ = kFieldOfView;
-}
-
-void Stage::set_camera(const CameraPose& pose, double field_of_view) {
-  auto* manipulator = viewer_->getCameraManipulator();
-  manipulator->setHomePosition(pose.eye, pose.center, osg::Vec3d(0, 0, 1));
-  manipulator->home(0);
-  field_of_view_ = field_of_view;
-}
-
 void Stage::go_home_unless_moved() {
   if (viewer_->getCameraManipulator()->getMatrix() == home_) go_home();
 }
@@ -189,10 +180,9 @@ void Stage::draw(const std::function<void(Picture&&)>& read) {
   read_back_->wanted = nullptr;
 }
 
-osg::Vec2d Stage::project(const osg::Vec3d& point) const {
-  const osg::Camera* camera = viewer_->getCamera();
-  const osg::Vec3d ndc = point * (camera->getViewMatrix() * camera->getProjectionMatrix());
-  return {0.5 * (ndc.x() + 1) * width(), 0.5 * (ndc.y() + 1) * height()};
+void Stage::set_overlay(std::function<void()> draw, bool in_pictures) {
+  read_back_->overlay = std::move(draw);
+  read_back_->overlay_in_pictures = in_pictures;
 }
 
 }  // namespace palp

@@ -1,6 +1,7 @@
 // The window (or off-screen surface) with its camera, scene and head-up display: all that it takes to make a picture.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "viewer/gl_errors.h"
 #include "viewer/home_view.h"
 #include "viewer/hud.h"
+#include "viewer/picking.h"
 #include "viewer/scene_graph.h"
 
 namespace palp {
@@ -46,6 +48,7 @@ class Stage {
   ~Stage();
 
   SceneGraph& scene() { return scene_; }
+  const SceneGraph& scene() const { return scene_; }
   Hud& hud() { return hud_; }
   osgViewer::Viewer& viewer() { return *viewer_; }
   const std::string& renderer() const { return renderer_; }  // what OpenGL calls itself
@@ -55,12 +58,26 @@ class Stage {
 
   // Points the camera at scene().content() from the front. A camera that the user has moved is moved back.
   void go_home();
+  // Shows the scene beside panels along the right edge that take so many pixels.
+  void set_taken_right(double pixels);
   // Does so unless someone has moved the camera since it was sent home.
   void go_home_unless_moved();
   // Puts the camera there, until it is sent home or someone moves it. field_of_view: vertical [degrees].
   void set_camera(const CameraPose& pose, double field_of_view);
-  // Adds what is drawn over everything else.
+  // Adds what is drawn over everything else, in pictures, too.
   void add_overlay(osg::Node* overlay) { viewer_->getSceneData()->asGroup()->addChild(overlay); }
+  // Returns where the camera is, and puts it there. A view without a direction is passed over.
+  StoredView view() const;
+  void set_view(const StoredView& view);
+  // Moves the camera along with the tools for as long as that is called: seconds [s] are those since the call before.
+  void follow_tools(double seconds);
+  // Draws on top of each picture, with the context current. in_pictures: also in the pictures that are read.
+  void set_overlay(std::function<void()> draw, bool in_pictures);
+  void toggle_full_screen();  // of a window
+  // Returns the ray through a place of the picture drawn last, in pixels from its lower left corner.
+  Ray ray_through(const osg::Vec2d& place) const;
+  // Returns how many pixels a length [m] takes there, across the view.
+  double pixels_of(double length, const osg::Vec3d& at) const;
   // Draws one picture. read, when given, receives it before it is shown.
   void draw(const std::function<void(Picture&&)>& read = nullptr);
   // Returns where a world point [m] falls, in pixels from the lower left corner of the picture drawn last.
@@ -79,8 +96,10 @@ class Stage {
   std::string renderer_;
   Surfaces surfaces_;
   GlErrorListener on_gl_error_;
-  osg::Matrixd home_;                    // where the camera was sent
   double field_of_view_ = kFieldOfView;  // vertical [degrees]
+  double taken_right_ = 0;               // by panels [pixels]
+  osg::Matrixd home_;                    // where the camera was sent
+  std::array<int, 4> window_place_{};    // of a window before it was full screen: x, y, width, height [pixels]
 };
 
 }  // namespace palp

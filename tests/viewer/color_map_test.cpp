@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <vector>
 
 namespace palp::test {
@@ -17,6 +19,47 @@ TEST(ColorMap, LightnessOfTheSequentialMapRisesEvenly) {
     const double even = first + (last - first) * i / (kColorMapSize - 1);
     EXPECT_NEAR(lightness(map[static_cast<std::size_t>(i)]), even, 0.02) << "entry " << i;
   }
+}
+
+// Returns what remains of a colour for eyes without the middle cones (Machado, Oliveira and Fernandes, 2009).
+Rgb8 seen_by_deuteranope(Rgb8 c) {
+  const auto linear = [](std::uint8_t v) { return std::pow(v / 255.0, 2.2); };
+  const double r = linear(c.r), g = linear(c.g), b = linear(c.b);
+  const auto byte = [](double v) {
+    return static_cast<std::uint8_t>(std::lround(255 * std::pow(std::clamp(v, 0.0, 1.0), 1 / 2.2)));
+  };
+  return {byte(0.367322 * r + 0.860646 * g - 0.227968 * b), byte(0.280085 * r + 0.672501 * g + 0.047413 * b),
+          byte(-0.011820 * r + 0.042940 * g + 0.968881 * b)};
+}
+
+int difference(Rgb8 a, Rgb8 b) { return std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b); }
+
+TEST(ColorMap, LightnessRisesAllAlongEveryMapButTheDivergingOne) {
+  for (const ColorMapKind kind : {ColorMapKind::sequential, ColorMapKind::viridis, ColorMapKind::cividis}) {
+    const auto map = color_map(kind);
+    // a step of a byte may take 0.004 of lightness back
+    for (std::size_t i = 0; i + 1 < map.size(); ++i) EXPECT_GT(lightness(map[i + 1]), lightness(map[i]) - 0.004);
+    EXPECT_GT(lightness(map.back()) - lightness(map.front()), 0.55);
+  }
+}
+
+TEST(ColorMap, EveryMapCanBeReadWithoutTheMiddleCones) {
+  for (std::size_t k = 0; k < kColorMapNames.size(); ++k) {
+    const auto map = color_map(static_cast<ColorMapKind>(k));
+    for (std::size_t a = 0; a < map.size(); a += 15) {
+      for (std::size_t b = a + 15; b < map.size(); b += 15) {
+        EXPECT_GT(difference(seen_by_deuteranope(map[a]), seen_by_deuteranope(map[b])), 12)
+            << kColorMapNames[k] << " at " << a << " and " << b;
+      }
+    }
+  }
+}
+
+TEST(ColorMap, ViridisBeginsAndEndsAsItsModel) {
+  const auto map = color_map(ColorMapKind::viridis);
+  EXPECT_LT(difference(map.front(), {0x44, 0x01, 0x54}), 12);
+  EXPECT_LT(difference(map[128], {0x21, 0x90, 0x8c}), 15);
+  EXPECT_LT(difference(map.back(), {0xfd, 0xe7, 0x25}), 12);
 }
 
 TEST(ColorMap, TheDivergingMapIsLightInTheMiddleAndEvenToBothSides) {

@@ -235,6 +235,33 @@ TEST(FeedState, OldKnowledgeIsForgotten) {
   EXPECT_EQ(state.view().notice, "");
 }
 
+TEST(FeedState, ListsOfParametersAndRefusalsAreKeptApart) {
+  FeedState state(true, 1);
+  const auto answer = [&](std::uint64_t sequence, bool ok, const std::string& text, std::uint64_t to = 1) {
+    CommandReply reply;
+    reply.header.session = 5;
+    reply.command_session = to;
+    reply.command_sequence = sequence;
+    reply.ok = ok;
+    reply.text = text;
+    state.add(Received<CommandReply>{reply, 0});
+  };
+  answer(3, false, "gravity is no number");
+  EXPECT_EQ(state.view().refusal, "gravity is no number");
+  EXPECT_EQ(state.view().answers, 1u);
+  state.expect_parameters(4);
+  answer(4, true, "somebody else's", 2);
+  EXPECT_EQ(state.view().parameters, nullptr);
+  answer(4, true, "a list");
+  ASSERT_TRUE(state.view().parameters);
+  EXPECT_EQ(*state.view().parameters, "a list");
+  EXPECT_EQ(state.view().refusal, "gravity is no number") << "a list takes back nothing";
+  EXPECT_EQ(state.view().notice, "gravity is no number");
+  answer(5, true, "gravity is 0 0 -5");
+  EXPECT_EQ(state.view().refusal, "");
+  EXPECT_EQ(state.view().answers, 2u);
+}
+
 // Spoils one of the things that a chunk says or holds.
 void spoil(ParticleChunk& chunk, std::mt19937& random) {
   const auto any = [&random] { return static_cast<std::uint32_t>(random()); };
@@ -328,14 +355,14 @@ TEST(Session, KeysSendTheirCommands) {
   FeedState state(true, 1);
   state.add(Received<SceneDescription>{scene_of(5, 10), 0});
   session.update(state.view(), kMs);
-  session.act(Action::pause_or_resume);
+  session.act({Action::pause_or_resume});
   ProxySample proxy;
   proxy.header.session = 5;
   proxy.flags = kPaused;
   state.add(Received<ProxySample>{proxy, 0});
   session.update(state.view(), 2 * kMs);
   for (const Action action : {Action::pause_or_resume, Action::single_step, Action::reset, Action::next_color}) {
-    session.act(action);
+    session.act({action});
   }
   const std::vector<std::pair<CommandKind, std::string>> expected{{CommandKind::pause, ""},
                                                                   {CommandKind::resume, ""},

@@ -97,6 +97,48 @@ TEST(Hud, PanelsHoldTheirWordsAndDoNotMeet) {
   }
 }
 
+TEST(Hud, KeepsClearOfPanelsAtTheEdges) {
+  for (const auto& [width, height] : {std::pair{1280, 720}, {960, 540}}) {
+    Hud hud;
+    hud.set_size(width, height);
+    const float top = 20, right = 24 * hud.font_size();
+    hud.set_panels(top, right);
+    hud.set_legend(by_density());
+    HudData data = full_data();
+    data.paused = true;
+    hud.set_data(data);
+    for (const unsigned group : {kRows, kLegend, kBanner}) {
+      const osg::BoundingBox panel = panel_of(hud, group);
+      EXPECT_LE(panel.xMax(), width - right) << width << ", group " << group;
+      EXPECT_LE(panel.yMax(), height - top) << width << ", group " << group;
+    }
+    EXPECT_FALSE(panel_of(hud, kRows).intersects(panel_of(hud, kLegend))) << width;
+  }
+}
+
+TEST(Hud, WordsGrowAndStillFit) {
+  for (const float scale : {0.5f, 1.5f, 3.0f}) {
+    for (const auto& [width, height] : {std::pair{1280, 720}, {420, 300}}) {
+      Hud hud;
+      hud.set_size(width, height);
+      const float before = hud.font_size();
+      hud.set_text_scale(scale);
+      hud.set_theme(Theme::light);
+      if (width == 1280) {
+        EXPECT_TRUE(scale < 1 ? hud.font_size() < before : hud.font_size() > before) << scale;
+      }
+      hud.set_legend(by_density());
+      hud.set_data(full_data());
+      for (const unsigned group : {kRows, kLegend}) {
+        expect_words_inside(hud, group, std::to_string(scale));
+        EXPECT_LE(panel_of(hud, group).xMax(), width) << scale;
+        EXPECT_GE(panel_of(hud, group).yMin(), 0) << scale;
+      }
+      EXPECT_FALSE(panel_of(hud, kRows).intersects(panel_of(hud, kLegend))) << scale << " at " << width;
+    }
+  }
+}
+
 // The panels are measured, not sized for one font.
 TEST(Hud, PanelsSuitAnyFont) {
   for (const char* font : {"/usr/share/fonts/truetype/dejavu/DejaVuSansMono-Bold.ttf",

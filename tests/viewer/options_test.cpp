@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <optional>
 #include <vector>
 
@@ -33,6 +34,20 @@ TEST(Options, OffScreenIsModestUnlessTold) {
   EXPECT_DOUBLE_EQ(told->rate_hz, 30);
   EXPECT_EQ(told->stage.width, 320);
   EXPECT_EQ(told->color, ScalarField::speed);
+}
+
+TEST(Options, OffScreenReadsNoSettingsButThoseNamedAndWritesNone) {
+  int code = 0;
+  EXPECT_EQ(parse({"--headless"}, code)->settings, "");
+  const auto named = parse({"--headless", "--settings", "s.toml"}, code);
+  EXPECT_EQ(named->settings, "s.toml");
+  EXPECT_FALSE(named->writes_settings);
+  setenv("DISPLAY", ":9", 0);
+  const auto window = parse({"--panels"}, code);
+  EXPECT_TRUE(window->settings.ends_with("palp/viewer.toml")) << window->settings;
+  EXPECT_TRUE(window->writes_settings && window->panels);
+  EXPECT_EQ(parse({"--no-settings"}, code)->settings, "");
+  EXPECT_FALSE(parse({"--no-settings", "--settings", "s.toml"}, code));
 }
 
 TEST(Options, SenselessOnesAreRefused) {

@@ -10,6 +10,7 @@
 #include "tests/support/eventually.h"
 #include "tests/viewer/picture_tools.h"
 #include "tests/viewer/synthetic_scene.h"
+#include "viewer/follow.h"
 
 namespace palp::test {
 namespace {
@@ -61,7 +62,7 @@ class SessionTest : public testing::Test {
 TEST_F(SessionTest, TheColorKeyReachesEveryField) {
   Session& session = start(ScalarField::none);
   session.update(view_, now_);
-  for (std::size_t i = 0; i < kScalarFields.size(); ++i) session.act(Action::next_color);
+  for (std::size_t i = 0; i < kScalarFields.size(); ++i) session.act({Action::next_color});
   EXPECT_EQ(asked_, (std::vector<std::string>{"speed", "density", "pressure", "temperature"}));
 }
 
@@ -124,6 +125,70 @@ TEST_F(SessionTest, APausedServerHasNoPace) {
     if (row.label == "simulated") simulated = row.value;
   EXPECT_NE(simulated.find("paused, ×0 real time"), std::string::npos) << simulated;
   EXPECT_EQ(simulated.find("1.00"), std::string::npos) << simulated;
+}
+
+TEST_F(SessionTest, TheLegendFollowsMapAndHeldRange) {
+  Session& session = start(ScalarField::speed);
+  wait_for_surfaces();
+  hear_frame(ScalarField::speed);
+  session.update(view_, now_);
+  const ParticleCloud& cloud = stage_.scene().cloud();
+  EXPECT_EQ(cloud.color_map_kind(), ColorMapKind::sequential);
+  const ValueRange suiting = cloud.range();
+  for (const ColorMapKind kind : {ColorMapKind::sequential, ColorMapKind::diverging, ColorMapKind::viridis}) {
+    session.act({Action::next_map});
+    EXPECT_EQ(cloud.color_map_kind(), kind);
+  }
+  session.act({Action::hold_range});
+  EXPECT_EQ(session.reading().held_of(ScalarField::speed), suiting);
+  Reading reading = session.reading();
+  reading.held_of(ScalarField::speed) = ValueRange{1, 2};
+  session.set_reading(reading);
+  EXPECT_EQ(cloud.range(), (ValueRange{1, 2}));
+  session.act({Action::hold_range});
+  EXPECT_EQ(cloud.range(), suiting);
+}
+
+TEST_F(SessionTest, TheCutMovesByKeyAndStaysInTheScene) {
+  Session& session = start(ScalarField::none);
+  wait_for_surfaces();
+  EXPECT_EQ(stage_.scene().clip(), kNoClip);
+  session.act({Action::clip});
+  EXPECT_NE(stage_.scene().clip(), kNoClip);
+  session.act({Action::clip_axis});
+  EXPECT_EQ(session.reading().clip.axis, 2);
+  const double before = session.reading().clip.share;
+  session.act({Action::clip_forth});
+  EXPECT_GT(session.reading().clip.share, before);
+  for (int i = 0; i < 200; ++i) session.act({Action::clip_back});
+  EXPECT_EQ(session.reading().clip.share, 0);
+  session.act({Action::clip});
+  EXPECT_EQ(stage_.scene().clip(), kNoClip);
+}
+
+TEST_F(SessionTest, TheCameraFollowsTheToolWhenAsked) {
+  Session& session = start(ScalarField::none);
+  SceneDescription scene = *view_.scene;
+  scene.proxies.push_back({0, 2, {}});
+  view_.scene = std::make_shared<const SceneDescription>(scene);
+  view_.poses = std::make_shared<const BodyPoses>(synthetic_scene().poses);
+  wait_for_surfaces();
+  const osg::Vec3d before = stage_.view().center;
+  now_ += kSecond / 10;
+  session.update(view_, now_);
+  EXPECT_EQ(stage_.view().center, before);
+  session.act({Action::follow});
+  double last = 1e9;
+  for (int i = 0; i < 40; ++i) {
+    now_ += kSecond / 10;
+    session.update(view_, now_);
+    const std::vector<osg::Vec3d> tools = stage_.scene().tools();
+    ASSERT_FALSE(tools.empty());
+    const double off = (stage_.view().center - middle_of(tools)).length();
+    EXPECT_LE(off, last + 1e-9);
+    last = off;
+  }
+  EXPECT_LT(last, 1e-3);
 }
 
 // The arrows follow every sample, and numbers that one can read stand still for a while: all of them say the same.
