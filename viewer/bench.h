@@ -17,8 +17,8 @@ struct DrawingTimes {
   double take = 0;           // to take over a frame of particles, without drawing
   double picture = 0;        // to draw one, until OpenGL has done all of it; without take
   double slowest = 0;        // 99 % of pictures took at most this
-  // Of one pass after another, each waited for, so that their sum is more than a picture: by the pass's name, all
-  // passes of a name together; the rest is "picture".
+  // The passes, by name, all of a name together; "picture" is the rest. Each is waited for, so that their sum is more
+  // than a picture.
   std::map<std::string, double> passes;
 };
 

@@ -81,7 +81,7 @@ std::string fault_of_size(std::string& text) {
   }
 }
 
-void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
+void add_picture_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   app.add_flag("--headless", o.stage.headless, "draw off-screen through EGL; the default where there is no DISPLAY");
   app.add_option("--gpu", o.stage.gpu, "off-screen: auto, cpu (software) or egl:N (N-th EGL device)")
       ->capture_default_str();
@@ -110,6 +110,9 @@ void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
       ->transform(CLI::CheckedTransformer(surfaces).description(""))
       ->type_name("auto|fine|quick");
   app.add_flag("--beads", o.beads, "draw liquids and soft bodies as one sphere a particle");
+}
+
+void add_capture_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   auto* png =
       app.add_option("--png", o.png, "write a picture, when the viewer ends unless --png-at or --png-every say when");
   line.png_at_given = app.add_option("--png-at", line.png_at, "write it this many seconds after the start")
@@ -125,6 +128,11 @@ void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   app.add_flag("--panels", o.panels,
                "show menu and panels from the start, and have them in pictures and videos, too, which leave them out "
                "otherwise");
+}
+
+void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
+  add_picture_options(app, o, line);
+  add_capture_options(app, o, line);
   line.settings_given =
       app.add_option("--settings", o.settings,
                      "keep the colours, views and panels that its user likes in this file, in place of "

@@ -54,7 +54,7 @@ class Player {
   }
 
   Playback& playback() { return playback_; }
-  // What a session sends to its server; the player must outlive it.
+  // Returns what a session sends to its server with; the player must outlive it.
   Session::Send send() {
     return [this](CommandKind kind, const std::string& name, const std::string&) { playback_.obey(kind, name); };
   }

@@ -98,8 +98,8 @@ TEST_F(Rigidify, KeepsMomentaAndAddsNoEnergy) {
         ++changes;
         const double kinetic_before = motion_of(scene, before).kinetic;
         RecordProperty("kept_by_change_" + std::to_string(changes), std::to_string(now.kinetic / kinetic_before));
-        // What becomes soft again has the strain still with which it became rigid: no more than motion had lost by
-        // then.
+        // A lump that becomes soft again still has the strain with which it became rigid: no more than motion had lost
+        // by then.
         if (changes == 1) strain = start.kinetic - kinetic_before;
         const double most = kinetic_before + (changes == 2 ? strain : 0);
         EXPECT_LE(now.kinetic, most * (1 + value_of(tol::kChangeEnergy)));
