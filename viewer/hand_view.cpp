@@ -32,7 +32,8 @@ const osg::Vec4f kWords(0.96f, 0.97f, 0.99f, 1);
 constexpr double kWishFrom = 0.03, kWishWhole = 0.08, kWishPerRadian = 0.08;
 // Between an arrow and its value; so it has the width of a letter on any screen.
 constexpr std::string_view kGap = "  ";
-constexpr double kLongestValue = 7;  // over the height of its letters
+constexpr double kLongestValue = 7;    // over the height of its letters
+constexpr float kLineSpacing = 0.35f;  // between two values, likewise
 constexpr int kWishBin = 13, kValueBin = 14;
 
 osg::ref_ptr<osgText::Text> make_value(osgText::Font* font) {
@@ -43,6 +44,7 @@ osg::ref_ptr<osgText::Text> make_value(osgText::Font* font) {
   text->setAxisAlignment(osgText::Text::SCREEN);
   text->setAlignment(osgText::Text::LEFT_CENTER);
   text->setColor(kWords);
+  text->setLineSpacing(kLineSpacing);
   text->setDataVariance(osg::Object::DYNAMIC);
   text->setCullingActive(false);
   return text;
@@ -158,7 +160,7 @@ void HandView::arrange_values(const osg::Matrixd& to_pixels) {
   const osg::Vec3d gap =
       osg::Vec3d(torque_value_->getPosition()) * to_pixels - osg::Vec3d(force_value_->getPosition()) * to_pixels;
   const double letter = force_value_->getCharacterHeight();
-  const bool meet = force && torque && std::abs(gap.y()) < 1.5 * letter && std::abs(gap.x()) < kLongestValue * letter;
+  const bool meet = force && torque && std::abs(gap.y()) < 2 * letter && std::abs(gap.x()) < kLongestValue * letter;
   force_value_->setNodeMask(force ? ~0u : 0u);
   torque_value_->setNodeMask(torque && !meet ? ~0u : 0u);
   const auto spaced = [](const std::string& words) { return fmt::format("{}{}", kGap, words); };

@@ -75,7 +75,8 @@ Hud::Hud()
       legend_group_(new osg::Group),
       help_group_(new osg::Group),
       font_(find_font()),
-      colors_(colors_of(Theme::dark)) {
+      colors_(colors_of(Theme::dark)),
+      help_lines_(palp::help_lines()) {
   camera_->setReferenceFrame(osg::Transform::ABSOLUTE_RF);
   camera_->setRenderOrder(osg::Camera::POST_RENDER);
   camera_->setClearMask(0);
@@ -333,10 +334,15 @@ void Hud::set_help(bool shown) {
   lay_out_help();
 }
 
+void Hud::set_help_lines(std::vector<std::pair<std::string, std::string>> lines) {
+  help_lines_ = std::move(lines);
+  lay_out_help();
+}
+
 void Hud::lay_out_help() {
   help_group_->removeChildren(0, help_group_->getNumChildren());
   if (!help_shown_) return;
-  const std::vector<std::pair<std::string, std::string>> lines = help_lines();
+  const std::vector<std::pair<std::string, std::string>>& lines = help_lines_;
   const float pad = 1.4f * font_size_;
   float keys = 0, meanings = 0;
   for (const auto& [key, meaning] : lines) {

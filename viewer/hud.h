@@ -51,6 +51,8 @@ class Hud {
   void set_legend(const Legend& legend);
   // Shows the help in place of everything else.
   void set_help(bool shown);
+  // Takes the lines of the help, in place of help_lines() (controls.h).
+  void set_help_lines(std::vector<std::pair<std::string, std::string>> lines);
   void set_detail(HudDetail detail);
   // Goes from brief figures to all of them, to none, and back.
   void show_next_detail();
@@ -95,6 +97,7 @@ class Hud {
   float value_width_ = 0;                   // of the widest value that it has room for
   float legend_top_ = 0;                    // of a legend below the figures; 0 for one beside them
   bool help_shown_ = false;
+  std::vector<std::pair<std::string, std::string>> help_lines_;  // key or button, meaning
 };
 
 }  // namespace palp

@@ -75,6 +75,8 @@ void Playback::obey(CommandKind kind, const std::string& name) {
     case CommandKind::set_parameter:
       if (name != "stream.scalar") notice_ = "a recording cannot be changed: " + name + " stays as it is";
       break;
+    case CommandKind::get_parameter:
+      break;  // panels ask for a list now and then, of which a recording has none
     default:
       notice_ = "a recording takes no such command";
   }

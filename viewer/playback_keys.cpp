@@ -1,7 +1,11 @@
 #include "viewer/playback_keys.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
+
+#include "viewer/controls.h"
 
 namespace palp {
 namespace {
@@ -19,6 +23,20 @@ double next_speed(double speed, bool faster) {
 }
 
 }  // namespace
+
+std::vector<std::pair<std::string, std::string>> playback_help_lines() {
+  std::vector<std::pair<std::string, std::string>> lines = help_lines();
+  constexpr std::array<std::string_view, 4> kTaken{",", ".", "space", "n"};  // by press()
+  std::erase_if(lines, [&](const auto& line) { return std::ranges::find(kTaken, line.first) != kTaken.end(); });
+  const auto before = lines.end() - 2;  // help and Esc stay last
+  lines.insert(before, {{"space", "pause, go on"},
+                        {". ,", "a frame forth, back"},
+                        {"right left", "a second forth, back"},
+                        {"] [", "faster, slower"},
+                        {"Home End", "to the begin, the end"},
+                        {"drag the line", "go to a time"}});
+  return lines;
+}
 
 bool PlaybackKeys::press(int key) {
   using Key = osgGA::GUIEventAdapter;

@@ -1,6 +1,10 @@
 // Keys and mouse of a window in which a recording is played.
 #pragma once
 
+#include <string>
+#include <utility>
+#include <vector>
+
 #include <osgGA/GUIEventHandler>
 
 #include "viewer/playback.h"
@@ -23,5 +27,9 @@ class PlaybackKeys : public osgGA::GUIEventHandler {
   const ReplayOverlay& overlay_;
   bool scrubbing_ = false;
 };
+
+// Returns the lines of the help where a recording is played: those of help_lines() whose keys mean the same there, and
+// the keys above.
+std::vector<std::pair<std::string, std::string>> playback_help_lines();
 
 }  // namespace palp

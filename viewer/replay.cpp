@@ -69,7 +69,7 @@ class Player {
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
       session_.update(view, now_ns);
     }
-    overlay_.set_size(stage_.width(), stage_.height());
+    overlay_.set_size(stage_.width(), stage_.height(), stage_.taken_right());
     if (script_) follow_script();
     return view;
   }
@@ -226,6 +226,7 @@ int play(const ViewerOptions& options, Stage& stage) {
   Player player(options, stage);
   const osg::ref_ptr<PlaybackKeys> playback_keys = new PlaybackKeys(player.playback(), player.overlay());
   stage.viewer().addEventHandler(playback_keys);
+  stage.hud().set_help_lines(playback_help_lines());
   const osg::ref_ptr<KeyHandler> keys = new KeyHandler;
   stage.viewer().addEventHandler(keys);
   SettingsFile settings(options.settings, options.writes_settings);

@@ -79,17 +79,19 @@ ReplayOverlay::ReplayOverlay()
 }
 
 ReplayOverlay::Bar ReplayOverlay::bar() const {
-  const float margin = 0.02f * width_, thick = std::clamp(height_ / 90, 3.0f, 10.0f);
-  return {margin, std::round(2.5f * thick), 0.72f * width_ - margin, thick};
+  const float margin = 0.02f * free_, thick = std::clamp(height_ / 90, 3.0f, 10.0f);
+  return {margin, std::round(2.5f * thick), 0.72f * free_ - margin, thick};
 }
 
-void ReplayOverlay::set_size(int width, int height) {
+void ReplayOverlay::set_size(int width, int height, double taken_right) {
   const auto w = static_cast<float>(width), h = static_cast<float>(height);
-  if (w == width_ && h == height_) return;
+  const float free = std::max(w - static_cast<float>(taken_right), 0.3f * w);
+  if (w == width_ && h == height_ && free == free_) return;
   width_ = w;
   height_ = h;
+  free_ = free;
   camera_->setProjectionMatrixAsOrtho2D(0, w, 0, h);
-  set_size_of(*text_, std::round(std::clamp(std::min(h / 42, w / 66), 9.0f, 26.0f)));
+  set_size_of(*text_, std::round(std::clamp(std::min(h / 42, free_ / 66), 9.0f, 26.0f)));
   const float words = std::round(std::clamp(std::min(h / 18, w / 30), 12.0f, 160.0f));
   set_size_of(*caption_, words);
   caption_->setMaximumWidth(0.9f * w);
@@ -103,7 +105,7 @@ void ReplayOverlay::lay_out() {
   place(*track_, b.x, b.y, b.width, b.height);
   place(*done_, b.x, b.y, done, b.height);
   place(*knob_, b.x + done - 0.5f * b.height, b.y - b.height, b.height, 3 * b.height);
-  text_->setPosition(osg::Vec3f(std::round(0.98f * width_), std::round(b.y + 0.5f * b.height), 0));
+  text_->setPosition(osg::Vec3f(std::round(0.98f * free_), std::round(b.y + 0.5f * b.height), 0));
 }
 
 void ReplayOverlay::set_caption(const std::string& text, double opacity) {

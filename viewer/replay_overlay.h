@@ -16,7 +16,8 @@ class ReplayOverlay {
   ReplayOverlay();
   osg::Camera* camera() { return camera_; }
 
-  void set_size(int width, int height);  // of the picture [pixels]
+  // The size of the picture, and of what panels take along its right edge, beside which the timeline stays [pixels].
+  void set_size(int width, int height, double taken_right = 0);
   // opacity: 0 .. 1; 0 hides it.
   void set_caption(const std::string& text, double opacity);
   // Shows where in first .. last [s] the time is. Words beside it tell time and speed, and that it is paused.
@@ -44,6 +45,7 @@ class ReplayOverlay {
   osg::ref_ptr<osgText::Text> text_, caption_;
   std::string words_;
   float width_ = 1, height_ = 1;
+  float free_ = 1;  // of the width
   double share_ = 0;
 };
 

@@ -60,6 +60,7 @@ class Stage {
   void go_home();
   // Shows the scene beside panels along the right edge that take so many pixels.
   void set_taken_right(double pixels);
+  double taken_right() const { return taken_right_; }
   // Does so unless someone has moved the camera since it was sent home.
   void go_home_unless_moved();
   // Puts the camera there, until it is sent home or someone moves it. field_of_view: vertical [degrees].

@@ -1,6 +1,9 @@
 // Keys and mouse of a recording that is played, and the timeline that they act on.
 #include "viewer/playback_keys.h"
 
+#include <set>
+#include <string>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/files.h"
@@ -101,6 +104,28 @@ TEST_F(PlaybackKeysTest, DraggingAlongTheTimelineScrubs) {
 TEST_F(PlaybackKeysTest, TheTimelineSaysTimeAndSpeed) {
   overlay_.set_timeline(0, 8, 2.5, 0.5, true);
   EXPECT_EQ(overlay_.words(), "2.50 of 8.00 s  ·  ×0.5  ·  paused");
+}
+
+// Beside panels the timeline is shorter, and still goes from first to last.
+TEST_F(PlaybackKeysTest, TheTimelineKeepsClearOfPanels) {
+  overlay_.set_size(400, 300, 150);
+  EXPECT_FALSE(overlay_.on_timeline(255, 8));
+  EXPECT_TRUE(overlay_.on_timeline(100, 8));
+  EXPECT_EQ(overlay_.share_at(250), 1);
+}
+
+TEST_F(PlaybackKeysTest, ACommandThatPanelsSendTellsNothing) {
+  playback_.obey(CommandKind::get_parameter, "");
+  EXPECT_EQ(playback_.view(0).notice, "");
+  playback_.obey(CommandKind::quit, "");
+  EXPECT_NE(playback_.view(0).notice, "");
+}
+
+TEST(PlaybackHelp, NamesEachKeyOnce) {
+  std::set<std::string> keys;
+  for (const auto& [key, meaning] : playback_help_lines()) EXPECT_TRUE(keys.insert(key).second) << key;
+  for (const char* key : {"space", ". ,", "Home End", "h", "Esc"}) EXPECT_TRUE(keys.contains(key)) << key;
+  EXPECT_FALSE(keys.contains("n"));
 }
 
 }  // namespace
