@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/looks.h"
 #include "config/parameter_ranges.h"
 #include "config/scene_reader.h"
 #include "config/text_file.h"
@@ -136,6 +137,7 @@ BodyConfig read_body(TomlTable& table, const SceneConfig& scene) {
   if (table.has("temperature") && !body.temperature) body.temperature = 0;  // wrong, but the body has one
   read_elastic(table, scene, type, body);
   body.color = table.color("color");
+  body.look = read_look(table);
   read_shapes(table, scene, body);
   body.hold_temperature = read_hold_temperature(table, body);
   return body;
@@ -265,7 +267,8 @@ void read_materials(TomlTable& root, SceneConfig& scene) {
     read_plastic_keys(table, material);
     read_contact(table, material);
     read_heat_keys(table, material);
-    material.color = table.color("color").value_or(material.color);
+    material.color = table.color("color");
+    material.look = read_look(table);
     scene.materials.push_back(material);
   }
 }

@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "idl/gains.h"
+#include "idl/look.h"
 #include "idl/vocabulary.h"
 
 namespace palp {
@@ -21,31 +22,46 @@ enum class Accuracy { fast, balanced, accurate };
 enum class ViscosityScheme { explicit_, staged };
 enum class ElasticSolver { explicit_, implicit };
 
+// `look` of a material or a body: a name, and what is said otherwise (config/looks.h).
+struct LookConfig {
+  std::string base;                           // empty: what follows from the physics
+  std::optional<std::array<float, 3>> color;  // sRGB
+  // as of Look
+  std::optional<bool> clear;
+  std::optional<float> roughness, metallic, refractive_index;
+  std::optional<std::array<float, 3>> absorption_per_m;
+  std::optional<float> scattering_length, grain;
+};
+
+// sRGB, on the bus for bodies of which nothing says look or colour: viewers tell these apart by colours of their own.
+inline constexpr std::array<float, 3> kNoColor{0.3f, 0.5f, 0.9f};
+
 struct MaterialConfig {
   std::string name;
   double density = 1000;       // rest density [kg/m^3]
   double viscosity = 1e-3;     // dynamic viscosity [Pa s]; fluids, and as the viscosity a wall shows to a fluid
   double surface_tension = 0;  // [N/m]; fluids
   double adhesion = 0;         // to solids [N/m]; fluids
-  std::optional<double> young_modulus;           // [Pa], elastic bodies need one
-  double poisson_ratio = 0.3;                    // -0.9..0.495
-  double damping = 0;                            // viscosity of the elastic solid (Kelvin-Voigt) [Pa s]
-  std::optional<double> yield_stress;            // [Pa], of elastic bodies; unset: does not yield
-  std::optional<double> tear_strain;             // of elastic bodies; unset: does not tear
-  double hardening = 0;                          // [Pa], more yield stress for each unit of plastic strain
-  double friction = 0.3;                         // of solids, static coefficient
-  double kinetic_friction = 0.3;                 // at most the static one
-  double restitution = 0.2;                      // of solids, speed after over speed before a bounce
-  double conductivity = 0;                       // [W/(m K)]; 0: an insulator
-  double heat_capacity = 0;                      // [J/(kg K)]; 0: not given
-  std::optional<double> melting_temperature;     // [K]; unset: does not melt
-  double latent_heat = 0;                        // [J/kg], above 0 when it melts
-  std::optional<double> cooking_temperature;     // from which it sets for good [K]; unset: never
-  double cooking_time = 1;                       // that it takes [s]
-  std::optional<double> rigid_below;             // solid matter colder than this is rigid [K]; unset: none is
-  bool rigid_when_set = false;                   // what has set for good is rigid
-  std::array<float, 3> color{0.3f, 0.5f, 0.9f};  // sRGB
-  std::string where;                             // file:line, for messages
+  std::optional<double> young_modulus;        // [Pa], elastic bodies need one
+  double poisson_ratio = 0.3;                 // -0.9..0.495
+  double damping = 0;                         // viscosity of the elastic solid (Kelvin-Voigt) [Pa s]
+  std::optional<double> yield_stress;         // [Pa], of elastic bodies; unset: does not yield
+  std::optional<double> tear_strain;          // of elastic bodies; unset: does not tear
+  double hardening = 0;                       // [Pa], more yield stress for each unit of plastic strain
+  double friction = 0.3;                      // of solids, static coefficient
+  double kinetic_friction = 0.3;              // at most the static one
+  double restitution = 0.2;                   // of solids, speed after over speed before a bounce
+  double conductivity = 0;                    // [W/(m K)]; 0: an insulator
+  double heat_capacity = 0;                   // [J/(kg K)]; 0: not given
+  std::optional<double> melting_temperature;  // [K]; unset: does not melt
+  double latent_heat = 0;                     // [J/kg], above 0 when it melts
+  std::optional<double> cooking_temperature;  // from which it sets for good [K]; unset: never
+  double cooking_time = 1;                    // that it takes [s]
+  std::optional<double> rigid_below;          // solid matter colder than this is rigid [K]; unset: none is
+  bool rigid_when_set = false;                // what has set for good is rigid
+  std::optional<std::array<float, 3>> color;  // sRGB
+  std::optional<LookConfig> look;             // unset: what follows from the physics
+  std::string where;                          // file:line, for messages
 };
 
 enum class ShapeType { box, sphere, cylinder, mesh, particles };
@@ -78,6 +94,7 @@ struct BodyConfig {
   bool hold_temperature = false;                               // it stays as at the start
   std::vector<std::string> bonded_to;                          // elastic only: rigid and static bodies it holds on to
   std::optional<std::array<float, 3>> color;                   // overrides the material's
+  std::optional<LookConfig> look;                              // overrides the material's
   std::string where;
 };
 

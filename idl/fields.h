@@ -29,8 +29,13 @@
   FIELD(frame)                                                \
   FIELD(sim_time)                                             \
   FIELD(chunk) FIELD(chunk_count) FIELD(first) FIELD(particle_count) FIELD(field) FIELD(positions) FIELD(scalars)
+#define PALP_FIELDS_OF_Look(FIELD, RENAMED, DERIVED) \
+  FIELD(clear)                                       \
+  FIELD(roughness)                                   \
+  FIELD(metallic) FIELD(refractive_index) FIELD(absorption_per_m) FIELD(scattering_length) FIELD(grain)
 #define PALP_FIELDS_OF_BodyDescription(FIELD, RENAMED, DERIVED) \
-  FIELD(name) FIELD(kind) FIELD(first) FIELD(count) FIELD(density) FIELD(color) FIELD(vertices) FIELD(triangles)
+  FIELD(name)                                                   \
+  FIELD(kind) FIELD(first) FIELD(count) FIELD(density) FIELD(color) FIELD(look) FIELD(vertices) FIELD(triangles)
 #define PALP_FIELDS_OF_ProxyDescription(FIELD, RENAMED, DERIVED) FIELD(device) FIELD(body) FIELD(pose)
 #define PALP_FIELDS_OF_SceneDescription(FIELD, RENAMED, DERIVED) \
   FIELD(header)                                                  \
@@ -54,6 +59,6 @@
 // NOLINTEND(bugprone-macro-parentheses)
 
 // Runs macro for every struct that is a part of a message; those that hold others after what they hold.
-#define PALP_FOR_EACH_PART(macro)                                                                     \
-  macro(Header) macro(PoseD) macro(TwistD) macro(WrenchD) macro(CouplingGains) macro(BodyDescription) \
+#define PALP_FOR_EACH_PART(macro)                                                                                 \
+  macro(Header) macro(PoseD) macro(TwistD) macro(WrenchD) macro(CouplingGains) macro(Look) macro(BodyDescription) \
       macro(ProxyDescription) macro(Metric)

@@ -15,11 +15,12 @@
 #include <vector>
 
 #include "idl/gains.h"
+#include "idl/look.h"
 #include "idl/vocabulary.h"
 
 namespace palp {
 
-inline constexpr std::uint32_t kProtocolVersion = 1;
+inline constexpr std::uint32_t kProtocolVersion = 2;
 inline constexpr std::uint32_t kMaxDevices = 8;
 
 struct Header {
@@ -113,8 +114,9 @@ struct BodyDescription {
   BodyKind kind = BodyKind::fluid;
   std::uint32_t first = 0;  // particles [first, first + count)
   std::uint32_t count = 0;
-  double density = 0;                    // rest density [kg/m^3]
-  std::array<float, 3> color{};          // sRGB, 0..1
+  double density = 0;            // rest density [kg/m^3]
+  std::array<float, 3> color{};  // sRGB, 0..1
+  Look look;
   std::vector<float> vertices;           // closed surface in the body frame [m], x y z; empty: draw the particles
   std::vector<std::uint32_t> triangles;  // three vertex indices each, counter-clockwise seen from outside
 };

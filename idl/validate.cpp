@@ -76,13 +76,22 @@ bool is_sound(const ParticleChunk& m) {
   return m.particle_count <= kMaxParticles && m.field <= ScalarField::temperature && well_placed(m) && m.sim_time >= 0;
 }
 
+bool is_sound(const Look& look) {
+  const auto is_within = [](float value, float least, float most) { return value >= least && value <= most; };
+  return is_within(look.roughness, 0, 1) && is_within(look.metallic, 0, 1) && is_within(look.grain, 0, 1) &&
+         is_within(look.refractive_index, 1, kMostRefractiveIndex) &&
+         is_within(look.scattering_length, 0, kMostScatteringLength) &&
+         std::all_of(look.absorption_per_m.begin(), look.absorption_per_m.end(),
+                     [&](float a) { return is_within(a, 0, kMostAbsorptionPerM); });
+}
+
 bool is_sound(const BodyDescription& body, std::uint32_t particle_count) {
   const std::size_t vertices = body.vertices.size() / 3;
   return body.name.size() <= kMaxName && body.kind <= BodyKind::elastic &&
          std::uint64_t{body.first} + body.count <= particle_count && body.density >= 0 &&
          std::all_of(body.color.begin(), body.color.end(), [](float c) { return c >= 0 && c <= 1; }) &&
-         body.vertices.size() % 3 == 0 && body.vertices.size() <= kMaxMeshFloats && body.triangles.size() % 3 == 0 &&
-         body.triangles.size() <= kMaxMeshIndices &&
+         is_sound(body.look) && body.vertices.size() % 3 == 0 && body.vertices.size() <= kMaxMeshFloats &&
+         body.triangles.size() % 3 == 0 && body.triangles.size() <= kMaxMeshIndices &&
          std::all_of(body.triangles.begin(), body.triangles.end(), [&](std::uint32_t i) { return i < vertices; });
 }
 

@@ -13,6 +13,7 @@ BodyDescription describe_body(const Scene& scene, const Body& body) {
   out.count = body.count;
   out.density = scene.config.materials[body.material].density;
   out.color = body.color;
+  out.look = body.look;
   out.vertices.reserve(3 * body.surface.vertices.size());
   // fixed bodies have no pose on the bus: their surface is given where it is
   const bool fixed = body.type == BodyKind::fixed;

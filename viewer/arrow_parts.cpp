@@ -40,7 +40,7 @@ osg::ref_ptr<osg::Geometry> revolve(std::span<const osg::Vec2f> profile, const o
 
 osg::ref_ptr<osg::Group> seen_and_hidden(osg::Node* shape) {
   osg::ref_ptr<osg::Group> root = new osg::Group;
-  osg::ref_ptr<osg::Program> program = load_program("arrow", {"mesh.vert", "mesh.frag", "lighting.glsl"});
+  osg::ref_ptr<osg::Program> program = load_program("arrow", {"mesh.vert", "mesh.frag", "color.glsl", "lighting.glsl"});
   osg::ref_ptr<osg::Group> seen = new osg::Group;
   seen->addChild(shape);
   seen->getOrCreateStateSet()->setAttributeAndModes(program);

@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "config/scene_config.h"
+#include "config/looks.h"
 
 namespace palp {
 namespace {
@@ -35,7 +35,7 @@ std::span<const Color> colors_of(BodyKind kind) {
 }  // namespace
 
 std::shared_ptr<const SceneDescription> with_distinct_colors(std::shared_ptr<const SceneDescription> scene) {
-  const Color none = MaterialConfig{}.color;
+  const Color none = kNoColor;
   if (std::ranges::none_of(scene->bodies, [&](const BodyDescription& body) { return body.color == none; }))
     return scene;
   auto colored = std::make_shared<SceneDescription>(*scene);
@@ -45,6 +45,7 @@ std::shared_ptr<const SceneDescription> with_distinct_colors(std::shared_ptr<con
     const std::span<const Color> colors = colors_of(body.kind);
     std::size_t& next = used[std::min(static_cast<std::size_t>(body.kind), used.size() - 1)];
     body.color = colors[next++ % colors.size()];
+    if (body.look.clear) body.look.absorption_per_m = absorption_of(body.color);
   }
   return colored;
 }

@@ -93,7 +93,7 @@ HandView::HandView(std::uint32_t device)
 
   const osg::Vec4f color = kColors[device % kMaxDevices];
   osg::StateSet* state = wished_tool_->getOrCreateStateSet();
-  state->setAttributeAndModes(load_program("wish", {"mesh.vert", "mesh.frag", "lighting.glsl"}));
+  state->setAttributeAndModes(load_program("wish", {"mesh.vert", "mesh.frag", "color.glsl", "lighting.glsl"}));
   state->setAttributeAndModes(new osg::CullFace(osg::CullFace::BACK));
   state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
   state->setAttributeAndModes(new osg::Depth(osg::Depth::LESS, 0, 1, false));

@@ -10,8 +10,8 @@ enum class Medium { beads, opaque, clear };
 
 inline constexpr std::size_t kMediums = 3;
 
-// Returns how the particles of a body usually look. Soft solids are opaque. Liquids are clear unless the body's name
-// says otherwise ("batter", "pancake dough"); what is neither is drawn as beads.
+// Returns how the particles of a body are usually drawn: liquids and soft solids as their look says, what is neither as
+// beads.
 Medium usual_medium(const BodyDescription& body);
 
 }  // namespace palp

@@ -23,12 +23,11 @@ constexpr double kSkin = 2.0;        // the depth that gives an opaque medium it
 constexpr double kLift = 0.5;        // off the surface, where its light is asked for
 constexpr double kTintShare = 0.5;   // of the surface's size: tints are smooth
 constexpr double kOutlineShare = 0.5;
-constexpr double kClearDepth = 0.06;  // [m] of a clear medium that gives light its colour
-constexpr double kHaze = 0.12;        // [m] of a clear medium that scatters half of the light
 
 // The order of drawing in the picture: after what is solid, before glass.
 constexpr int kOpaqueBin = 2, kClearBin = 4;
 constexpr int kPassesOfOne = 32;
+constexpr unsigned kSurfaceLooksUnit = 8;  // past the units that every shading program has (kShadowUnit)
 constexpr std::size_t kTint = 1, kOutline = 3, kBeforeSmoothing = 4;  // among the passes
 
 double overlap_share() { return 1 / (4.0 / 3.0 * M_PI * kTintRadius * kTintRadius * kTintRadius); }
@@ -41,7 +40,7 @@ osg::Vec2f size_of(const osg::Texture2D& texture) {
 
 // The radius of a sphere in spacings is its state's own: depth and tint differ.
 void draw_points(osg::StateSet& state, const char* fragment, const char* name) {
-  state.setAttributeAndModes(load_program(name, {"medium.vert", fragment}));
+  state.setAttributeAndModes(load_program(name, {"medium.vert", "color.glsl", fragment}));
   state.setTextureAttributeAndModes(0, new osg::PointSprite);
   state.setMode(GL_VERTEX_PROGRAM_POINT_SIZE, osg::StateAttribute::ON);
 }
@@ -94,15 +93,18 @@ void MediumSurface::add_depth_pass(osg::Node* particles) {
 
 void MediumSurface::add_tint_pass(osg::Node* particles) {
   Pass& pass = add_pass(GL_RGBA16F_ARB, GL_RGBA, false, kTintShare);
-  pass.texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
-  pass.texture->setFilter(osg::Texture::MAG_FILTER, osg::Texture::LINEAR);
+  surface_looks_ = float_texture(GL_RGBA16F_ARB, GL_RGBA);
+  for (osg::Texture2D* texture : {pass.texture.get(), surface_looks_.get()}) {
+    texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
+    texture->setFilter(osg::Texture::MAG_FILTER, osg::Texture::LINEAR);
+  }
+  pass.camera->attach(osg::Camera::COLOR_BUFFER1, surface_looks_);
   osg::StateSet* state = pass.camera->getStateSet();
   draw_points(*state, "medium_tint.frag", "medium tint");
   state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::ONE, osg::BlendFunc::ONE));
   state->setTextureAttribute(1, passes_[0].texture);
   state->addUniform(new osg::Uniform("surface", 1));
   state->addUniform(number("chord_share", overlap_share()));
-  state->addUniform(number("clear_depth", kClearDepth));
   state->addUniform(new osg::Uniform("surface_per_target", osg::Vec2f(1 / kTintShare, 1 / kTintShare)));
   pass.camera->addChild(particles);
   root_->addChild(pass.camera);
@@ -163,7 +165,8 @@ void MediumSurface::make_smoothing() {
 
 void MediumSurface::make_shading(osg::Texture1D* color_map, const PictureCopy* copy) {
   osg::StateSet* state = shading_->getOrCreateStateSet();
-  state->setAttributeAndModes(load_program("medium", {"screen.vert", "medium_shade.frag", "lighting.glsl"}));
+  state->setAttributeAndModes(
+      load_program("medium", {"screen.vert", "medium_shade.frag", "color.glsl", "lighting.glsl"}));
   state->setAttributeAndModes(picture_scissor_);
   state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
   state->setTextureAttribute(1, passes_[kTint].texture);
@@ -171,10 +174,11 @@ void MediumSurface::make_shading(osg::Texture1D* color_map, const PictureCopy* c
   state->setTextureAttribute(3, copy->depth());
   state->setTextureAttribute(4, color_map);
   state->setTextureAttribute(5, passes_[kOutline].texture);
+  state->setTextureAttribute(kSurfaceLooksUnit, surface_looks_);
+  state->addUniform(new osg::Uniform("surface_looks", static_cast<int>(kSurfaceLooksUnit)));
   int unit = 0;
   for (const char* name : {"surface", "tints", "scene_color", "scene_depth", "color_map", "outline"})
     state->addUniform(new osg::Uniform(name, unit++));
-  state->addUniform(number("haze", kHaze));
   state->setRenderBinDetails(medium_ == Medium::clear ? kClearBin : kOpaqueBin, "RenderBin");
   root_->addChild(shading_);
 }
@@ -205,6 +209,10 @@ void MediumSurface::set_size(int width, int height, const SurfaceQuality& qualit
   for (Pass& pass : passes_) {
     const double scale = quality_.scale * pass.share;
     const auto texels = [scale](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * scale))); };
+    if (&pass == &passes_[kTint]) {
+      surface_looks_->setTextureSize(texels(width), texels(height));
+      surface_looks_->dirtyTextureObject();
+    }
     resize_pass(*pass.camera, *pass.texture, texels(width), texels(height));
     pass.camera->getStateSet()->getUniform("target_height")->set(static_cast<float>(texels(height)));
   }

@@ -64,7 +64,8 @@ class MediumSurface {
   osg::ref_ptr<osg::Group> root_;
   osg::ref_ptr<osg::Group> smoothing_;  // its passes follow the quality
   osg::ref_ptr<osg::Geometry> shading_;
-  std::vector<Pass> passes_;  // depth, tint, outline along both axes, then those of the smoothing
+  osg::ref_ptr<osg::Texture2D> surface_looks_;  // beside the tints
+  std::vector<Pass> passes_;                    // depth, tint, outline along both axes, then those of the smoothing
   double spacing_ = 0.01;
   int width_ = 0, height_ = 0;
   SurfaceQuality quality_;

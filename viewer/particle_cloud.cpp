@@ -41,9 +41,10 @@ bool has_field(BodyKind kind, ScalarField field) {
   return deforms(kind) || (field != ScalarField::density && field != ScalarField::pressure);
 }
 
-osg::Vec4ub to_bytes(const std::array<float, 3>& color) {
+// The fourth byte says which look it has.
+osg::Vec4ub to_bytes(const std::array<float, 3>& color, unsigned char look) {
   const auto byte = [](float v) { return static_cast<unsigned char>(std::lround(255 * std::clamp(v, 0.0f, 1.0f))); };
-  return {byte(color[0]), byte(color[1]), byte(color[2]), 255};
+  return {byte(color[0]), byte(color[1]), byte(color[2]), look};
 }
 
 }  // namespace
@@ -56,13 +57,16 @@ ParticleCloud::ParticleCloud() : shared_(new osg::StateSet), map_(new osg::Textu
   map_->setResizeNonPowerOfTwoHint(false);
   shared_->addUniform(new osg::Uniform("by_scalar", false));
   shared_->addUniform(new osg::Uniform("value_range", osg::Vec2f(0, 1)));
+  shared_->addUniform(new osg::Uniform("looks", static_cast<int>(kLooksUnit)));
+  shared_->setTextureAttribute(kLooksUnit, looks_.texture());
 
   for (auto& node : switches_) {
     node = new osg::Switch;
     node->setCullingActive(false);
   }
   osg::StateSet* state = points(Medium::beads)->getOrCreateStateSet();
-  state->setAttributeAndModes(load_program("particle", {"particle.vert", "particle.frag", "lighting.glsl"}));
+  state->setAttributeAndModes(
+      load_program("particle", {"particle.vert", "color.glsl", "particle.frag", "color.glsl", "lighting.glsl"}));
   state->setTextureAttributeAndModes(0, new osg::PointSprite);
   state->setTextureAttribute(0, map_);
   state->setMode(GL_VERTEX_PROGRAM_POINT_SIZE, osg::StateAttribute::ON);
@@ -95,9 +99,11 @@ ParticleCloud::ParticleCloud() : shared_(new osg::StateSet), map_(new osg::Textu
 
 void ParticleCloud::set_scene(const SceneDescription& scene) {
   bodies_.clear();
+  looks_.clear();
   for (const BodyDescription& body : scene.bodies) {
     const bool surface = !body.vertices.empty() && !body.triangles.empty();
-    bodies_.push_back({body.kind, body.first, body.count, body.density, body.color, surface, usual_medium(body)});
+    bodies_.push_back({body.kind, body.first, body.count, body.density, body.color, surface, usual_medium(body),
+                       looks_.row_of(body.look)});
   }
   rest_density_ = 0;
   for (const Body& body : bodies_) {
@@ -197,7 +203,7 @@ void ParticleCloud::fill_colors(std::size_t count, osg::Vec4ubArray& colors) con
   for (const Body& body : bodies_) {
     const std::size_t first = std::min<std::size_t>(body.first, count);
     const std::size_t n = std::min<std::size_t>(body.count, count - first);
-    std::fill_n(colors.begin() + static_cast<std::ptrdiff_t>(first), n, to_bytes(body.color));
+    std::fill_n(colors.begin() + static_cast<std::ptrdiff_t>(first), n, to_bytes(body.color, body.look));
   }
   colors.dirty();
 }

@@ -15,6 +15,7 @@
 #include "idl/messages.h"
 #include "idl/particle_frame.h"
 #include "viewer/color_map.h"
+#include "viewer/look_table.h"
 #include "viewer/medium.h"
 #include "viewer/reading.h"
 
@@ -65,7 +66,8 @@ class ParticleCloud {
     double density;              // at rest [kg/m^3]
     std::array<float, 3> color;
     bool has_surface;
-    Medium medium;  // as it usually looks
+    Medium medium;       // as it usually looks
+    unsigned char look;  // row of looks_
   };
   struct Set {
     osg::ref_ptr<osg::Vec4Array> vertices;
@@ -84,6 +86,7 @@ class ParticleCloud {
   std::array<osg::ref_ptr<osg::Switch>, kMediums> switches_;
   std::array<Set, kSets> sets_;
   osg::ref_ptr<osg::Texture1D> map_;
+  LookTable looks_;
   ColorMapKind map_kind_ = ColorMapKind::sequential;
   std::vector<Body> bodies_;
   bool draw_all_ = false;

@@ -65,6 +65,15 @@ osg::BoundingBoxd domain_of(const SceneDescription& scene) {
   return std::isfinite(size) && size > 0 ? box : osg::BoundingBoxd(-0.1, -0.1, 0, 0.1, 0.1, 0.1);
 }
 
+// Wood grows along its longest side.
+osg::Uniform* grain_of(const Look& look, const osg::BoundingBox& box) {
+  const osg::Vec3f size = box._max - box._min;
+  const int longest = size.x() >= size.y() && size.x() >= size.z() ? 0 : size.y() >= size.z() ? 1 : 2;
+  osg::Vec4f grain(0, 0, 0, look.grain);
+  grain[longest] = 1;
+  return new osg::Uniform("grain", grain);
+}
+
 // Adds some of the points, evenly over their order.
 template <class Point, class Keep>
 void sample(std::size_t count, Point&& point, std::vector<osg::Vec3d>& out, Keep&& keep) {
@@ -92,8 +101,10 @@ SceneGraph::SceneGraph()
   state->addUniform(new osg::Uniform("tint", osg::Vec4f(0, 0, 0, 0)));
   state->addUniform(new osg::Uniform("presence", 1.0f));
   state->addUniform(new osg::Uniform("clip_plane", osg::Vec4f(kNoClip)));
+  state->addUniform(new osg::Uniform("surface_look", surface_numbers(Look{})));
+  state->addUniform(new osg::Uniform("grain", osg::Vec4f(0, 0, 1, 0)));
 
-  osg::ref_ptr<osg::Program> program = load_program("mesh", {"mesh.vert", "mesh.frag", "lighting.glsl"});
+  osg::ref_ptr<osg::Program> program = load_program("mesh", {"mesh.vert", "mesh.frag", "color.glsl", "lighting.glsl"});
   osg::ref_ptr<osg::CullFace> cull = new osg::CullFace(osg::CullFace::BACK);
   solid_->setAttributeAndModes(program);
   solid_->setAttributeAndModes(cull);
@@ -192,6 +203,8 @@ void SceneGraph::set_scene(const SceneDescription& scene) {
     body.kind = description.kind;
     body.place = new osg::MatrixTransform;
     body.place->setNodeMask(description.kind == BodyKind::fixed ? ~0u : 0u);
+    body.look = description.look;
+    body.place->getOrCreateStateSet()->addUniform(new osg::Uniform("surface_look", surface_numbers(body.look)));
     surfaces_->addChild(body.place);
     bodies_.push_back(body);
   }
@@ -226,9 +239,11 @@ void SceneGraph::set_surface(std::size_t index, const BodyMesh& mesh) {
         vertices.size(), [&](std::size_t i) { return osg::Vec3d(vertices[i]); }, body.outline,
         [](const osg::Vec3d&) { return true; });
   };
-  add(mesh.solid, solid_);
+  add(mesh.solid, body.look.clear ? glass_ : solid_);
   add(mesh.glass, glass_);
+  if (mesh.solid && body.look.clear) mesh.solid->setNodeMask(~kCastsShadow);
   if (mesh.glass) mesh.glass->setNodeMask(~kCastsShadow);
+  if (body.look.grain > 0) body.place->getOrCreateStateSet()->addUniform(grain_of(body.look, body.box));
   if (mesh.edges) {
     mesh.edges->setStateSet(edges_);
     body.place->addChild(mesh.edges);

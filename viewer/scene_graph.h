@@ -81,6 +81,7 @@ class SceneGraph {
  private:
   struct PlacedBody {
     BodyKind kind = BodyKind::fluid;
+    Look look;
     osg::BoundingBox box;             // of the surface, body frame
     std::vector<osg::Vec3d> outline;  // points of it, body frame
     osg::ref_ptr<osg::MatrixTransform> place;

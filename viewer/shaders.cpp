@@ -46,8 +46,9 @@ void set_shader_directory(const std::string& directory) { shader_directory() = d
 osg::ref_ptr<osg::Program> load_program(const std::string& name, std::initializer_list<const char*> files) {
   osg::ref_ptr<osg::Program> program = new osg::Program;
   program->setName(name);
+  bool vertex = true;
   for (const char* file : files) {
-    const bool vertex = std::string_view(file).ends_with(".vert");
+    if (!std::string_view(file).ends_with(".glsl")) vertex = std::string_view(file).ends_with(".vert");
     osg::ref_ptr<osg::Shader> shader =
         new osg::Shader(vertex ? osg::Shader::VERTEX : osg::Shader::FRAGMENT, source_of(file));
     shader->setName(file);

@@ -13,7 +13,7 @@ namespace palp {
 void set_shader_directory(const std::string& directory);
 
 // A program of the named files ("mesh.vert", "mesh.frag", "lighting.glsl"); the ending says the stage, .glsl is a part
-// of a fragment shader. Throws std::runtime_error naming the file when there is none.
+// of the stage of the file before it. Throws std::runtime_error naming the file when there is none.
 osg::ref_ptr<osg::Program> load_program(const std::string& name, std::initializer_list<const char*> files);
 
 }  // namespace palp

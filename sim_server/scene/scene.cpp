@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "config/error.h"
+#include "config/looks.h"
 #include "sim_server/geometry/contact_shape.h"
 #include "sim_server/geometry/solid.h"
 #include "sim_server/geometry/surface.h"
@@ -64,7 +65,9 @@ Body start_body(const SceneConfig& config, const BodyConfig& from) {
     if (std::find(from.bonded_to.begin(), from.bonded_to.end(), config.bodies[b].name) != from.bonded_to.end())
       body.bonded_to.push_back(b);
   }
-  body.color = from.color.value_or(material->color);
+  const ColoredLook look = look_of(from.type, *material, from.look, from.color);
+  body.color = look.color;
+  body.look = look.look;
   return body;
 }
 

@@ -40,7 +40,8 @@ struct Body {
   std::optional<double> temperature;                           // of all of it at the start [K]; unset: it has none, or
                                                                // each of its particles its own
   std::vector<std::uint32_t> bonded_to;                        // of an elastic body: bodies it holds on to
-  std::array<float, 3> color{};
+  std::array<float, 3> color{};                                // sRGB
+  Look look;
   SurfaceMesh surface;  // for the viewer; empty for fluids
   // The shape that rigid_contact.h needs (contact_shape.h); none for fluids, elastic bodies, loose particles, method
   // "paper", and where no solid moves that could meet another.

@@ -78,6 +78,25 @@ const BadRow kBad[] = {
      "27: stream: scalar is \"colour\", expected one of: none, speed, density, pressure, temperature"},
     {"color = \"#102030\"", "color = \"red\"",
      "32: material 'water': color is \"red\", expected a colour as \"#rrggbb\""},
+    {"color = \"#102030\"", "look = \"watr\"",
+     "32: material 'water': look is \"watr\", expected one of: water, juice, oil, honey, syrup, jelly, ice, glass, "
+     "milk, "
+     "cream, batter, custard, butter, chocolate, dough, paste, china, stone, wood, plastic, rubber, steel, iron, "
+     "aluminium, "
+     "copper; did you mean 'water'?"},
+    {"color = \"#102030\"", "look = 5", "32: material 'water': look is 5, expected one of: water, juice"},
+    {"color = \"#102030\"", "look = {base = \"oyl\"}",
+     "32: material 'water': [material.look]: base is \"oyl\", expected one of: water"},
+    {"color = \"#102030\"", "look = {roughness = 2}",
+     "32: material 'water': [material.look]: roughness is 2, expected a number from 0 to 1"},
+    {"color = \"#102030\"", "look = {refractive_index = 0.9}",
+     "32: material 'water': [material.look]: refractive_index is 0.9, expected a number from 1 to 5"},
+    {"color = \"#102030\"", "look = {absorption_per_m = [1, 2]}",
+     "32: material 'water': [material.look]: absorption_per_m is an array of 2"},
+    {"color = \"#102030\"", "look = {scattering_length = -1}",
+     "32: material 'water': [material.look]: scattering_length is -1, expected a number in m from 0 to 1000"},
+    {"color = \"#102030\"", "look = {gloss = 1}", "32: unknown key 'gloss' in [material.look], expected one of: "},
+    {"color = \"#ffffff\"", "look = \"woood\"", "50: body 'stick': look is \"woood\", expected one of: water"},
     {"material = \"water\"", "material = \"watr\"",
      "36: body 'pool': material 'watr' is not declared, expected the name of a [[material]]; did you mean 'water'?"},
     {"name = \"stick\"", "name = \"pool\"",

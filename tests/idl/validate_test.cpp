@@ -97,6 +97,15 @@ TEST(Validate, SceneDescription) {
   SPOIL(SceneDescription, malformed, m.bodies[0].density = -1);
   SPOIL(SceneDescription, malformed, m.bodies[0].color[1] = 1.5f);
   SPOIL(SceneDescription, not_finite, m.bodies[0].color[1] = std::nanf(""));
+  SPOIL(SceneDescription, malformed, m.bodies[0].look.roughness = 1.5f);
+  SPOIL(SceneDescription, malformed, m.bodies[0].look.metallic = -0.1f);
+  SPOIL(SceneDescription, malformed, m.bodies[0].look.refractive_index = 0.9f);
+  SPOIL(SceneDescription, malformed, m.bodies[0].look.absorption_per_m[2] = -1);
+  SPOIL(SceneDescription, malformed, m.bodies[0].look.absorption_per_m[0] = 2 * kMostAbsorptionPerM);
+  SPOIL(SceneDescription, malformed, m.bodies[0].look.scattering_length = 2 * kMostScatteringLength);
+  SPOIL(SceneDescription, malformed, m.bodies[0].look.grain = 2);
+  SPOIL(SceneDescription, not_finite, m.bodies[0].look.roughness = std::nanf(""));
+  SPOIL(SceneDescription, not_finite, m.bodies[0].look.absorption_per_m[1] = std::nanf(""));
   SPOIL(SceneDescription, malformed, m.bodies[1].vertices.pop_back());
   SPOIL(SceneDescription, not_finite, m.bodies[1].vertices[4] = std::nanf(""));
   SPOIL(SceneDescription, malformed, m.bodies[1].triangles[2] = 3);

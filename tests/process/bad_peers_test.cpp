@@ -16,6 +16,12 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
+constexpr std::uint32_t kOtherVersion = kProtocolVersion + 6;
+
+std::string of_another_version(const std::string& topic) {
+  return "protocol version " + std::to_string(kOtherVersion) + " on " + topic;
+}
+
 template <class T>
 struct Fault {
   const char* name;
@@ -60,7 +66,7 @@ TEST_P(BadPeers, TheServerDropsBadDeviceSamplesAndEngagesOnNone) {
          s.pose.orientation = {0, 0, 0, 0};
        }},
       {"no such device", [](DeviceSample& s) { s.device = kMaxDevices; }},
-      {"another version", [](DeviceSample& s) { s.header.version = kProtocolVersion + 6; }},
+      {"another version", [](DeviceSample& s) { s.header.version = kOtherVersion; }},
   };
   std::uint64_t sequence = 0;
   for (const Fault<DeviceSample>& fault : faults) {
@@ -74,7 +80,7 @@ TEST_P(BadPeers, TheServerDropsBadDeviceSamplesAndEngagesOnNone) {
     })) << said();
   }
   EXPECT_TRUE(watcher.sees([&] {
-    return watcher.status["sim_server"].text.find("protocol version 7 on palp/device") != std::string::npos;
+    return watcher.status["sim_server"].text.find(of_another_version("palp/device")) != std::string::npos;
   })) << watcher.status["sim_server"].text;
   EXPECT_TRUE(refuses_fragments<DeviceSample>(watcher, "sim_server")) << said();
   const double steps = watcher.metric("sim_server", "steps");
@@ -132,14 +138,14 @@ TEST_P(BadPeers, TheBridgeDropsBadProxySamplesAndRendersNoForce) {
       {"absurd force", [](ProxySample& s) { s.wrench.force[0] = 1e9; }},
       {"gains beyond those asked for", [](ProxySample& s) { s.gains.stiffness *= 10; }},
       {"an answer to the future", [](ProxySample& s) { s.t_device_ns += 3'600'000'000'000; }},
-      {"another version", [](ProxySample& s) { s.header.version = kProtocolVersion + 6; }},
+      {"another version", [](ProxySample& s) { s.header.version = kOtherVersion; }},
   };
   for (const Fault<ProxySample>& fault : faults) {
     SCOPED_TRACE(fault.name);
     EXPECT_TRUE(refused(watcher, "haptic_bridge 0", [&] { send(fault.spoil); })) << said();
   }
   EXPECT_TRUE(watcher.sees([&] {
-    return watcher.status["haptic_bridge 0"].text.find("protocol version 7 on palp/proxy") != std::string::npos;
+    return watcher.status["haptic_bridge 0"].text.find(of_another_version("palp/proxy")) != std::string::npos;
   })) << watcher.status["haptic_bridge 0"].text;
   EXPECT_TRUE(refuses_fragments<ProxySample>(watcher, "haptic_bridge 0")) << said();
   const double ticks = watcher.metric("haptic_bridge 0", "ticks");

@@ -56,8 +56,9 @@ inline void make_sound(SceneDescription& m) {
   m.bounds_max = {1, 2, 3};
   m.gravity = {0, 0, -9.81};
   m.bodies.resize(2);
-  m.bodies[0] = {"water", BodyKind::fluid, 0, 90, 1000, {0.1f, 0.2f, 1.0f}, {}, {}};
-  m.bodies[1] = {"spoon", BodyKind::rigid, 90, 10, 7800, {0, 1, 0}, {0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2}};
+  m.bodies[0] = {
+      "water", BodyKind::fluid, 0, 90, 1000, {0.1f, 0.2f, 1.0f}, {true, 0.05f, 0, 1.333f, {3, 2, 1}, 0.5f, 0}, {}, {}};
+  m.bodies[1] = {"spoon", BodyKind::rigid, 90, 10, 7800, {0, 1, 0}, {}, {0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2}};
   m.proxies = {{3, 1, sound_pose()}};
 }
 inline void make_sound(BodyPoses& m) {

@@ -18,7 +18,7 @@ BodyDescription body(BodyKind kind, std::array<float, 3> color) {
 }
 
 TEST(BodyColors, BodiesWithoutOneCanBeToldApart) {
-  const auto none = MaterialConfig{}.color;
+  const auto none = kNoColor;
   auto scene = std::make_shared<SceneDescription>();
   for (const BodyKind kind :
        {BodyKind::fixed, BodyKind::rigid, BodyKind::rigid, BodyKind::elastic, BodyKind::fluid, BodyKind::fluid})
@@ -34,7 +34,7 @@ TEST(BodyColors, ColorsOfTheSceneStay) {
   auto scene = std::make_shared<SceneDescription>();
   scene->bodies = {body(BodyKind::rigid, {1, 0, 0}), body(BodyKind::fluid, {0, 1, 0})};
   EXPECT_EQ(with_distinct_colors(scene), scene) << "nothing is copied";
-  scene->bodies.push_back(body(BodyKind::elastic, MaterialConfig{}.color));
+  scene->bodies.push_back(body(BodyKind::elastic, kNoColor));
   const auto colored = with_distinct_colors(scene);
   EXPECT_EQ(colored->bodies[0].color, scene->bodies[0].color);
   EXPECT_EQ(colored->bodies[1].color, scene->bodies[1].color);

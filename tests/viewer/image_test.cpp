@@ -129,6 +129,7 @@ TEST(Image, FluidIsSeenThroughTheNearWallAndTheFarWallIsThere) {
   stage.hud().set_visible(false);
   SyntheticScene s = synthetic_scene();
   s.scene.bodies[0].color = {0, 1, 0};
+  make_look(s.scene.bodies[0], "water");
   set(stage, s, ScalarField::none);
   const Picture picture = shoot(stage);
   // half way up the fluid, on the outer side of the near wall

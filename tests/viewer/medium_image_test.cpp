@@ -25,7 +25,7 @@ void set(Stage& stage, const SyntheticScene& s, ScalarField field = ScalarField:
 // A tray of still liquid without its paddle, seen from above the rim.
 SyntheticScene still_tray(const char* name) {
   SyntheticScene s = synthetic_scene();
-  s.scene.bodies[0].name = name;
+  make_look(s.scene.bodies[0], name);
   s.scene.bodies.pop_back();
   s.poses = {};
   std::size_t kept = 0;
@@ -71,8 +71,8 @@ TEST(MediumImage, ALiquidIsOneSmoothSurface) {
 SyntheticScene block(const char* name) {
   SyntheticScene s = synthetic_scene();
   s.scene.bodies.resize(1);
-  s.scene.bodies[0].name = name;
   s.scene.bodies[0].color = {0.95f, 0.95f, 0.95f};
+  make_look(s.scene.bodies[0], name);
   s.poses = {};
   s.frame.positions.clear();
   for (int i = 0; i < 14 * 10 * 6; ++i) {

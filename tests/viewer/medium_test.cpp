@@ -6,18 +6,19 @@
 namespace palp::test {
 namespace {
 
-TEST(Medium, FollowsFromWhatABodyIsAndIsCalled) {
-  const auto medium = [](BodyKind kind, const char* name) {
+TEST(Medium, FollowsFromWhatABodyIsAndLooksLike) {
+  const auto medium = [](BodyKind kind, bool clear) {
     BodyDescription body;
     body.kind = kind;
-    body.name = name;
+    body.look.clear = clear;
     return usual_medium(body);
   };
-  EXPECT_EQ(medium(BodyKind::fluid, "water"), Medium::clear);
-  EXPECT_EQ(medium(BodyKind::fluid, "Pancake Batter"), Medium::opaque);
-  EXPECT_EQ(medium(BodyKind::elastic, "water"), Medium::opaque);
-  EXPECT_EQ(medium(BodyKind::rigid, "butter"), Medium::beads);
-  EXPECT_EQ(medium(BodyKind::fixed, ""), Medium::beads);
+  for (const BodyKind kind : {BodyKind::fluid, BodyKind::elastic}) {
+    EXPECT_EQ(medium(kind, true), Medium::clear);
+    EXPECT_EQ(medium(kind, false), Medium::opaque);
+  }
+  EXPECT_EQ(medium(BodyKind::rigid, false), Medium::beads);
+  EXPECT_EQ(medium(BodyKind::fixed, true), Medium::beads);
 }
 
 }  // namespace

@@ -49,7 +49,8 @@ TEST(Cut, TakesTheUpperHalfOfASolid) {
 }
 
 TEST(Cut, TakesParticlesOfMediaAndBeads) {
-  const SyntheticScene s = synthetic_scene();
+  SyntheticScene s = synthetic_scene();
+  make_look(s.scene.bodies[0], "custard");  // opaque, in its blue
   for (const bool beads : {true, false}) {
     Stage stage(small_stage());
     set_scene(stage, s.scene);

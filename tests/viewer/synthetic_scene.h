@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/looks.h"
 #include "idl/messages.h"
 #include "viewer/particle_cloud.h"
 
@@ -13,6 +14,12 @@ namespace palp::test {
 
 inline constexpr double kSpacing = 0.008;                                                          // [m]
 inline constexpr double kHalfX = 0.14, kHalfY = 0.09, kDepth = 0.05, kWall = 0.008, kRim = 0.075;  // of the tray [m]
+
+// Makes a body look like what has that name (config/looks.h), in its own colour.
+inline void make_look(BodyDescription& body, const char* name) {
+  body.look = named_look(name).look;
+  if (body.look.clear) body.look.absorption_per_m = absorption_of(body.color);
+}
 
 inline void add_quad(BodyDescription& body, const std::array<std::array<double, 3>, 4>& corners) {
   const auto base = static_cast<std::uint32_t>(body.vertices.size() / 3);
@@ -93,6 +100,7 @@ inline SyntheticScene synthetic_scene(double time = 0.4, ScalarField field = Sca
   fluid.name = "water";
   fluid.density = 1000;
   fluid.color = {0.20f, 0.52f, 0.86f};
+  make_look(fluid, "water");
   s.frame.field = field;
   s.frame.frame = static_cast<std::uint64_t>(60 * time) + 1;
   s.frame.sim_time = time;

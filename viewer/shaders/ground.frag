@@ -8,7 +8,7 @@ in vec2 world;
 in vec3 eye_position;
 
 uniform mat4 osg_ViewMatrix;
-float key_share(vec3 eye_point, vec3 normal);
+vec2 light_shares(vec3 eye_point, vec3 normal);
 
 float lines(float size, float width) {
   vec2 g = world / size;
@@ -26,7 +26,7 @@ void main() {
   float reach = 0.16 * length(footprint.zw - footprint.xy);
   float near = clamp(1.0 - length(outside) / reach, 0.0, 1.0);
   // a soft one all around, and that of the key light
-  float thrown = 0.45 * (1.0 - key_share(eye_position, mat3(osg_ViewMatrix)[2]));
+  float thrown = 0.45 * (1.0 - light_shares(eye_position, mat3(osg_ViewMatrix)[2]).x);
   float shadow = max(0.40 * near * near * near, thrown);
   float line = max(0.22 * lines(cell, 1.2), 0.42 * lines(5.0 * cell, 1.4));
   float alpha = max(shadow, line * (1.0 - shadow)) * visible;

@@ -1,18 +1,26 @@
 #version 330 compatibility
 // A particle of a medium that is drawn as a surface: gl_Vertex.xyz is its centre in the world, gl_Vertex.w the scalar
-// (below -1e38: it has none), gl_Color its body's colour.
+// (below -1e38: it has none), gl_Color.rgb its body's colour and gl_Color.a which look it has.
 uniform float target_height;  // [pixels]
 uniform float radius;         // of the sprite [m]
 uniform vec2 value_range;
+uniform sampler2D looks;  // a row a look: absorption [1/m] and haze [1/m]; roughness, softness, f0 and metallic
 
 flat out vec3 center;
-flat out vec3 tint;
+flat out vec3 tint;  // linear
 flat out float scalar;
+flat out vec4 depth_of_color;  // absorption and haze
+flat out vec4 surface_look;
+
+vec3 to_linear(vec3 shown);
 
 void main() {
   vec4 eye = gl_ModelViewMatrix * vec4(gl_Vertex.xyz, 1.0);
   center = eye.xyz;
-  tint = gl_Color.rgb;
+  tint = to_linear(gl_Color.rgb);
+  int row = int(gl_Color.a * 255.0 + 0.5);
+  depth_of_color = texelFetch(looks, ivec2(0, row), 0);
+  surface_look = texelFetch(looks, ivec2(1, row), 0);
   scalar = gl_Vertex.w > -1e38 ? gl_Vertex.w : value_range.x;
   gl_Position = gl_ProjectionMatrix * eye;
   gl_PointSize = max(target_height * gl_ProjectionMatrix[1][1] * radius / gl_Position.w, 1.0);

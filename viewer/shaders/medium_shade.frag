@@ -3,6 +3,7 @@
 // and absorbed, and what it reflects.
 uniform sampler2D surface;
 uniform sampler2D tints;
+uniform sampler2D surface_looks;  // as medium_tint.frag has them
 uniform sampler2D outline;  // as medium_outline.frag has it
 uniform sampler2D scene_color;
 uniform sampler2D scene_depth;
@@ -13,17 +14,21 @@ uniform vec2 tints_size;
 uniform vec2 value_range;
 uniform float range;  // of distances that belong to one surface [m]
 uniform float lift;   // [m] off the surface, where its light is asked for
-uniform float haze;   // [m] of a clear medium through which half of the light is scattered
 uniform bool by_scalar;
 uniform bool is_clear;
 
 const float kInside = 0.8;       // of the surroundings are covered where the beads of an outline are not seen any more
 const float kMostInward = 24.0;  // [pixels]
+const float kWandered = 0.1;     // [m] of a clear medium that light which comes back from it has been through at most
 
-vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim, float share);
-float key_share(vec3 eye_point, vec3 normal);
-vec3 environment(vec3 direction);
-vec3 key_light();
+vec3 shade(vec3 color, float roughness, float metallic, float f0, float softness, vec3 normal, vec3 to_eye, vec2 shares);
+vec3 reflected(vec3 f0, float roughness, vec3 normal, vec3 to_eye, vec2 shares);
+vec3 scattered(vec3 color, float softness, vec3 normal, vec2 shares);
+vec3 room_light(vec3 normal);
+vec2 light_shares(vec3 eye_point, vec3 normal);
+vec3 display(vec3 light);
+vec3 light_of(vec3 shown);
+vec3 to_linear(vec3 shown);
 
 // The surface between texels, made of those at about the nearest distance; x is 0 where there is none.
 vec2 surface_at(vec2 place) {
@@ -61,30 +66,42 @@ float linear_depth(float window_depth) {
   return gl_ProjectionMatrix[3][2] / (2.0 * window_depth - 1.0 + gl_ProjectionMatrix[2][2]);
 }
 
-vec3 behind(vec2 uv) {
-  vec3 c = texture2D(scene_color, uv).rgb;
-  return c * c;
+// Where the picture shows what a ray hits that is bent at the surface and goes on through the medium.
+vec2 bent_to(vec3 p, vec3 normal, vec3 to_eye, float index, float thick) {
+  vec3 q = p + refract(-to_eye, normal, 1.0 / index) * thick;
+  vec2 ndc = q.xy * vec2(gl_ProjectionMatrix[0][0], gl_ProjectionMatrix[1][1]) / max(-q.z, 1e-4);
+  vec2 straight = gl_FragCoord.xy / target_size;
+  return straight + clamp(0.5 * ndc + 0.5 - straight, -0.08, 0.08);
 }
 
-vec3 clear_medium(vec3 p, vec3 normal, vec3 to_eye, vec4 tint) {
+// look: roughness, haze [1/m], f0, metallic. What is clear and a metal does not occur.
+vec3 clear_medium(vec3 p, vec3 normal, vec3 to_eye, vec4 tint, vec4 look) {
   vec2 uv = gl_FragCoord.xy / target_size;
   // what stands in the medium ends it
   float room = max(linear_depth(texture2D(scene_depth, uv).r) + p.z, 0.0);
   float thick = max(min(tint.a, room), 1e-6);
-  vec3 absorbed = tint.rgb * (thick / max(tint.a, 1e-6));
-  vec2 per_meter = vec2(gl_ProjectionMatrix[0][0], gl_ProjectionMatrix[1][1]) / (-2.0 * p.z);
-  vec2 bent = uv + clamp(-0.25 * min(thick, 0.15) * normal.xy * per_meter, -0.06, 0.06);
+  float root = sqrt(clamp(look.z, 0.0, 0.6));
+  vec2 bent = bent_to(p, normal, to_eye, (1.0 + root) / (1.0 - root), min(thick, 0.15));
   // what is in front of the surface is not seen through it
   if (linear_depth(texture2D(scene_depth, bent).r) < -p.z) bent = uv;
-  vec3 through = behind(bent) * exp(-absorbed);
-  vec3 own = exp(-tint.rgb / max(tint.a, 1e-6) * 0.5 * haze);
-  vec3 scattered = shade(sqrt(own), normal, to_eye, 0.0, 0.0, key_share(p + lift * normal, normal));
-  float hazy = 1.0 - exp2(-thick / haze);
-  float facing = clamp(dot(normal, to_eye), 0.0, 1.0);
-  float grazing = 1.0 - facing;
-  float reflected = 0.02 + 0.98 * grazing * grazing * grazing * grazing * grazing;
-  vec3 lit = mix(through, scattered * scattered, 0.75 * hazy);
-  return mix(lit, environment(reflect(-to_eye, normal)), 0.9 * reflected);
+  vec3 absorption = tint.rgb / max(tint.a, 1e-6);
+  vec2 shares = light_shares(p + lift * normal, normal);
+  float hazy = 1.0 - exp(-thick * look.y);
+  vec3 lit = light_of(texture2D(scene_color, bent).rgb) * exp(-absorption * thick);
+  if (hazy > 0.004) {
+    // scattered light has wandered through several times what it takes to be scattered
+    vec3 own = exp(-absorption * min(6.0 * min(thick, 1.0 / max(look.y, 1e-3)), kWandered));
+    lit = mix(lit, scattered(own, 1.0, normal, shares), 0.8 * hazy);
+  }
+  return lit * (1.0 - look.z) + reflected(vec3(look.z), look.x, normal, to_eye, shares);
+}
+
+// look: roughness, softness, f0, metallic.
+vec3 opaque_medium(vec3 p, vec3 normal, vec3 to_eye, vec3 color, vec4 look, float near_skin) {
+  vec3 lit = shade(color, look.x, look.w, look.z, look.y, normal, to_eye, light_shares(p + lift * normal, normal));
+  // what is thin lets the room's light through, which takes on the colour once more
+  float through = look.y * exp(-near_skin * (1.0 - look.y) / max(0.003 * look.y, 1e-5));
+  return lit + color * color * room_light(-normal) * through;
 }
 
 void main() {
@@ -106,18 +123,22 @@ void main() {
   if (dot(normal, to_eye) < 0.0) normal = -normal;
   vec4 tint = texture2D(tints, gl_FragCoord.xy / target_size);
   if (!is_clear && tint.a < 1e-7) discard;
+  vec4 look = texture2D(surface_looks, gl_FragCoord.xy / target_size) / max(tint.a, 1e-6);
+  // a bend that is narrower than a pixel mixes what it reflects (Kaplanyan and others, 2016)
+  vec3 turn_x = dFdx(normal), turn_y = dFdy(normal);
+  float rough = look.x * look.x;
+  look.x = sqrt(sqrt(rough * rough + min(0.5 * (dot(turn_x, turn_x) + dot(turn_y, turn_y)), 0.18)));
   vec3 lit;
   if (is_clear) {
-    lit = clear_medium(p, normal, to_eye, tint);
-    float highlight = pow(max(dot(normal, normalize(key_light() + to_eye)), 0.0), 180.0);
-    lit = sqrt(min(lit + vec3(1.2 * highlight), vec3(1.0)));
-  } else {
+    lit = clear_medium(p, normal, to_eye, tint, look);
+  } else if (by_scalar) {
     float t = clamp((s.y - value_range.x) / (value_range.y - value_range.x), 0.0, 1.0);
-    vec3 own = sqrt(tint.rgb / max(tint.a, 1e-6));
-    vec3 color = by_scalar ? textureLod(color_map, (t * 255.0 + 0.5) / 256.0, 0.0).rgb : own;
-    lit = shade(color, normal, to_eye, by_scalar ? 0.10 : 0.22, 0.08, key_share(p + lift * normal, normal));
+    vec3 color = to_linear(textureLod(color_map, (t * 255.0 + 0.5) / 256.0, 0.0).rgb);
+    lit = shade(color, 0.5, 0.0, 0.03, 0.2, normal, to_eye, light_shares(p + lift * normal, normal));
+  } else {
+    lit = opaque_medium(p, normal, to_eye, tint.rgb / max(tint.a, 1e-6), look, tint.a);
   }
   float ndc = (gl_ProjectionMatrix[2][2] * p.z + gl_ProjectionMatrix[3][2]) / -p.z;
   gl_FragDepth = clamp(0.5 * ndc + 0.5, 0.0, 1.0);
-  gl_FragColor = vec4(lit, coverage);
+  gl_FragColor = vec4(display(lit), coverage);
 }

@@ -3,11 +3,12 @@
 uniform float radius;
 
 flat in vec3 center;
-flat in vec3 color;
+flat in vec3 color;  // linear
 flat in float pixel_radius;
 
-vec3 shade(vec3 color, vec3 normal, vec3 to_eye, float gloss, float rim, float share);
-float key_share(vec3 eye_point, vec3 normal);
+vec3 shade(vec3 color, float roughness, float metallic, float f0, float softness, vec3 normal, vec3 to_eye, vec2 shares);
+vec2 light_shares(vec3 eye_point, vec3 normal);
+vec3 display(vec3 light);
 
 void main() {
   vec2 q = vec2(2.0, -2.0) * gl_PointCoord + vec2(-1.0, 1.0);
@@ -19,5 +20,6 @@ void main() {
   gl_FragDepth = clamp(0.5 * ndc + 0.5, 0.0, 1.0);
   // the rim fades where there are several samples a pixel (alpha to coverage)
   float coverage = clamp((1.0 - sqrt(r2)) * pixel_radius + 0.25, 0.0, 1.0);
-  gl_FragColor = vec4(shade(color, normal, vec3(0.0, 0.0, 1.0), 0.30, 0.10, key_share(p, normal)), coverage);
+  vec3 light = shade(color, 0.42, 0.0, 0.04, 0.1, normal, vec3(0.0, 0.0, 1.0), light_shares(p, normal));
+  gl_FragColor = vec4(display(light), coverage);
 }

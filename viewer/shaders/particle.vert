@@ -8,14 +8,17 @@ uniform bool by_scalar;
 uniform float radius;
 
 flat out vec3 center;
-flat out vec3 color;
+flat out vec3 color;  // linear
 flat out float pixel_radius;
+
+vec3 to_linear(vec3 shown);
 
 void main() {
   vec4 eye = gl_ModelViewMatrix * vec4(gl_Vertex.xyz, 1.0);
   center = eye.xyz;
   float t = clamp((gl_Vertex.w - value_range.x) / (value_range.y - value_range.x), 0.0, 1.0);
-  color = by_scalar && gl_Vertex.w > -1e38 ? textureLod(color_map, (t * 255.0 + 0.5) / 256.0, 0.0).rgb : gl_Color.rgb;
+  vec3 shown = by_scalar && gl_Vertex.w > -1e38 ? textureLod(color_map, (t * 255.0 + 0.5) / 256.0, 0.0).rgb : gl_Color.rgb;
+  color = to_linear(shown);
   gl_Position = gl_ProjectionMatrix * eye;
   gl_PointSize = max(picture_height * gl_ProjectionMatrix[1][1] * radius / gl_Position.w, 1.0);
   pixel_radius = 0.5 * gl_PointSize;

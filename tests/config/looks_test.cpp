@@ -1,0 +1,134 @@
+// Looks: what a scene file may say of them, and what follows where it says nothing.
+#include "config/looks.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "tests/config/spoilt_scene.h"
+
+namespace palp::test::looks_test {
+namespace {
+
+using Rgb = std::array<float, 3>;
+
+const std::string kColor = "color = \"#102030\"";
+
+SceneConfig with_material(const std::string& keys) { return read(replaced(kScene, kColor, keys)); }
+
+ColoredLook fluid_look(const std::string& keys) {
+  const SceneConfig s = with_material(keys);
+  return look_of(BodyKind::fluid, s.materials[0], s.bodies[0].look, s.bodies[0].color);
+}
+
+TEST(Looks, EveryNameIsALookThatTheBusTakes) {
+  std::set<std::string> names;
+  for (const std::string& name : look_names()) {
+    SCOPED_TRACE(name);
+    EXPECT_TRUE(names.insert(name).second) << "twice";
+    const auto [color, look] = named_look(name);
+    for (const float c : color) EXPECT_TRUE(c >= 0 && c <= 1);
+    for (const float share : {look.roughness, look.metallic, look.grain}) EXPECT_TRUE(share >= 0 && share <= 1);
+    EXPECT_TRUE(look.refractive_index >= 1 && look.refractive_index <= kMostRefractiveIndex);
+    EXPECT_TRUE(look.scattering_length >= 0 && look.scattering_length <= kMostScatteringLength);
+    for (const float a : look.absorption_per_m) EXPECT_TRUE(a >= 0 && a <= kMostAbsorptionPerM);
+    EXPECT_FALSE(look.clear && look.metallic > 0);
+    EXPECT_EQ(look.clear, look.absorption_per_m != Rgb{}) << "only what is clear absorbs on a way";
+  }
+  EXPECT_THROW(named_look("nonsense"), std::logic_error);
+}
+
+// The colour of a clear look and its absorption are of the same matter: legends show the one, pictures the other.
+TEST(Looks, ColorsOfClearOnesAreWhatTheyLeaveOfWhiteLight) {
+  for (const char* name : {"honey", "oil", "juice"}) {
+    const auto [color, look] = named_look(name);
+    const Rgb needed = absorption_of(color);
+    EXPECT_GT(look.absorption_per_m[2], look.absorption_per_m[1]) << name;
+    EXPECT_GT(look.absorption_per_m[1], look.absorption_per_m[0]) << name;
+    EXPECT_GT(needed[2], needed[0]) << name;
+  }
+}
+
+TEST(Looks, AFileNamesOneOrGivesNumbers) {
+  const ColoredLook honey = fluid_look("look = \"honey\"");
+  EXPECT_EQ(honey.look, named_look("honey").look);
+  EXPECT_EQ(honey.color, named_look("honey").color);
+
+  const ColoredLook table = fluid_look(
+      "look = {base = \"oil\", color = \"#ff0000\", roughness = 0.2, metallic = 0.5, refractive_index = 1.7, "
+      "absorption_per_m = [1, 2, 3], scattering_length = 0.01, grain = 0.25}");
+  EXPECT_EQ(table.color, (Rgb{1, 0, 0}));
+  EXPECT_EQ(table.look, (Look{true, 0.2f, 0.5f, 1.7f, {1, 2, 3}, 0.01f, 0.25f}));
+
+  const ColoredLook opaque = fluid_look("look = {base = \"oil\", clear = false}");
+  EXPECT_FALSE(opaque.look.clear);
+  EXPECT_EQ(opaque.look.absorption_per_m, Rgb{}) << "of what is not clear";
+}
+
+TEST(Looks, AColorGivesWhatIsClearItsAbsorption) {
+  const ColoredLook look = fluid_look("look = \"oil\"\ncolor = \"#ff8000\"");
+  EXPECT_EQ(look.color, (Rgb{1, 128 / 255.f, 0}));
+  EXPECT_EQ(look.look.absorption_per_m, absorption_of(look.color));
+  EXPECT_FLOAT_EQ(look.look.absorption_per_m[0], 0) << "red goes through";
+  EXPECT_LT(look.look.scattering_length, named_look("oil").look.scattering_length) << "a dye makes it hazy";
+  EXPECT_EQ(fluid_look("look = {base = \"oil\", scattering_length = 7}\ncolor = \"#ff8000\"").look.scattering_length,
+            7);
+  const float green = std::exp(-look.look.absorption_per_m[1] * kColorDepth);
+  EXPECT_NEAR(green, std::pow((128 / 255.0 + 0.055) / 1.055, 2.4), 1e-4);
+  for (const float a : absorption_of({0, 0, 0})) EXPECT_TRUE(std::isfinite(a) && a > 50);
+}
+
+TEST(Looks, ABodyMayLookOtherwiseThanItsMaterial) {
+  const SceneConfig s = read(
+      replaced(replaced(kScene, kColor, "look = \"honey\""), "temperature = 300", "temperature = 300\nlook = \"ice\""));
+  ASSERT_TRUE(s.bodies[0].look);
+  EXPECT_FALSE(s.bodies[1].look);
+  EXPECT_EQ(look_of(BodyKind::fluid, s.materials[0], s.bodies[0].look).look, named_look("ice").look);
+  EXPECT_EQ(look_of(BodyKind::fluid, s.materials[0], s.bodies[1].look).look, named_look("honey").look);
+}
+
+TEST(Looks, FollowFromThePhysicsWhereNothingIsSaid) {
+  const auto usual = [](BodyKind kind, auto&& change) {
+    MaterialConfig m;
+    change(m);
+    return std::string(usual_look(kind, m));
+  };
+  const auto thick = [&](double viscosity) {
+    return usual(BodyKind::fluid, [&](MaterialConfig& m) { m.viscosity = viscosity; });
+  };
+  EXPECT_EQ(thick(1e-3), "water");
+  EXPECT_EQ(thick(0.05), "oil");
+  EXPECT_EQ(thick(2), "honey");
+  EXPECT_EQ(thick(100), "paste");
+  EXPECT_EQ(usual(BodyKind::fluid, [](MaterialConfig& m) { m.cooking_temperature = 345; }), "batter");
+
+  const auto stiff = [&](double young_modulus) {
+    return usual(BodyKind::elastic, [&](MaterialConfig& m) { m.young_modulus = young_modulus; });
+  };
+  EXPECT_EQ(stiff(1e4), "jelly");
+  EXPECT_EQ(stiff(2e6), "rubber");
+  EXPECT_EQ(stiff(1e9), "plastic");
+  EXPECT_EQ(usual(BodyKind::elastic, [](MaterialConfig& m) { m.yield_stress = 1500; }), "dough");
+  EXPECT_EQ(usual(BodyKind::elastic, [](MaterialConfig& m) { m.melting_temperature = 273; }), "ice");
+  EXPECT_EQ(usual(BodyKind::elastic, [](MaterialConfig& m) { m.melting_temperature = 305; }), "butter");
+
+  for (const BodyKind kind : {BodyKind::rigid, BodyKind::fixed}) {
+    const auto heavy = [&](double density) { return usual(kind, [&](MaterialConfig& m) { m.density = density; }); };
+    EXPECT_EQ(heavy(7800), "steel");
+    EXPECT_EQ(heavy(2500), "stone");
+    EXPECT_EQ(heavy(1000), "plastic");
+    EXPECT_EQ(heavy(700), "wood");
+    EXPECT_EQ(heavy(30), "plastic") << "foam";
+  }
+  for (const double viscosity : {1e-3, 0.05, 2.0, 100.0}) EXPECT_NO_THROW(named_look(thick(viscosity)));
+}
+
+TEST(Looks, WithoutLookAndColorAViewerChoosesTheColor) {
+  EXPECT_EQ(look_of(BodyKind::fluid, MaterialConfig{}).color, kNoColor);
+  EXPECT_EQ(look_of(BodyKind::fluid, MaterialConfig{}).look.absorption_per_m, absorption_of(kNoColor));
+  EXPECT_EQ(look_of(BodyKind::fluid, MaterialConfig{}, {}, Rgb{1, 0, 0}).color, (Rgb{1, 0, 0}));
+}
+
+}  // namespace
+}  // namespace palp::test::looks_test

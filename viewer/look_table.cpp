@@ -1,0 +1,49 @@
+#include "viewer/look_table.h"
+
+#include <algorithm>
+
+#include <osg/Image>
+
+namespace palp {
+namespace {
+
+constexpr float kSoftOver = 3e-3f;        // [m]
+constexpr float kMostAbsorption = 1e4f;   // [1/m]: black within a millimetre; sums of it fit half floats
+constexpr float kShortestInHaze = 1e-4f;  // [m]
+
+}  // namespace
+
+osg::Vec4f surface_numbers(const Look& look) {
+  const float root = (look.refractive_index - 1) / (look.refractive_index + 1);
+  return {look.roughness, look.scattering_length / (look.scattering_length + kSoftOver), root * root, look.metallic};
+}
+
+LookTable::LookTable() : texture_(new osg::Texture2D) {
+  osg::ref_ptr<osg::Image> image = new osg::Image;
+  image->allocateImage(2, kRows, 1, GL_RGBA, GL_FLOAT);
+  image->setInternalTextureFormat(GL_RGBA32F_ARB);
+  std::fill_n(reinterpret_cast<float*>(image->data()), 8 * kRows, 0.0f);
+  texture_->setImage(image);
+  texture_->setInternalFormat(GL_RGBA32F_ARB);
+  texture_->setFilter(osg::Texture::MIN_FILTER, osg::Texture::NEAREST);
+  texture_->setFilter(osg::Texture::MAG_FILTER, osg::Texture::NEAREST);
+  texture_->setResizeNonPowerOfTwoHint(false);
+  texture_->setUnRefImageDataAfterApply(false);
+}
+
+unsigned char LookTable::row_of(const Look& look) {
+  const auto found = std::ranges::find(looks_, look);
+  if (found != looks_.end()) return static_cast<unsigned char>(found - looks_.begin());
+  if (looks_.size() == kRows) return kRows - 1;
+  const std::size_t row = looks_.size();
+  looks_.push_back(look);
+  auto* texel = reinterpret_cast<float*>(texture_->getImage()->data(0, static_cast<int>(row)));
+  for (std::size_t k = 0; k < 3; ++k) texel[k] = std::min(look.absorption_per_m[k], kMostAbsorption);
+  texel[3] = 1 / std::max(look.scattering_length, kShortestInHaze);
+  const osg::Vec4f surface = surface_numbers(look);
+  for (int k = 0; k < 4; ++k) texel[4 + k] = surface[k];
+  texture_->getImage()->dirty();
+  return static_cast<unsigned char>(row);
+}
+
+}  // namespace palp

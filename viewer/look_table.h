@@ -1,0 +1,37 @@
+// The looks of a scene's bodies as shaders take them.
+#pragma once
+
+#include <vector>
+
+#include <osg/Texture2D>
+#include <osg/Vec4f>
+#include <osg/ref_ptr>
+
+#include "idl/look.h"
+
+namespace palp {
+
+// The texture unit that the table has in every program that draws particles as media.
+inline constexpr unsigned kLooksUnit = 6;
+
+// Returns roughness, softness, reflection where one looks straight at it, and how much of a metal it is. Softness, 0 to
+// nearly 1, is the scattering length against the few millimetres over which a surface turns from the light.
+osg::Vec4f surface_numbers(const Look& look);
+
+// Rows of a texture, one for each look that differs. Calls from the thread that renders, between frames.
+class LookTable {
+ public:
+  static constexpr int kRows = 256;  // a row fits a byte
+
+  LookTable();
+  osg::Texture2D* texture() const { return texture_; }
+  void clear() { looks_.clear(); }
+  // Returns the row of this look. Past kRows of them the last row serves.
+  unsigned char row_of(const Look& look);
+
+ private:
+  std::vector<Look> looks_;
+  osg::ref_ptr<osg::Texture2D> texture_;
+};
+
+}  // namespace palp
