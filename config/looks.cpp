@@ -26,8 +26,8 @@ struct Row {
   Look look;
 };
 
-// Refractive indices at 589 nm: water, ice, oil, honey, glasses and plastics from tables of physics and of food; of
-// metals such as give |F0| of a dielectric no role, as metallic = 1 takes the colour. Absorption of water after Pope
+// Refractive indices at 589 nm: water, ice, oil, honey, glasses and plastics from tables of physics and of food; those
+// of metals change nothing, as a metal reflects in its colour. Absorption of water after Pope
 // and Fry (1997) at 650, 550 and 450 nm; that of oil and honey such that a spoonful (1 cm) of oil is straw and one of
 // honey amber. Scattering lengths: milk and batter as reduced ones of milk (about 1 mm, Narasimhan et al. 2006), fat
 // and chocolate shorter, jelly so that one sees through a finger's breadth. Colours of metals are their reflectance at

@@ -14,17 +14,17 @@ namespace palp {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::size_t kFewest = 10;  // pictures that a median is of
-constexpr std::size_t kWarmUp = 3;   // pictures in which shaders are compiled and textures made
-constexpr double kSpacing = 0.01;    // [m]
-constexpr std::size_t kFrames = 4;   // of the waves, which take turns
+constexpr std::size_t kFewestPictures = 10;  // pictures that a median is of
+constexpr std::size_t kWarmUp = 3;           // pictures in which shaders are compiled and textures made
+constexpr double kSpacing = 0.01;            // [m]
+constexpr std::size_t kFrames = 4;           // of the waves, which take turns
 const std::string kWholePicture = "picture";
 
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-double share_of(std::vector<double> values, double share) {
+double quantile_of(std::vector<double> values, double share) {
   if (values.empty()) return 0;
   const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + at, values.end());
@@ -192,7 +192,7 @@ DrawingTimes time_drawing(Stage& stage, std::size_t particles, bool beads, doubl
 
   std::vector<double> takes, pictures;
   const auto start = Clock::now();
-  while (pictures.size() < kFewest || ms_since(start) < 500 * seconds) {
+  while (pictures.size() < kFewestPictures || ms_since(start) < 500 * seconds) {
     const auto begun = Clock::now();
     stage.scene().set_frame(frames[pictures.size() % kFrames]);
     takes.push_back(ms_since(begun));
@@ -202,7 +202,7 @@ DrawingTimes time_drawing(Stage& stage, std::size_t particles, bool beads, doubl
   std::map<std::string, std::vector<double>> passes;
   Stopwatch stopwatch(stage);
   const auto again = Clock::now();
-  for (std::size_t k = 0; k < kFewest || ms_since(again) < 500 * seconds; ++k) {
+  for (std::size_t k = 0; k < kFewestPictures || ms_since(again) < 500 * seconds; ++k) {
     stage.scene().set_frame(frames[k % kFrames]);
     double rest = draw_wholly(stage);
     for (const auto& [name, took] : stopwatch.take()) {
@@ -213,8 +213,8 @@ DrawingTimes time_drawing(Stage& stage, std::size_t particles, bool beads, doubl
   }
 
   DrawingTimes times{
-      particles, pictures.size(), share_of(takes, 0.5), share_of(pictures, 0.5), share_of(pictures, 0.99), {}};
-  for (const auto& [name, took] : passes) times.passes[name] = share_of(took, 0.5);
+      particles, pictures.size(), quantile_of(takes, 0.5), quantile_of(pictures, 0.5), quantile_of(pictures, 0.99), {}};
+  for (const auto& [name, took] : passes) times.passes[name] = quantile_of(took, 0.5);
   return times;
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 // Lengths in particle spacings.
 constexpr double kRadius = 0.78;     // of the spheres: neighbours overlap well
-constexpr double kTop = 0.5;         // of a sphere above its centre: half of a particle
+constexpr double kHalfAbove = 0.5;   // of a sphere above its centre: half of a particle
 constexpr double kTintRadius = 1.2;  // sums over wider spheres have less grain
 constexpr double kReach = 2.4;       // of the smoothing
 constexpr double kRange = 3.0;       // of distances that belong to one surface
@@ -194,7 +194,7 @@ void MediumSurface::set_spacing(double spacing) {
   set(all, "skin", kSkin);
   set(all, "lift", kLift);
   set(all, "spread", kSpread);
-  set(all, "sink", kRadius - kTop);
+  set(all, "sink", kRadius - kHalfAbove);
   set(passes_[0].camera->getStateSet(), "radius", kRadius);
   set(passes_[kTint].camera->getStateSet(), "radius", kTintRadius);
   width_ = 0;  // passes that depend on it are made anew

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::int64_t kNoticeNs = 6'000'000'000;
 // [s] of playing after which what was said counts no more, as FeedState has it
-constexpr double kForgetProxy = 1, kForgetStatus = 3, kForgetEvent = 6;
+constexpr double kOldProxy = 1, kOldStatus = 3, kForgetEvent = 6;
 constexpr std::size_t kMostRemarks = 5;
 constexpr const char* kServer = "sim_server";
 
@@ -132,7 +132,7 @@ void Playback::show_hands(FeedView& view) {
     const auto& proxies = recording_.index().proxies[device];
     const auto newest = newest_at(proxies, time_);
     view.proxies[device].reset();
-    if (newest == proxies.end() || newest->run != run_number() || time_ - newest->time > kForgetProxy) continue;
+    if (newest == proxies.end() || newest->run != run_number() || time_ - newest->time > kOldProxy) continue;
     view.proxies[device] = recording_.sample<ProxySample>(newest->place);
     // whether the simulation stood still then; here the player does
     if (view.proxies[device]) view.proxies[device]->flags &= ~static_cast<std::uint32_t>(kPaused);
@@ -146,7 +146,7 @@ void Playback::show_words(FeedView& view, std::int64_t now_ns) {
   const auto end = newest_at(index.statuses, time_);
   if (end != index.statuses.end()) {
     // from the newest back, so that the newest of each process counts
-    for (auto it = end; time_ - it->time <= kForgetStatus; --it) {
+    for (auto it = end; time_ - it->time <= kOldStatus; --it) {
       if (const auto status = recording_.sample<Status>(it->place)) view.status.try_emplace(status->process, *status);
       if (it == index.statuses.begin()) break;
     }

@@ -13,7 +13,8 @@ namespace palp {
 namespace {
 
 const osg::Vec4f kPanel(0.05f, 0.06f, 0.08f, 0.62f);
-const osg::Vec4f kTrack(0.95f, 0.97f, 0.99f, 0.28f), kDone(1.0f, 0.74f, 0.26f, 0.95f), kWords(0.95f, 0.97f, 0.99f, 1);
+const osg::Vec4f kTrack(0.95f, 0.97f, 0.99f, 0.28f), kDone(1.0f, 0.74f, 0.26f, 0.95f),
+    kWordColor(0.95f, 0.97f, 0.99f, 1);
 
 osg::ref_ptr<osg::Geometry> rectangle(const osg::Vec4f& color) {
   osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
@@ -32,7 +33,7 @@ osg::ref_ptr<osgText::Text> make_text() {
   osg::ref_ptr<osgText::Text> text = new osgText::Text;
   if (const osg::ref_ptr<osgText::Font> font = find_font()) text->setFont(font);
   text->setShaderTechnique(osgText::NO_TEXT_SHADER);
-  text->setColor(kWords);
+  text->setColor(kWordColor);
   text->setDataVariance(osg::Object::DYNAMIC);
   return text;
 }
@@ -49,7 +50,7 @@ ReplayOverlay::ReplayOverlay()
       timeline_(new osg::Group),
       track_(rectangle(kTrack)),
       done_(rectangle(kDone)),
-      knob_(rectangle(kWords)),
+      knob_(rectangle(kWordColor)),
       behind_caption_(rectangle(kPanel)),
       text_(make_text()),
       caption_(make_text()) {
@@ -115,7 +116,7 @@ void ReplayOverlay::set_caption(const std::string& text, double opacity) {
   if (!shown) return;
   const auto alpha = static_cast<float>(std::min(opacity, 1.0));
   caption_->setText(text, osgText::String::ENCODING_UTF8);
-  caption_->setColor(osg::Vec4f(kWords.r(), kWords.g(), kWords.b(), alpha));
+  caption_->setColor(osg::Vec4f(kWordColor.r(), kWordColor.g(), kWordColor.b(), alpha));
   const osg::BoundingBox words = caption_->getBoundingBox();
   const float pad = 0.45f * caption_->getCharacterHeight();
   place(*behind_caption_, words.xMin() - 1.5f * pad, words.yMin() - pad, words.xMax() - words.xMin() + 3 * pad,

@@ -17,7 +17,7 @@ namespace palp {
 namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{1} << 20;
-constexpr double kFarthest = 1e5;  // [m] of a camera
+constexpr double kFarthestView = 1e5;  // [m] of a camera
 constexpr std::int64_t kSettleNs = 2'000'000'000;
 const char* const kSuiting = "suiting";  // the map that suits the field
 
@@ -26,7 +26,7 @@ std::vector<std::string> words(const std::array<std::string_view, N>& names) {
   return {names.begin(), names.end()};
 }
 
-osg::Vec3d vector_of(const std::vector<double>& x) { return {x.at(0), x.at(1), x.at(2)}; }
+osg::Vec3d read_vector(const std::vector<double>& x) { return {x.at(0), x.at(1), x.at(2)}; }
 
 void read_ranges(TomlTable table, ViewerSettings& s) {
   for (std::size_t i = 1; i < kScalarFields.size(); ++i) {
@@ -42,14 +42,14 @@ void read_ranges(TomlTable table, ViewerSettings& s) {
 }
 
 void read_view(TomlTable table, ViewerSettings& s) {
-  const Range places{"m", -kFarthest, kFarthest};
+  const Range places{"m", -kFarthestView, kFarthestView};
   const auto scene = table.text("scene", Need::required);
   const auto number = table.integer("number", 1, kMostViews, Need::required);
   const auto eye = table.numbers("eye", 3, places, Need::required);
   const auto center = table.numbers("center", 3, places, Need::required);
   const auto up = table.numbers("up", 3, {"", -1, 1}, Need::required);
   if (!scene || !number || !eye || !center || !up) return;
-  const StoredView view{vector_of(*eye), vector_of(*center), vector_of(*up)};
+  const StoredView view{read_vector(*eye), read_vector(*center), read_vector(*up)};
   const osg::Vec3d along = view.center - view.eye;
   if (!((along ^ view.up).length() > 1e-6 * along.length())) {
     table.fault("up", "the view has no direction; expected an eye apart from the center, and an up across both");
