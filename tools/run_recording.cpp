@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kStatusRate = 4;  // [Hz], as a server sends them
 
-std::uint64_t to_ns(double seconds) { return static_cast<std::uint64_t>(std::llround(1e9 * seconds)); }
+std::uint64_t stamp_of(double seconds) { return static_cast<std::uint64_t>(std::llround(1e9 * seconds)); }
 
 // A number for the headers that follows from the scene, so that the same run gives the same file.
 std::uint64_t session_of(const Scene& scene) { return scene.config.hash | 1; }
@@ -28,13 +28,13 @@ RunRecording::RunRecording(const Simulation& simulation, const std::string& path
 
 void RunRecording::write_state(Simulation& simulation, const StepOutput& output, std::vector<ProxySample> answers) {
   const SceneConfig& config = simulation.scene().config;
-  for (ProxySample& answer : answers) writer_.write(answer, to_ns(output.time));
+  for (ProxySample& answer : answers) writer_.write(answer, stamp_of(output.time));
   if (rate_due(output.step, kStatusRate, config.rate_hz)) {
     Status status;
     status.process = "sim_server";
     status.state = output.health.ok ? "running" : "fault";
     status.text = output.health.cause;
-    writer_.write(status, to_ns(output.time));
+    writer_.write(status, stamp_of(output.time));
   }
   if (rate_due(output.step, config.stream.particle_rate_hz, config.rate_hz)) write_frame(simulation, output);
 }
@@ -58,10 +58,10 @@ void RunRecording::write_frame(Simulation& simulation, const StepOutput& output)
                end = first + static_cast<std::ptrdiff_t>(particles_in_chunk(count, i));
     chunk.positions.assign(frame_.position.begin() + 3 * first, frame_.position.begin() + 3 * end);
     if (!frame_.scalar.empty()) chunk.scalars.assign(frame_.scalar.begin() + first, frame_.scalar.begin() + end);
-    writer_.write(chunk, to_ns(output.time));
+    writer_.write(chunk, stamp_of(output.time));
   }
   BodyPoses poses = body_poses(simulation.scene(), output);
-  if (!poses.body.empty()) writer_.write(poses, to_ns(output.time));
+  if (!poses.body.empty()) writer_.write(poses, stamp_of(output.time));
 }
 
 void RunRecording::close() {
