@@ -134,7 +134,8 @@ void main() {
   } else if (by_scalar) {
     float t = clamp((s.y - value_range.x) / (value_range.y - value_range.x), 0.0, 1.0);
     vec3 color = to_linear(textureLod(color_map, (t * 255.0 + 0.5) / 256.0, 0.0).rgb);
-    lit = shade(color, 0.5, 0.0, 0.03, 0.2, normal, to_eye, light_shares(p + lift * normal, normal));
+    // matt: a reflection would falsify what the colour says
+    lit = scattered(color, 0.2, normal, light_shares(p + lift * normal, normal));
   } else {
     lit = opaque_medium(p, normal, to_eye, tint.rgb / max(tint.a, 1e-6), look, tint.a);
   }
