@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "idl/messages.h"
@@ -30,6 +31,21 @@ constexpr std::uint32_t chunks_of(std::uint32_t particle_count) {
 // How many particles chunk number i of such a frame holds: kChunkParticles, the last one the rest. i < chunks_of(...).
 constexpr std::uint32_t particles_in_chunk(std::uint32_t particle_count, std::uint32_t i) {
   return std::min(kChunkParticles, particle_count - i * kChunkParticles);
+}
+
+// Makes a chunk part i of a frame with these values, scalars of one per particle or none; frame, sim_time and field are
+// the caller's. Allocates only where the chunk's vectors are too small.
+inline void fill_chunk(std::uint32_t i, std::span<const float> positions, std::span<const float> scalars,
+                       ParticleChunk& chunk) {
+  chunk.particle_count = static_cast<std::uint32_t>(positions.size() / 3);
+  chunk.chunk_count = chunks_of(chunk.particle_count);
+  chunk.chunk = i;
+  chunk.first = i * kChunkParticles;
+  const auto first = static_cast<std::ptrdiff_t>(chunk.first);
+  const auto n = static_cast<std::ptrdiff_t>(particles_in_chunk(chunk.particle_count, i));
+  chunk.positions.assign(positions.begin() + 3 * first, positions.begin() + 3 * (first + n));
+  chunk.scalars.clear();
+  if (!scalars.empty()) chunk.scalars.assign(scalars.begin() + first, scalars.begin() + first + n);
 }
 
 // Returns whether a chunk says consistently which part of its frame it is, and holds as many values as it says.

@@ -73,21 +73,12 @@ void ParticleSender::send(const ParticleFrame& frame) {
   chunk_.frame = frame.frame;
   chunk_.sim_time = frame.sim_time;
   chunk_.field = frame.field;
-  chunk_.particle_count = static_cast<std::uint32_t>(frame.positions.size() / 3);
-  chunk_.chunk_count = chunks_of(chunk_.particle_count);
+  const auto count = chunks_of(static_cast<std::uint32_t>(frame.positions.size() / 3));
   bool whole = true;
-  for (chunk_.chunk = 0; chunk_.chunk < chunk_.chunk_count; ++chunk_.chunk) {
+  for (std::uint32_t i = 0; i < count; ++i) {
     if (stop_) return;
     const std::int64_t t_start_ns = now_ns();
-    chunk_.first = chunk_.chunk * kChunkParticles;
-    const auto first = static_cast<std::ptrdiff_t>(chunk_.first);
-    const auto n = static_cast<std::ptrdiff_t>(particles_in_chunk(chunk_.particle_count, chunk_.chunk));
-    chunk_.positions.assign(frame.positions.begin() + 3 * first, frame.positions.begin() + 3 * (first + n));
-    if (frame.field != ScalarField::none) {
-      chunk_.scalars.assign(frame.scalars.begin() + first, frame.scalars.begin() + first + n);
-    } else {
-      chunk_.scalars.clear();
-    }
+    fill_chunk(i, frame.positions, frame.scalars, chunk_);
     if (!writer_->publish(chunk_)) {
       ++refused_chunks_;
       whole = false;

@@ -49,15 +49,8 @@ void RunRecording::write_frame(Simulation& simulation, const StepOutput& output)
     ParticleChunk chunk;
     chunk.frame = frames_;
     chunk.sim_time = output.time;
-    chunk.chunk = i;
-    chunk.chunk_count = chunks_of(count);
-    chunk.first = i * kChunkParticles;
-    chunk.particle_count = count;
     chunk.field = field;
-    const auto first = static_cast<std::ptrdiff_t>(chunk.first),
-               end = first + static_cast<std::ptrdiff_t>(particles_in_chunk(count, i));
-    chunk.positions.assign(frame_.position.begin() + 3 * first, frame_.position.begin() + 3 * end);
-    if (!frame_.scalar.empty()) chunk.scalars.assign(frame_.scalar.begin() + first, frame_.scalar.begin() + end);
+    fill_chunk(i, frame_.position, frame_.scalar, chunk);
     writer_.write(chunk, stamp_of(output.time));
   }
   BodyPoses poses = body_poses(simulation.scene(), output);

@@ -10,6 +10,8 @@
 #include <osg/NodeVisitor>
 #include <osg/Program>
 
+#include "viewer/draw_times.h"
+
 namespace palp {
 namespace {
 
@@ -22,13 +24,6 @@ const std::string kWholePicture = "picture";
 
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-double quantile_of(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
 }
 
 // Three times as long and twice as wide as deep, as far as whole layers go.
@@ -190,31 +185,31 @@ DrawingTimes time_drawing(Stage& stage, std::size_t particles, bool beads, doubl
   stage.go_home();
   for (std::size_t k = 0; k < kWarmUp; ++k) draw_wholly(stage);
 
-  std::vector<double> takes, pictures;
+  DrawTimes takes, pictures;
   const auto start = Clock::now();
-  while (pictures.size() < kFewestPictures || ms_since(start) < 500 * seconds) {
+  while (pictures.count() < kFewestPictures || ms_since(start) < 500 * seconds) {
     const auto begun = Clock::now();
-    stage.scene().set_frame(frames[pictures.size() % kFrames]);
-    takes.push_back(ms_since(begun));
-    pictures.push_back(draw_wholly(stage));
+    stage.scene().set_frame(frames[pictures.count() % kFrames]);
+    takes.add(1e-3 * ms_since(begun));
+    pictures.add(1e-3 * draw_wholly(stage));
   }
 
-  std::map<std::string, std::vector<double>> passes;
+  std::map<std::string, DrawTimes> passes;
   Stopwatch stopwatch(stage);
   const auto again = Clock::now();
   for (std::size_t k = 0; k < kFewestPictures || ms_since(again) < 500 * seconds; ++k) {
     stage.scene().set_frame(frames[k % kFrames]);
     double rest = draw_wholly(stage);
     for (const auto& [name, took] : stopwatch.take()) {
-      passes[name].push_back(took);
+      passes[name].add(1e-3 * took);
       rest -= took;
     }
-    passes[kWholePicture].push_back(rest);
+    passes[kWholePicture].add(1e-3 * rest);
   }
 
-  DrawingTimes times{
-      particles, pictures.size(), quantile_of(takes, 0.5), quantile_of(pictures, 0.5), quantile_of(pictures, 0.99), {}};
-  for (const auto& [name, took] : passes) times.passes[name] = quantile_of(took, 0.5);
+  DrawingTimes times{particles, pictures.count(), takes.share_ms(0.5), pictures.share_ms(0.5), pictures.share_ms(0.99),
+                     {}};
+  for (const auto& [name, took] : passes) times.passes[name] = took.share_ms(0.5);
   return times;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <cstdio>
+#include <ctime>
 #include <deque>
 #include <filesystem>
 #include <mutex>
@@ -12,6 +13,7 @@
 #include <thread>
 #include <utility>
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <osg/Image>
@@ -153,6 +155,8 @@ std::string numbered(const std::string& file, int number) {
   return (path.parent_path() / fmt::format("{}-{:04d}{}", path.stem().string(), number, path.extension().string()))
       .string();
 }
+
+std::string screenshot_name() { return fmt::format("palp-{:%Y%m%d-%H%M%S}.png", fmt::localtime(std::time(nullptr))); }
 
 Capture::Capture() : worker_(std::make_unique<Worker>()) {}
 Capture::~Capture() = default;

@@ -12,6 +12,9 @@ namespace palp {
 // Returns the name of the picture of that number in a series: DIR/NAME-0007.png for DIR/NAME.png.
 std::string numbered(const std::string& file, int number);
 
+// Returns the name of a picture that is taken by hand: that of the time.
+std::string screenshot_name();
+
 // Calls from one thread. Failures are logged, counted and never thrown after construction.
 class Capture {
  public:

@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <osg/BlendFunc>
 #include <osg/Depth>
 
 #include "viewer/arrays.h"
 #include "viewer/controls.h"
 #include "viewer/font.h"
+#include "viewer/overlay_camera.h"
 
 namespace palp {
 namespace {
@@ -69,7 +69,7 @@ osg::ref_ptr<osg::Geometry> color_bar(float x, float y, float w, float h, ColorM
 }  // namespace
 
 Hud::Hud()
-    : camera_(new osg::Camera),
+    : camera_(overlay_camera(0)),
       rows_group_(new osg::Group),
       banner_group_(new osg::Group),
       legend_group_(new osg::Group),
@@ -77,23 +77,9 @@ Hud::Hud()
       font_(find_font()),
       colors_(colors_of(Theme::dark)),
       help_lines_(palp::help_lines()) {
-  camera_->setReferenceFrame(osg::Transform::ABSOLUTE_RF);
-  camera_->setRenderOrder(osg::Camera::POST_RENDER);
-  camera_->setClearMask(0);
-  camera_->setViewMatrix(osg::Matrixd::identity());
-  camera_->setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
-  camera_->setCullingActive(false);
-  camera_->setAllowEventFocus(false);
   for (osg::Group* group : {rows_group_.get(), legend_group_.get(), banner_group_.get(), help_group_.get()}) {
     camera_->addChild(group);
   }
-  osg::StateSet* state = camera_->getOrCreateStateSet();
-  state->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
-  state->setMode(GL_DEPTH_TEST, osg::StateAttribute::OFF);
-  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
-  // in the order of the tree: panels below, words above
-  state->setRenderBinDetails(0, "TraversalOrderBin");
-  state->setNestRenderBins(false);
   known_ = hud_rows({});
   rows_ = rows_to_show();
 }

@@ -5,13 +5,13 @@
 
 #include <fmt/format.h>
 
+#include "viewer/mesh.h"
+
 namespace palp {
 namespace {
 
 // Over the spacing: about as large as beads are drawn, so that one cannot click between them.
 constexpr double kPickRadius = 0.62;
-
-bool has_surface(const BodyDescription& body) { return !body.vertices.empty() && !body.triangles.empty(); }
 
 bool draws_particles(const Session& session, const BodyDescription& body) {
   return session.draws_all() || !has_surface(body);

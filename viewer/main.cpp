@@ -5,19 +5,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <ctime>
-#include <exception>
-#include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
 #include <vector>
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include "config/json_file.h"
 #include "config/program.h"
 #include "config/stop_signal.h"
 #include "idl/clock.h"
@@ -31,6 +26,7 @@
 #include "viewer/session.h"
 #include "viewer/settings.h"
 #include "viewer/shaders.h"
+#include "viewer/summary.h"
 
 namespace palp {
 namespace {
@@ -51,7 +47,7 @@ class Recorder {
   // Returns whether the next picture is to be taken. seconds: since the start. last: no other picture follows.
   bool wants(double seconds, bool last, bool screenshot) {
     pngs_.clear();
-    if (screenshot) pngs_.push_back(fmt::format("palp-{:%Y%m%d-%H%M%S}.png", fmt::localtime(std::time(nullptr))));
+    if (screenshot) pngs_.push_back(screenshot_name());
     if (options_.png_every) {
       if (seconds >= next_png_) {
         pngs_.push_back(numbered(options_.png, ++png_count_));
@@ -97,18 +93,6 @@ void report(Feed& feed, const Session& session, const FeedView& view) {
                                                     {"frames", static_cast<double>(view.frames)},
                                                     {"lost_frames", static_cast<double>(view.lost_frames)},
                                                     {"refused_samples", static_cast<double>(view.refused)}});
-}
-
-// Returns false if the file cannot be written. No file: nothing is.
-bool write_summary(const std::string& file, const Json& summary) {
-  if (file.empty()) return true;
-  try {
-    write_json(file, summary);
-    return true;
-  } catch (const std::exception& error) {
-    spdlog::error("{}", error.what());
-    return false;
-  }
 }
 
 // Times the drawing of a made-up scene. Returns false if the summary cannot be written.

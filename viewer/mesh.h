@@ -33,4 +33,7 @@ std::size_t build_work(const BodyDescription& body);
 // it is cancelled.
 BodyMesh build_mesh(const BodyDescription& body, BuildProgress* progress = nullptr);
 
+// Returns whether a body is described by a surface, which stands for its particles.
+inline bool has_surface(const BodyDescription& body) { return !body.vertices.empty() && !body.triangles.empty(); }
+
 }  // namespace palp

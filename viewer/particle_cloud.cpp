@@ -7,6 +7,7 @@
 #include <osg/PointSprite>
 #include <osg/PrimitiveSet>
 
+#include "viewer/mesh.h"
 #include "viewer/shaders.h"
 
 namespace palp {
@@ -101,9 +102,8 @@ void ParticleCloud::set_scene(const SceneDescription& scene) {
   bodies_.clear();
   looks_.clear();
   for (const BodyDescription& body : scene.bodies) {
-    const bool surface = !body.vertices.empty() && !body.triangles.empty();
-    bodies_.push_back({body.kind, body.first, body.count, body.density, body.color, surface, usual_medium(body),
-                       looks_.row_of(body.look)});
+    bodies_.push_back({body.kind, body.first, body.count, body.density, body.color, has_surface(body),
+                       usual_medium(body), looks_.row_of(body.look)});
   }
   rest_density_ = 0;
   for (const Body& body : bodies_) {

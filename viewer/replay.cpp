@@ -3,22 +3,17 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
-#include <exception>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include "config/data_dir.h"
 #include "config/error.h"
-#include "config/json_file.h"
 #include "config/stop_signal.h"
 #include "idl/clock.h"
 #include "viewer/camera_script.h"
@@ -30,6 +25,7 @@
 #include "viewer/replay_overlay.h"
 #include "viewer/session.h"
 #include "viewer/settings.h"
+#include "viewer/summary.h"
 
 namespace palp {
 namespace {
@@ -168,23 +164,17 @@ class Film {
   Capture capture_;
 };
 
-// Returns false if the file cannot be written.
-bool write_summary(const ViewerOptions& options, Player& player, const DrawTimes& draw_times, bool healthy) {
+// Returns false if the summary cannot be written.
+bool sum_up(const ViewerOptions& options, Player& player, const DrawTimes& draw_times, bool healthy) {
   if (options.summary.empty()) return true;
   const FeedView view = player.playback().view(now_ns());
-  try {
-    write_json(options.summary, {{"lost_frames", view.lost_frames},
-                                 {"refused_samples", view.refused},
-                                 {"drawn_frames", player.session().frames_drawn()},
-                                 {"pictures", draw_times.count()},
-                                 {"draw_p50_ms", draw_times.share_ms(0.5)},
-                                 {"draw_p99_ms", draw_times.share_ms(0.99)},
-                                 {"healthy", healthy}});
-    return true;
-  } catch (const std::exception& error) {
-    spdlog::error("{}", error.what());
-    return false;
-  }
+  return write_summary(options.summary, {{"lost_frames", view.lost_frames},
+                                         {"refused_samples", view.refused},
+                                         {"drawn_frames", player.session().frames_drawn()},
+                                         {"pictures", draw_times.count()},
+                                         {"draw_p50_ms", draw_times.share_ms(0.5)},
+                                         {"draw_p99_ms", draw_times.share_ms(0.99)},
+                                         {"healthy", healthy}});
 }
 
 int make_film(const ViewerOptions& options, Stage& stage) {
@@ -211,7 +201,7 @@ int make_film(const ViewerOptions& options, Stage& stage) {
   }
   if (k < film.count()) spdlog::warn("the film was cut short: {} of {} pictures", k, film.count());
   const bool whole = film.finish() && k == film.count();
-  return write_summary(options, player, draw_times, whole) && whole ? 0 : 1;
+  return sum_up(options, player, draw_times, whole) && whole ? 0 : 1;
 }
 
 // Shows time and speed.
@@ -247,7 +237,7 @@ int play(const ViewerOptions& options, Stage& stage) {
     show_time(player, stage);
     const std::int64_t begun_ns = now_ns();
     if (player.session().take_screenshot_wish()) {
-      const std::string file = fmt::format("palp-{:%Y%m%d-%H%M%S}.png", fmt::localtime(std::time(nullptr)));
+      const std::string file = screenshot_name();
       stage.draw([&](Picture&& picture) { capture.write_png(file, std::move(picture)); });
     } else {
       stage.draw();
@@ -264,7 +254,7 @@ int play(const ViewerOptions& options, Stage& stage) {
   const bool whole = capture.finish();
   // the handlers go before what they refer to
   stage.viewer().getEventHandlers().clear();
-  return write_summary(options, player, draw_times, whole) && whole ? 0 : 1;
+  return sum_up(options, player, draw_times, whole) && whole ? 0 : 1;
 }
 
 }  // namespace

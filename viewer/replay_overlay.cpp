@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <osg/BlendFunc>
 
 #include "viewer/arrays.h"
 #include "viewer/font.h"
+#include "viewer/overlay_camera.h"
 
 namespace palp {
 namespace {
@@ -46,7 +46,7 @@ void set_size_of(osgText::Text& text, float size) {
 }  // namespace
 
 ReplayOverlay::ReplayOverlay()
-    : camera_(new osg::Camera),
+    : camera_(overlay_camera(1)),
       timeline_(new osg::Group),
       track_(rectangle(kTrack)),
       done_(rectangle(kDone)),
@@ -54,19 +54,6 @@ ReplayOverlay::ReplayOverlay()
       behind_caption_(rectangle(kPanel)),
       text_(make_text()),
       caption_(make_text()) {
-  camera_->setReferenceFrame(osg::Transform::ABSOLUTE_RF);
-  camera_->setRenderOrder(osg::Camera::POST_RENDER, 1);
-  camera_->setClearMask(0);
-  camera_->setViewMatrix(osg::Matrixd::identity());
-  camera_->setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
-  camera_->setCullingActive(false);
-  camera_->setAllowEventFocus(false);
-  osg::StateSet* state = camera_->getOrCreateStateSet();
-  state->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
-  state->setMode(GL_DEPTH_TEST, osg::StateAttribute::OFF);
-  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
-  state->setRenderBinDetails(0, "TraversalOrderBin");
-  state->setNestRenderBins(false);
   for (osg::Node* node : {static_cast<osg::Node*>(track_.get()), static_cast<osg::Node*>(done_.get()),
                           static_cast<osg::Node*>(knob_.get()), static_cast<osg::Node*>(text_.get())})
     timeline_->addChild(node);
