@@ -49,9 +49,29 @@ PALP_HD inline bool is_flat(const Piece& p, const Vec3& n) {
          (p.type == PieceType::cylinder && Eigen::numext::abs((p.R.transpose() * n).z()) > real(0.5));
 }
 
+// Returns whether the line between two places, the solid's frame, passes through one of the boxes of a solid of boxes.
+PALP_HD inline bool passes_a_box(const ContactBody& b, const Piece* piece, const Vec3& x, const Vec3& y) {
+  for (std::uint32_t k = b.first; k < b.solid; ++k) {
+    real enters = 0, leaves = 1;  // shares of the way from x to y
+    for (int a = 0; a < 3; ++a) {
+      const real low = piece[k].low[a] - x[a], high = piece[k].high[a] - x[a], way = y[a] - x[a];
+      if (way == real(0)) {
+        if (low > real(0) || high < real(0)) leaves = real(-1);
+        continue;
+      }
+      const real first = (way > real(0) ? low : high) / way, last = (way > real(0) ? high : low) / way;
+      enters = first > enters ? first : enters;
+      leaves = last < leaves ? last : leaves;
+    }
+    if (enters <= leaves) return true;
+  }
+  return false;
+}
+
 // Returns whether a solid blocks the sight between two places, the solid's frame.
 PALP_HD inline bool blocks_sight(const ContactBody& b, const Piece* piece, const NodeGrid* grid, const Vec3& x,
                                  const Vec3& y, real near) {
+  if (b.boxes && !passes_a_box(b, piece, x, y)) return false;
   const SightHit a = first_hit(b, piece, grid, x, y, near);
   if (!a.met) return false;
   const SightHit c = first_hit(b, piece, grid, y, x, near);
