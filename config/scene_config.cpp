@@ -102,6 +102,7 @@ void read_numerics(TomlTable& root, SceneConfig& scene, const SceneOverrides& ov
   n.tension = table.boolean("tension");
   n.solid_particles = table.boolean("solid_particles").value_or(false) || overrides.solid_particles;
   if (const auto steps = table.integer("sub_steps", 1, 100000)) n.sub_steps = static_cast<int>(*steps);
+  if (const auto steps = table.integer("fluid_interval", 1, 100)) n.fluid_interval = static_cast<int>(*steps);
   n.skin_over_spacing = table.number("skin_over_spacing", range_of("numerics.skin_over_spacing"));
   n.sleep_speed = table.number("sleep_speed", range_of("numerics.sleep_speed"));
   n.region_of_interest = table.number("region_of_interest", range_of("numerics.region_of_interest"));

@@ -167,6 +167,7 @@ struct NumericsConfig {
   std::optional<int> elastic_rounds;         // of an implicit solve, at most; unset: what leaves a hundredth to solve
   std::optional<bool> tension;               // let fluid pressure be negative
   std::optional<int> sub_steps;              // per haptic step; refused when unstable
+  std::optional<int> fluid_interval;         // haptic steps that fluids take at once; refused where they cannot
   std::optional<double> skin_over_spacing;   // by which neighbour lists reach past H, over dx, 0.02..1
   std::optional<double> sleep_speed;         // what is slower rests and is not computed (physics/sleep.h) [m/s]
   std::optional<double> region_of_interest;  // distance from tools within which nothing sleeps [m]

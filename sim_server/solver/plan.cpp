@@ -280,6 +280,7 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   check_motion(scene, plan);
   check_stiffness(scene, plan);
   plan_heat(scene, plan);
+  plan_fluid_interval(scene, plan);
   plan_sleep(scene, plan);
   return plan;
 }
@@ -297,6 +298,7 @@ std::string describe(const Plan& plan, const Scene& scene) {
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
   if (plan.fluid || plan.elastic || plan.fields)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.ruling.dt, plan.ruling.by);
+  if (plan.fluid_interval > 1) text += fmt::format(", fluids take {} haptic steps at once", plan.fluid_interval);
   text += describe_elastic_solver(plan) + describe_viscosity(plan) + describe_heat(plan, scene);
   text += describe_sleep(plan, scene);
   if (const auto& choice = scene.config.choice)

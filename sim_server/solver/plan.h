@@ -65,6 +65,7 @@ struct Plan {
   std::string elastic_choice;     // the reason for the choice, in a few words
   int sub_steps = 1;              // per haptic step
   double dt = 0;                  // sub-step [s]
+  int fluid_interval = 1;         // haptic steps that fluids take at once, in the first of them
   double dt_limit = 0;            // the largest stable sub-step by linear theory [s]
   double dt_allowed = 0;          // the largest one that all limits allow [s]
   StepLimit ruling;               // the limit that sets dt_allowed

@@ -139,6 +139,7 @@ class Simulation {
   virtual std::string numerics() const = 0;      // one line: the numbers that the accuracy level expanded to
   virtual double support_radius() const = 0;     // H [m]
   virtual int sub_steps() const = 0;             // sub-steps of a haptic step
+  virtual int fluid_interval() const = 0;        // haptic steps that fluids take at once: one of so many costs more
 
   // Runs one haptic step of 1 / rate_hz seconds. The result is valid until the next call. No allocation after the first
   // step.

@@ -37,6 +37,7 @@ class SimulationOn final : public Simulation {
 
   double support_radius() const override { return plan_.support; }
   int sub_steps() const override { return plan_.sub_steps; }
+  int fluid_interval() const override { return plan_.fluid_interval; }
 
   void set_parameter(const std::string& name, const std::string& value) override {
     SceneConfig config = scene_.config;
@@ -67,11 +68,16 @@ class SimulationOn final : public Simulation {
 
   const StepOutput& step(const StepInput& input) override {
     results_.fill(input, output_.time, *input_.host);
+    // variants: fluids stay, if they ever do; they move; and all stages run, if some are seldom
     const bool varies = plan_.heat || plan_.sleeps;
-    const bool seldom = varies && (output_.step + 1) % static_cast<unsigned>(interval()) == 0;
-    back_end_.execute(seldom ? 1 : 0, varies ? 2 : 1, [this](int variant) {
+    const int at_once = plan_.fluid_interval, resting = at_once > 1 ? 1 : 0, variants = resting + (varies ? 2 : 1);
+    const auto due = [this](int from, int every) {
+      return (output_.step + static_cast<unsigned>(from)) % static_cast<unsigned>(every) == 0;
+    };
+    const int moving = resting + (varies && due(at_once, interval()) ? 1 : 0);
+    back_end_.execute(due(0, at_once) ? moving : 0, variants, [&](int variant) {
       back_end_.push(input_);
-      palp::step(back_end_, plan_, views_, variant == 1);
+      palp::step(back_end_, plan_, views_, {variant >= resting, varies && variant + 1 == variants});
       if (plan_.wrench) back_end_.pull(bodies_);
       back_end_.pull(health_);
     });
@@ -177,8 +183,8 @@ class SimulationOn final : public Simulation {
  private:
   enum class FrameState { idle, begun };
 
-  // Returns the haptic steps from one to the next of those that have more stages; a scene with heat has no sleep.
-  int interval() const { return std::max(plan_.heat_interval, plan_.sleep_interval); }
+  // Returns the haptic steps from one to the next of those that have all stages; a scene with heat has no sleep.
+  int interval() const { return std::max({plan_.heat_interval, plan_.sleep_interval, plan_.fluid_interval}); }
 
   ParticleView allocate_particles(const std::string& set) {
     const std::size_t n = scene_.position.size();

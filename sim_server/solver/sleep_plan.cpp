@@ -14,7 +14,9 @@ void plan_sleep(const Scene& scene, Plan& plan) {
   const NumericsConfig& n = scene.config.numerics;
   plan.sleeps = (plan.fluid || plan.elastic) && (n.sleep_speed || n.region_of_interest);
   if (!plan.sleeps) return;
-  plan.sleep_interval = std::max(1, static_cast<int>(kSleepInterval * scene.config.rate_hz));
+  // judged where fluids move
+  const double fluid_steps = kSleepInterval * scene.config.rate_hz / plan.fluid_interval;
+  plan.sleep_interval = plan.fluid_interval * std::max(1, static_cast<int>(fluid_steps));
   if (n.region_of_interest && !n.sleep_speed && scene.proxies.empty())
     throw ConfigError(fmt::format(
         "{}: numerics.region_of_interest is set in a scene without tools, where everything would stand still, expected "

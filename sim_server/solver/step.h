@@ -300,7 +300,10 @@ void contact_stages(B& back_end, const StepViews& v) {
 
 // Runs a sub-step, which ends `elapsed` after the start of the haptic step [s].
 template <class B>
-void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, bool heat) {
+void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, bool flows, bool heat) {
+  StepViews fluids = v;
+  fluids.medium.dt = static_cast<real>(plan.fluid_interval * plan.dt);
+  const bool particles = plan.neighbors && flows;
   const auto bonds = [&] {
     if (plan.change) bond_stages(back_end, v);
   };
@@ -309,13 +312,13 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
   };
   // these and the fluids' stages ask nothing of each other where no forces on bodies' particles are added up
   const bool some = plan.change || plan.fields;
-  const bool beside = some && plan.neighbors && plan.force_count == 0 && !(heat && plan.change);
+  const bool beside = some && particles && plan.force_count == 0 && !(heat && plan.change);
   if (beside)
     back_end.beside([&] {
       bonds();
       contact();
     });
-  if (plan.neighbors) particle_stages(back_end, plan, v, elapsed);
+  if (particles) particle_stages(back_end, plan, fluids, elapsed);
   if (heat) heat_stages(back_end, plan, v);
   if (heat && plan.change) change_stages(back_end, plan, v);
   if (!beside) bonds();
@@ -348,11 +351,11 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
     back_end.for_each_block("rigid move", kMaxRigidPieces,
                             AdvanceRigid{v.change.rigid, v.grid, v.input.forcing, v.medium.dt});
   }
-  const MoveParticles move{v.state,  v.fluid.acceleration, v.body, v.elastic, v.change.views, v.change.rigid, v.grid,
-                           v.medium, v.input.forcing};
-  if (plan.neighbors)
+  const MoveParticles move{v.state, v.fluid.acceleration, v.body,         v.elastic, v.change.views, v.change.rigid,
+                           v.grid,  fluids.medium,        v.input.forcing};
+  if (particles)
     back_end.move("move", v.particles, move);
-  else
+  else if (!plan.neighbors)
     back_end.for_each("move", v.particles, move, v.elastic_sleep.units > 0 ? v.state.tag : nullptr);
 }
 
@@ -374,19 +377,18 @@ void sleep_stages(B& back_end, const Plan& plan, const StepViews& v) {
       Settle{v.state, v.sorted, v.grid, v.sleep, v.body.body, v.elastic_sleep.units > 0 ? v.elastic : ElasticViews{}});
 }
 
-// Runs a haptic step. seldom: it is the one in heat_interval that conducts, or in sleep_interval that judges what
-// sleeps.
+// Runs a haptic step.
 template <class B>
-void step(B& back_end, const Plan& plan, const StepViews& v, bool seldom) {
-  const bool heat = plan.heat && seldom;
+void step(B& back_end, const Plan& plan, const StepViews& v, StepKind kind) {
+  const bool heat = plan.heat && kind.seldom;
   if (plan.wrench) back_end.for_each("begin", v.bodies, BeginStep{v.body.body});
   for (int s = 0; s < plan.sub_steps; ++s)
-    sub_step(back_end, plan, v, static_cast<real>((s + 1) * plan.dt), heat && s + 1 == plan.sub_steps);
+    sub_step(back_end, plan, v, static_cast<real>((s + 1) * plan.dt), kind.flows, heat && s + 1 == plan.sub_steps);
   if (plan.elastic)
     back_end.for_each_large("elastic bodies", static_cast<std::uint32_t>(plan.elastic_bodies.size()),
                             MeasureElastic{v.elastic, v.body, v.list.elastic});
-  if (plan.sleeps && seldom) sleep_stages(back_end, plan, v);
-  if (v.particles == 0) return;  // bodies are judged by the host
+  if (plan.sleeps && kind.seldom) sleep_stages(back_end, plan, v);
+  if (v.particles == 0 || !kind.flows) return;  // bodies are judged by the host
   back_end.for_each_block("health", kHealthBlocks,
                           MeasureHealth{v.state, v.medium, v.grid, v.particles, v.health.part});
   back_end.for_each_block("health", 1, CollectHealth{v.health.part, v.health.total, v.implicit.unsolved});

@@ -17,6 +17,12 @@
 
 namespace palp {
 
+// Which stages a haptic step has.
+struct StepKind {
+  bool flows = true;    // fluids move, by as many haptic steps as they take at once; else their push on bodies stays
+  bool seldom = false;  // it conducts heat, or judges what sleeps
+};
+
 // The input of a haptic step.
 struct InputViews {
   const Forcing* forcing = nullptr;

@@ -126,6 +126,26 @@ void choose_sub_steps(const SceneConfig& config, Plan& plan) {
   plan.dt = step / plan.sub_steps;
 }
 
+// Returns why fluids cannot take several haptic steps at once; empty: they can.
+std::string bound_to_each_step(const Plan& plan) {
+  if (!plan.fluid || plan.method == Method::paper) return "no fluid of method \"accurate\" is in the scene";
+  if (plan.elastic || plan.change) return "elastic bodies and matter that changes state move with fluids";
+  if (plan.heat) return "heat flows in haptic steps of its own";
+  if (plan.contact || plan.walls) return "bodies act by their particles";
+  if (plan.viscous_stages > 0) return "viscosity is taken in stages, which bodies share";
+  if (plan.sub_steps > 1) return "a haptic step has several sub-steps";
+  return "";
+}
+
+// Returns the longest step that a share of the limits of fluids allows [s].
+template <class Allowed>
+double fluid_step(const Plan& plan, Allowed&& allowed) {
+  double least = 1e30;
+  for (const StepLimit& limit : plan.limits)
+    if (limit.by != "contact" && limit.avoided_by.empty()) least = std::min(least, allowed(limit));
+  return least;
+}
+
 // Returns the limit by sound where viscosity is taken in stages.
 StepLimit beside_stages(StepLimit sound) {
   sound.of += ", beside stages of viscosity";
@@ -156,7 +176,35 @@ void limit_by_viscosity(const Scene& scene, double limit, const std::string& mat
     limit_by({both / std::min(1.0, numerics.safety), "sound and viscosity", material, ""}, numerics, plan);
 }
 
+// The longest time that fluids take at once where the scene does not say [s]. The force on a ladle that stirs
+// tray_fluid is the same, within what two runs differ by, from one to five milliseconds, but three particles beneath a
+// block were squeezed flat with four (tools/results/felt_remaining.md).
+constexpr double kLongestFluidStep = 2e-3;
+// Fewer particles cost what their launches cost, however seldom they move.
+constexpr std::size_t kFewParticles = 200;
+
 }  // namespace
+
+void plan_fluid_interval(const Scene& scene, Plan& plan) {
+  const NumericsConfig& n = scene.config.numerics;
+  const double step = 1 / scene.config.rate_hz;
+  const auto steps_in = [&](double time) { return static_cast<int>(std::min(time / step + 1e-9, 1e6)); };
+  const std::string bound = bound_to_each_step(plan);
+  if (n.fluid_interval) {
+    plan.fluid_interval = *n.fluid_interval;
+    const int most =
+        bound.empty() ? std::max(1, steps_in(fluid_step(plan, [](const StepLimit& one) { return one.dt; }))) : 1;
+    if (plan.fluid_interval > most)
+      throw ConfigError(fmt::format(
+          "{}: numerics.fluid_interval is {} but fluids can take {} haptic step{} at once{}: "
+          "lower it or leave it out",
+          scene.config.path, plan.fluid_interval, most, most > 1 ? "s" : "", bound.empty() ? "" : ", since " + bound));
+    return;
+  }
+  if (!bound.empty() || n.sub_steps || scene.position.size() < kFewParticles) return;
+  const double allowed = fluid_step(plan, [&](const StepLimit& one) { return allowed_by(one, n); });
+  plan.fluid_interval = std::max(1, steps_in(std::min(allowed, kLongestFluidStep)));
+}
 
 double allowed_by(const StepLimit& limit, const NumericsConfig& numerics) {
   return std::min(1.0, numerics.safety * limit.share) * limit.dt;

@@ -10,6 +10,10 @@ namespace palp {
 // asked.
 void plan_sub_steps(const Scene& scene, Plan& plan);
 
+// Sets how many haptic steps fluids take at once. All else of the plan but sleep must be planned. Throws ConfigError
+// when the scene asks for more than its fluids can take.
+void plan_fluid_interval(const Scene& scene, Plan& plan);
+
 // Returns the longest sub-step that a limit allows [s]: numerics.safety times its share of it, but no more than it is.
 double allowed_by(const StepLimit& limit, const NumericsConfig& numerics);
 

@@ -24,7 +24,8 @@ double typical_step(const std::function<double()>& timed_step, const Timing& tim
 // Hands that hold their tools where these are at the start.
 StepInput still_hands(const Scene& scene);
 
-// Returns typical_step of a simulation from where it is, with still hands. Throws std::runtime_error when it turns
+// Returns what a haptic step of a simulation typically takes from where it is, with still hands, on the mean over those
+// that fluids take at once [s]. Throws std::runtime_error when it turns
 // unhealthy meanwhile.
 double calm_step(Simulation& simulation, const Timing& timing = {});
 

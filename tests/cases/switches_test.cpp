@@ -56,6 +56,38 @@ TEST(Switches, SubStepsDoNotChangeTheDrag) {
   }
 }
 
+// A ball that a hand tows through oil between walls, by solids' geometry: whether the oil moves with each haptic step
+// or takes several at once.
+TEST(Switches, HapticStepsAtOnceDoNotChangeTheDrag) {
+  const auto by = [](std::optional<int> interval) {
+    SceneConfig config = contact_scene(0.02, 0, 0.2);
+    config.gravity.setZero();
+    config.materials[0].viscosity = 1;
+    config.numerics.max_speed = 1;
+    config.numerics.fluid_interval = interval;
+    ShapeConfig room = box({0.6, 0.24, 0.24});
+    room.subtract = true;
+    BodyConfig tank = body("tank", BodyKind::fixed, box({0.7, 0.34, 0.34}));
+    tank.shapes.push_back(room);
+    BodyConfig oil = body("oil", BodyKind::fluid, box({0.6, 0.24, 0.24}));
+    oil.shapes.push_back(cut(sphere(0.05, {-0.15, 0, 0})));
+    config.bodies = {oil, tank, at(body("ball", BodyKind::rigid, sphere(0.05)), {-0.15, 0, 0})};
+    ProxyConfig proxy;
+    proxy.body = "ball";
+    config.proxies.push_back(proxy);
+    const Scene scene = sampled(config);
+    EXPECT_EQ(make_plan(scene).fluid_interval, interval.value_or(2));
+    return drag(scene, [](SceneConfig&) {});
+  };
+  const double chosen = by({});
+  ASSERT_GT(chosen, 0);
+  for (const int interval : {1, 3}) {
+    const double other = by(interval);
+    RecordProperty("drag_with_" + std::to_string(interval), std::to_string(other / chosen));
+    EXPECT_TRUE(within(other / chosen - 1, tol::kSwitchedDrag)) << interval;
+  }
+}
+
 // From a fluid whose viscosity needs no stages to one that is computed in many: either way it drags alike.
 TEST(Switches, StagesOfViscosityDoNotChangeTheDrag) {
   for (const double viscosity : {3.0, 30.0, 300.0}) {

@@ -67,6 +67,8 @@ const BadRow kBad[] = {
     {"sound_speed = 40", "sound_speed = 1", "18: numerics: sound_speed is 1, expected more than max_speed, which is 2"},
     {"sub_steps = 4", "sub_steps = 2.5", "23: numerics: sub_steps is 2.5, expected a whole number from 1 to 100000"},
     {"sub_steps = 4", "sub_steps = 0", "23: numerics: sub_steps is 0, expected a whole number"},
+    {"tension = false", "fluid_interval = 0",
+     "22: numerics: fluid_interval is 0, expected a whole number from 1 to 100"},
     {"tension = false", "elastic_rounds = 0",
      "22: numerics: elastic_rounds is 0, expected a whole number from 1 to 1000"},
     {"sub_steps = 4\n", "elastic_solver = \"explicit\"\nelastic_rounds = 5\n",

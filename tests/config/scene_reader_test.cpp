@@ -182,6 +182,8 @@ TEST(SceneReader, SettingsWinOverTheFileAndChangeTheHash) {
   EXPECT_NE(read(kScene, other).hash, set.hash);
   other.settings = {"numerics.elastic_rounds=20"};
   EXPECT_EQ(read(kScene, other).numerics.elastic_rounds, 20);
+  other.settings = {"numerics.fluid_interval=3"};
+  EXPECT_EQ(read(kScene, other).numerics.fluid_interval, 3);
   other.settings = {"numerics.spacing=0.15"};
   EXPECT_EQ(read(kScene, other).numerics.spacing, 0.15);
   other.spacing = 0.25;

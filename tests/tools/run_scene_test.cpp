@@ -26,6 +26,7 @@ class FreeFall : public Simulation {
   std::string numerics() const override { return "exact"; }
   double support_radius() const override { return 3 * scene_.spacing; }
   int sub_steps() const override { return 1; }
+  int fluid_interval() const override { return 1; }
   const StepOutput& output() const override { return output_; }
   void set_parameter(const std::string&, const std::string&) override {}
   const StepOutput& step(const StepInput& input) override {

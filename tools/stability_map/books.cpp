@@ -53,6 +53,7 @@ Books::Books(Simulation& simulation, const Plan& plan)
   gone_.assign(scene_.position.size(), 0);
   simulation_.snapshot(snapshot_);
   sub_step_ = 1 / (scene_.config.rate_hz * simulation.sub_steps());
+  fluid_step_ = simulation.fluid_interval() * sub_step_;
   weigh(plan.sound_speed);
   follow_waves(plan);
   if (scene_.config.method == Method::accurate) released_ += stored_by_guard();
@@ -110,7 +111,7 @@ void Books::follow_waves(const Plan& plan) {
     double speed = 0;
     if (body.type == BodyKind::fluid) speed = sound_speed_in(scene_, plan, m);
     if (body.type == BodyKind::elastic && plan.elastic_rounds == 0) speed = pressure_wave_speed(m);
-    waves_[b] = speed * sub_step_ / scene_.spacing;
+    waves_[b] = speed * (body.type == BodyKind::fluid ? fluid_step_ : sub_step_) / scene_.spacing;
   }
 }
 
@@ -157,6 +158,7 @@ double Books::stored_by_pushing(std::size_t b) const {
 void Books::add_particles(std::size_t b, Sums& out) {
   const Body& body = scene_.bodies[b];
   const double density = scene_.config.materials[body.material].density;
+  const double step = body.type == BodyKind::fluid ? fluid_step_ : sub_step_;
   double moving = 0, strained = 0;  // kinetic energy, and what it swings with
   for (std::size_t i = body.first; i < body.first + body.count; ++i) {
     if (!snapshot_.inactive.empty() && snapshot_.inactive[i] != 0) {
@@ -166,7 +168,7 @@ void Books::add_particles(std::size_t b, Sums& out) {
     const double m = mass_of_[i];
     const Vector3d v = vector_at(snapshot_.velocity, i);
     const double kinetic = m / 2 * v.squaredNorm();
-    const double potential = -m * scene_.config.gravity.dot(before(vector_at(snapshot_.position, i), v, sub_step_));
+    const double potential = -m * scene_.config.gravity.dot(before(vector_at(snapshot_.position, i), v, step));
     const double stored = (snapshot_.stored.empty() ? 0.0 : snapshot_.stored[i]) +
                           (body.type == BodyKind::fluid ? m * compression(i, density) : 0.0);
     gone_[i] = kinetic + potential + stored;
@@ -239,7 +241,7 @@ void Books::check(const StepOutput& output) {
   last_ = now;
   const double before = start_.kinetic + start_.potential + start_.stored,
                after = now.kinetic + now.potential + now.stored;
-  const double moved = fastest_ * sub_step_ / scene_.spacing;
+  const double moved = fastest_ * fluid_step_ / scene_.spacing;
   const double share =
       std::max(std::min(kCreated + moved, kCreatedMost), scene_.config.method == Method::paper ? kCreatedByPaper : 0);
   const double created = after - before - work_ - released_;

@@ -74,6 +74,7 @@ class Books {
   std::vector<double> gone_;      // energy of particles when they were last seen within the domain [J]
   double weight_ = 0, mass_ = 0;  // of what moves but tools [N, kg]
   double sub_step_ = 0;           // [s]
+  double fluid_step_ = 0;         // that fluids take at once [s]
   double fastest_ = 0;            // speed so far [m/s]
   double noise_ = 0;              // energy of the agitation that is allowed [J]
   double agitation_ = 0;          // its momenta [N s]

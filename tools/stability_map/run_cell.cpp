@@ -72,14 +72,17 @@ void judge(const StepOutput& output, const Books& books, CellResult& result) {
 void run(const Setup& setup, const Plan& plan, Simulation& simulation, int steps, CellResult& result) {
   Books books(simulation, plan);
   HandPath hand(setup, simulation.scene());
-  const int every = std::max(1, steps / kChecks);
+  // a body has all of the push that a fluid gave it once the fluid is about to move again
+  const int at_once = simulation.fluid_interval(), every = at_once * std::max(1, steps / kChecks / at_once);
+  steps = (steps + at_once - 1) / at_once * at_once;
   bool ok = true;
-  for (int k = 0; k < steps && ok; ++k) {
+  for (int k = 0; k < steps && (ok || k % at_once != 0); ++k) {
     const StepOutput& output = simulation.step(hand.at(k));
-    ok = output.health.ok;
+    ok = ok && output.health.ok;
     books.note(output);
     // where a run is stopped all that is finite is looked at
-    if (output.health.non_finite == 0 && (!ok || k == 0 || k % every == every - 1 || k + 1 == steps))
+    const bool whole = k % at_once == at_once - 1;
+    if (whole && output.health.non_finite == 0 && (!ok || k + 1 == at_once || k % every == every - 1 || k + 1 == steps))
       books.check(output);
   }
   const StepOutput& output = simulation.output();
