@@ -35,6 +35,14 @@ constexpr float kFarthest = 1e5f;
 
 constexpr float kNoScalar = -3e38f;  // the shader colours such a particle by its body
 
+// Points that are drawn wherever they are, and that nobody asks for their bounds: OSG would go through a million of
+// them in each picture.
+class Points : public osg::Geometry {
+ public:
+  osg::BoundingBox computeBoundingBox() const override { return {}; }
+  osg::BoundingSphere computeBound() const override { return {}; }
+};
+
 bool deforms(BodyKind kind) { return kind == BodyKind::fluid || kind == BodyKind::elastic; }
 
 // Solids that do not deform have a speed and a temperature, but their density and pressure are aids of the solver.
@@ -86,7 +94,7 @@ ParticleCloud::ParticleCloud() : shared_(new osg::StateSet), map_(new osg::Textu
     set.vertices->getVertexBufferObject()->setUsage(GL_STREAM_DRAW);
     set.colors->setVertexBufferObject(new osg::VertexBufferObject);
     for (std::size_t m = 0; m < kMediums; ++m) {
-      osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
+      osg::ref_ptr<osg::Geometry> geometry = new Points;
       geometry->setUseDisplayList(false);
       geometry->setUseVertexBufferObjects(true);
       geometry->setCullingActive(false);
