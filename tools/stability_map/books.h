@@ -68,17 +68,17 @@ class Books {
   const Scene& scene_;
   double sound_speed_;  // [m/s]
   Snapshot snapshot_;
-  std::vector<bool> tool_;        // by body
-  std::vector<double> waves_;     // by body: the way of a wave in a sub-step, in spacings
-  std::vector<double> mass_of_;   // of particles [kg]
-  std::vector<double> gone_;      // energy of particles when they were last seen within the domain [J]
-  double weight_ = 0, mass_ = 0;  // of what moves but tools [N, kg]
-  double sub_step_ = 0;           // [s]
-  double fluid_step_ = 0;         // that fluids take at once [s]
-  double fastest_ = 0;            // speed so far [m/s]
-  double noise_ = 0;              // energy of the agitation that is allowed [J]
-  double agitation_ = 0;          // its momenta [N s]
-  double released_ = 0;           // by surfaces and by fluid that begins at solids, at most [J]
+  std::vector<bool> tool_;       // by body
+  std::vector<double> waves_;    // by body: the way of a wave in a sub-step, in spacings
+  std::vector<double> mass_of_;  // of particles [kg]
+  std::vector<double> gone_;     // energy of particles when they were last seen within the domain [J]
+  double mass_ = 0;              // of what moves but tools [kg]
+  double sub_step_ = 0;          // [s]
+  double fluid_step_ = 0;        // that fluids take at once [s]
+  double fastest_ = 0;           // speed so far [m/s]
+  double noise_ = 0;             // energy of the agitation that is allowed [J]
+  double agitation_ = 0;         // its momenta [N s]
+  double released_ = 0;          // by surfaces and by fluid that begins at solids, at most [J]
   Sums start_, last_;
   double turned_over_ = 0;               // potential energy that came and went [J]
   double work_ = 0, work_absolute_ = 0;  // of the hands [J]

@@ -25,7 +25,7 @@ SceneConfig box_with_ball(double spacing) {
   return config;
 }
 
-Plan plan_with(SceneConfig config) { return make_plan(sampled(config)); }
+Plan plan_with(const SceneConfig& config) { return make_plan(sampled(config)); }
 
 TEST(FluidInterval, FollowsFromTheLimitsOfFluids) {
   for (const double spacing : {0.005, 0.01, 0.02, 0.05}) {
@@ -132,7 +132,8 @@ TEST(FluidInterval, MovesFluidsByAllStepsInTheFirst) {
   for (int k = 1; k <= 12; ++k) {
     simulation->step({});
     simulation->snapshot(s);
-    EXPECT_NEAR(s.position[0] - scene.position[0].x(), 0.1 * ((k + 2) / 3 * 3) * 1e-3, 1e-6) << k;
+    const int moved = (k + 2) / 3 * 3;  // haptic steps
+    EXPECT_NEAR(s.position[0] - scene.position[0].x(), 0.1 * moved * 1e-3, 1e-6) << k;
   }
 }
 
