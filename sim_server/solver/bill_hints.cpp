@@ -29,6 +29,7 @@ std::string remedy_for(const StepLimit& limit, const Scene& scene, const Plan& p
                : fmt::format("lower the young_modulus of {}", limit.of);
   if (limit.by == "density")
     return fmt::format("bring the densities of {} nearer to one another, or use method \"accurate\"", limit.of);
+  if (limit.by == "density diffusion") return "lower numerics.density_diffusion";
   if (limit.by == "damping") return fmt::format("lower the damping of {}", limit.of);
   if (limit.by == "surface tension") return fmt::format("lower the surface_tension or adhesion of {}", limit.of);
   if (limit.of == "numerics.max_speed") return "lower numerics.max_speed, if the scene is slower than that";

@@ -18,7 +18,7 @@ inline constexpr double kMinCellLimit = 65536;
 struct StepLimit {
   double dt = 1e30;        // [s]
   std::string by;          // "sound", "viscosity", "sound and viscosity", "surface tension", "elasticity", "damping",
-                           // "contact", "motion", "rounding", "density"
+                           // "contact", "motion", "rounding", "density", "density diffusion"
   std::string of;          // what sets it: "material 'jelly'", "the hand on 'ladle'"
   std::string avoided_by;  // what spares the plan this limit: "implicit solve", "stages"; empty: it holds
   double share = 1;        // what a sub-step may use of it, over numerics.safety

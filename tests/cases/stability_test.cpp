@@ -9,7 +9,7 @@ namespace palp::test::stability_test {
 namespace {
 
 // A disturbed tank run with sub-steps of `share` of the plan's limit: its largest speed at the end.
-double speed_at(double share, double ratio, double viscosity, Method method, bool& ok) {
+double speed_at(double share, double ratio, double viscosity, double diffusion, Method method, bool& ok) {
   constexpr double dx = 0.05;
   Random random(3);
   Scene scene = empty_scene(dx, {-0.15, -0.15, -0.15}, {0.55, 0.55, 1});
@@ -18,6 +18,7 @@ double speed_at(double share, double ratio, double viscosity, Method method, boo
   scene.config.numerics.support_over_spacing = ratio;
   scene.config.numerics.max_speed = 1;
   scene.config.numerics.sound_speed = 10;
+  scene.config.numerics.density_diffusion = diffusion;
   const auto water = add_material(scene, 1000, viscosity);
   add_body(scene, "water", BodyKind::fluid, water, {0, 0, 0}, {0.4, 0.4, 0.3});
   add_tray(scene, water, {0, 0, 0}, {0.4, 0.4, 0.4}, 0.15);
@@ -40,7 +41,7 @@ double speed_at(double share, double ratio, double viscosity, Method method, boo
 
 struct LimitCase {
   const char* name;
-  double ratio, viscosity;
+  double ratio, viscosity, diffusion;
   Method method;
 };
 void PrintTo(const LimitCase& c, std::ostream* out) { *out << c.name; }
@@ -52,7 +53,7 @@ TEST_P(Limit, StaysBoundedBelowTheLimit) {
   const LimitCase& c = GetParam();
   for (double share : {0.5, 0.9}) {
     bool ok = false;
-    const double speed = speed_at(share, c.ratio, c.viscosity, c.method, ok);
+    const double speed = speed_at(share, c.ratio, c.viscosity, c.diffusion, c.method, ok);
     EXPECT_TRUE(ok) << "at " << share << " of the limit";
     EXPECT_LT(speed, 1) << "at " << share << " of the limit";
     RecordProperty("speed_at_" + std::to_string(share), std::to_string(speed));
@@ -60,11 +61,13 @@ TEST_P(Limit, StaysBoundedBelowTheLimit) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Stability, Limit,
-                         ::testing::Values(LimitCase{"sound_two_spacings", 2, 1, Method::accurate},
-                                           LimitCase{"sound_three_spacings", 3, 1, Method::accurate},
-                                           LimitCase{"viscous", 2, 3000, Method::accurate},
-                                           LimitCase{"paper", 2, 10, Method::paper},
-                                           LimitCase{"paper_viscous", 2, 3000, Method::paper}),
+                         ::testing::Values(LimitCase{"sound_two_spacings", 2, 1, 0.1, Method::accurate},
+                                           LimitCase{"sound_three_spacings", 3, 1, 0.1, Method::accurate},
+                                           LimitCase{"viscous", 2, 3000, 0.1, Method::accurate},
+                                           LimitCase{"diffusion_two_spacings", 2, 1, 0.5, Method::accurate},
+                                           LimitCase{"diffusion_three_spacings", 3, 1, 0.4, Method::accurate},
+                                           LimitCase{"paper", 2, 10, 0.1, Method::paper},
+                                           LimitCase{"paper_viscous", 2, 3000, 0.1, Method::paper}),
                          [](const auto& param) { return std::string(param.param.name); });
 
 // A block of thin fluid falls into a tray by method "paper", whose force should be the gradient of an energy: kinetic

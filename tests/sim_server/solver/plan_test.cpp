@@ -127,6 +127,7 @@ TEST(Lightness, StepsAllocateNothingMore) {
 TEST(Plan, TakesMoreOfTheLimitBySoundThanOfOthers) {
   Scene scene = pool();
   scene.config.materials[0].viscosity = 0;
+  scene.config.numerics.density_diffusion = 0;
   scene.config.rate_hz = 1;
   for (const auto& [support, share] : {std::pair(2.0, 1.3), {2.49, 1.3}, {2.5, 1.48}, {3.0, 1.48}})
     for (const double safety : {0.05, 0.5, 0.7, 0.9, 1.0}) {
@@ -143,6 +144,11 @@ TEST(Plan, TakesMoreOfTheLimitBySoundThanOfOthers) {
   const Plan thick = make_plan(scene);
   ASSERT_EQ(thick.ruling.by, "viscosity");
   EXPECT_EQ(thick.sub_steps, std::ceil(1 / (0.5 * thick.dt_limit) - 1e-9));
+  scene.config.materials[0].viscosity = 0;
+  scene.config.numerics.density_diffusion = 0.4;
+  const Plan smoothed = make_plan(scene);
+  ASSERT_EQ(smoothed.ruling.by, "density diffusion");
+  EXPECT_EQ(smoothed.sub_steps, std::ceil(1 / (0.85 * smoothed.dt_limit) - 1e-9));
 }
 
 TEST(Plan, RefusesUnstableSubSteps) {
