@@ -50,16 +50,23 @@ void read_general(TomlTable& root, SceneConfig& scene, const SceneOverrides& ove
                             scene.duration, 1 / scene.rate_hz));
 }
 
+using NumberByLevel = std::array<std::optional<double>, 3>;
+
+// Reads a table with a number for each accuracy level, of which that of `needed` must be there.
+NumberByLevel read_levels(TomlTable& levels, const Range& range, std::optional<std::size_t> needed) {
+  NumberByLevel values;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = levels.number(kAccuracies[i], range, i == needed ? Need::required : Need::optional);
+  return values;
+}
+
 // `spacing` is a number, or a table with a number for each accuracy level.
 void read_spacing(TomlTable& table, TomlTable& root, SceneConfig& scene, const SceneOverrides& overrides) {
   const auto level = static_cast<std::size_t>(scene.accuracy);
   if (table.is_table("spacing")) {
     TomlTable levels = table.table("spacing");
-    std::array<std::optional<double>, 3> values;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const bool needed = i == level && !overrides.spacing;
-      values[i] = levels.number(kAccuracies[i], kSpacing, needed ? Need::required : Need::optional);
-    }
+    const NumberByLevel values =
+        read_levels(levels, kSpacing, overrides.spacing ? std::nullopt : std::optional<std::size_t>(level));
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = i + 1; j < 3; ++j) {
         if (values[i] && values[j] && *values[j] > *values[i]) {
@@ -80,12 +87,21 @@ void read_spacing(TomlTable& table, TomlTable& root, SceneConfig& scene, const S
   if (overrides.spacing) scene.numerics.spacing = overrides.spacing;
 }
 
+// The same of `support_over_spacing`, whose table may leave levels to derive theirs.
+std::optional<double> read_support(TomlTable& table, Accuracy accuracy) {
+  const char* const key = "support_over_spacing";
+  const Range range = range_of("numerics.support_over_spacing");
+  if (!table.is_table(key)) return table.number(key, range);
+  TomlTable levels = table.table(key);
+  return read_levels(levels, range, std::nullopt)[static_cast<std::size_t>(accuracy)];
+}
+
 void read_numerics(TomlTable& root, SceneConfig& scene, const SceneOverrides& overrides) {
   TomlTable table = root.table("numerics");
   table.set_title("numerics");
   NumericsConfig& n = scene.numerics;
   read_spacing(table, root, scene, overrides);
-  n.support_over_spacing = table.number("support_over_spacing", range_of("numerics.support_over_spacing"));
+  n.support_over_spacing = read_support(table, scene.accuracy);
   n.sound_speed = table.number("sound_speed", range_of("numerics.sound_speed"));
   n.max_speed = table.number("max_speed", range_of("numerics.max_speed"));
   n.where = table.where(n.sound_speed ? "sound_speed" : "max_speed");

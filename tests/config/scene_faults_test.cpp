@@ -64,6 +64,8 @@ const BadRow kBad[] = {
      "16: numerics: spacing is \"fine\", expected a number in m from 1e-07 to 1000"},
     {"support_over_spacing = 2.5", "support_over_spacing = 1.5",
      "17: numerics: support_over_spacing is 1.5, expected a number from 1.8 to 4"},
+    {"support_over_spacing = 2.5", "support_over_spacing = {fast = 2, balanced = 5}",
+     "17: numerics: [numerics.support_over_spacing]: balanced is 5, expected a number from 1.8 to 4"},
     {"sound_speed = 40", "sound_speed = 1", "18: numerics: sound_speed is 1, expected more than max_speed, which is 2"},
     {"sub_steps = 4", "sub_steps = 2.5", "23: numerics: sub_steps is 2.5, expected a whole number from 1 to 100000"},
     {"sub_steps = 4", "sub_steps = 0", "23: numerics: sub_steps is 0, expected a whole number"},

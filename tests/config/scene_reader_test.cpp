@@ -80,6 +80,19 @@ TEST(SceneReader, TakesEveryKeyOfTheTablesThatMayRepeat) {
   EXPECT_EQ(s.heat_zones[0].end, 2);
 }
 
+TEST(SceneReader, TakesASupportForThoseLevelsThatHaveOne) {
+  const std::string levels = "support_over_spacing = {fast = 3, accurate = 2.6}";
+  const std::string scene = replaced(kScene, "support_over_spacing = 2.5", levels);
+  EXPECT_EQ(read(scene).numerics.support_over_spacing, 3);
+  SceneOverrides overrides;
+  overrides.accuracy = Accuracy::accurate;
+  EXPECT_EQ(read(scene, overrides).numerics.support_over_spacing, 2.6);
+  overrides.accuracy = Accuracy::balanced;
+  EXPECT_FALSE(read(scene, overrides).numerics.support_over_spacing);
+  overrides.settings = {"numerics.support_over_spacing=2.2"};
+  EXPECT_EQ(read(scene, overrides).numerics.support_over_spacing, 2.2);
+}
+
 TEST(SceneReader, TakesWhatTouches) {
   const std::string rough = "density = 1000\nfriction = 0.6\nkinetic_friction = 0.4\nrestitution = 0.5";
   const SceneConfig given = read(replaced(kScene, "density = 1000", rough));

@@ -3,6 +3,7 @@
 
 import pathlib
 import sys
+import tomllib
 import unittest
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / "tools"))
 
-from tradeoff_lib import hand, judge, levels, measures, scenes, waves  # noqa: E402
+from tradeoff_lib import hand, judge, levels, measures, runs, scenes, waves  # noqa: E402
 
 RATE = 1000.0
 TIME = np.arange(4000) / RATE
@@ -175,6 +176,12 @@ class Waves(unittest.TestCase):
         self.assertAlmostEqual(waves.whole(0.01, 0.035), 0.07)
 
 
+    def test_numerics_are_those_of_the_scene(self):
+        kept = scenes.Definition("tray_fluid").toml["numerics"]
+        for text, _ in waves.waves_of(scenes.Definition("tray_fluid").toml, 0.02, 0.03).values():
+            self.assertEqual(tomllib.loads(text)["numerics"], kept | {"spacing": 1.0})
+
+
 class Homes(unittest.TestCase):
     def test_handle_of_a_turned_body(self):
         scene = {"body": [{"name": "tool", "position": [1, 2, 3], "rotation_deg": {"axis": [0, 0, 2], "angle": 90}}]}
@@ -189,6 +196,15 @@ class Grids(unittest.TestCase):
             self.assertGreaterEqual(len(points), 20, scene)
             self.assertEqual(len({scenes.label(p) for p in points}), len(points), scene)
             self.assertEqual(sum(p["level"] is not None for p in points), 3, scene)
+
+    def test_a_reference_serves_as_long_as_only_levels_change(self):
+        tray = scenes.Definition("tray_fluid")
+        before = runs.digest(tray.of_reference(), [])
+        tray.toml["numerics"]["spacing"] = {"fast": 0.05, "balanced": 0.02, "accurate": 0.01}
+        tray.toml["numerics"]["support_over_spacing"] = {"fast": 2.2}
+        self.assertEqual(runs.digest(tray.of_reference(), []), before)
+        tray.toml["numerics"]["max_speed"] = 3.0
+        self.assertNotEqual(runs.digest(tray.of_reference(), []), before)
 
 
 if __name__ == "__main__":

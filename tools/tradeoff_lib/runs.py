@@ -60,6 +60,12 @@ def expected_cost(point):
     return point["spacing_m"] ** -4 * support ** 3 * rate
 
 
+def digest(toml, files):
+    """Of what a scene says, however it is written, and of files."""
+    said = json.dumps(toml, sort_keys=True, default=str).encode()
+    return hashlib.sha1(said + b"".join(p.read_bytes() for p in files)).hexdigest()
+
+
 class Runner:
     """Runs points of a scene. Threads may call run at the same time."""
 
@@ -73,13 +79,11 @@ class Runner:
         self.duration = options.duration or definition.duration
         (folder / "runs").mkdir(parents=True, exist_ok=True)
         self.paths, self.sources = self._make_paths()
-        self.scene_digest = self._digest(self.paths.values())
-        self.motion_digest = self._digest(self.sources) + f" {self.duration}"  # the same on machines that round otherwise
+        self.scene_digest = digest(definition.toml, self.paths.values())
+        # of the hand's scripts, not of the paths made from them, which other machines round otherwise
+        self.motion_digest = digest(definition.of_reference(), self.sources) + f" {self.duration}"
         self.timed = options.jobs == 1 and not options.errors_only
         self.children, self.lock = [], threading.Lock()
-
-    def _digest(self, files):
-        return hashlib.sha1(b"".join(p.read_bytes() for p in (self.definition.file, *files))).hexdigest()
 
     def _make_paths(self):
         """The path of each device, and the files that they come from."""

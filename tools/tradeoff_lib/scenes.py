@@ -101,6 +101,11 @@ class Definition:
         given = self.toml.get("numerics", {}).get("spacing")
         return given.get(level) if isinstance(given, dict) else given
 
+    def of_reference(self):
+        """The scene without what the runs of its reference choose: other levels leave the reference what it is."""
+        chosen = {"spacing", *(key.removeprefix("numerics.") for key in REFERENCE[self.medium])}
+        return self.toml | {"numerics": {k: v for k, v in self.toml.get("numerics", {}).items() if k not in chosen}}
+
     def hand_files(self):
         """By device, the script that moves it: the one made for this comparison, else the hand that the scene names."""
         files = {}

@@ -27,14 +27,20 @@ def first(toml, kind):
     return next((m for m in toml.get("material", []) if names and m.get("name") == names[0]), None)
 
 
+def written(value):
+    """A value of TOML, a table inline."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {written(one)}" for key, one in value.items()) + "}"
+    return json.dumps(value)
+
+
 def scene_text(toml, name, gravity, size, material, bodies, periodic=False):
     """A scene in a domain of this size around the origin, periodic along y if asked for, with the numerics of another."""
-    kept = {key: value for key, value in toml.get("numerics", {}).items() if not isinstance(value, dict)}
-    kept.pop("spacing", None)
+    kept = {key: value for key, value in toml.get("numerics", {}).items() if key != "spacing"}
     lines = ["[scene]", f'name = "{name}"', f"gravity = {json.dumps(gravity)}", "", "[domain]",
              f"min = {json.dumps([-v / 2 for v in size])}", f"max = {json.dumps([v / 2 for v in size])}",
              f"periodic = {json.dumps([False, periodic, False])}", "", "[numerics]", "spacing = 1.0",
-             *(f"{key} = {json.dumps(value)}" for key, value in kept.items()),
+             *(f"{key} = {written(value)}" for key, value in kept.items()),
              "", "[[material]]", 'name = "matter"', *(f"{key} = {json.dumps(value)}" for key, value in material.items()),
              "", "[[material]]", 'name = "wall"', "density = 7800", f"viscosity = {material.get('viscosity', 0.0)!r}", ""]
     for kind, matter, center, extent, hole, more in bodies:

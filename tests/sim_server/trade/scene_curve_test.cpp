@@ -104,7 +104,7 @@ TEST(SceneCurve, ALargerToolErrsLessAtTheSameSpacing) {
   const OtherScene large("radius = 0.05", "radius = 0.075");
   const SceneCurve curve = curve_of(synthetic(), large.file(), {});
   ASSERT_EQ(curve.points.size(), 1u) << "all measured points mean coarser particles than the scene's walls allow";
-  EXPECT_EQ(curve.points[0].spacing, 0.04);
+  EXPECT_EQ(curve.points[0].spacing, 0.03) << "the scene's own at its coarsest level";
   EXPECT_EQ(curve.points[0].error, 0.1) << "no better than the best that was measured";
 }
 
@@ -114,7 +114,7 @@ TEST(SceneCurve, AnotherSceneOfTheSameNameIsAnother) {
 }
 
 TEST(SceneCurve, WhatAnotherScenesFileStatesIsKept) {
-  const OtherScene stated("[numerics]\n", "[numerics]\nsupport_over_spacing = 2\n");
+  const OtherScene stated("support_over_spacing = {fast = 2.8}", "support_over_spacing = 2");
   for (const TradePoint& point : curve_of(synthetic(), stated.file(), {}).points)
     EXPECT_EQ(point.settings, std::vector<std::string>{"numerics.artificial_viscosity=0.02"});
 }
