@@ -111,15 +111,8 @@ TEST_P(EveryScene, HasABillThatAddsUp) {
 INSTANTIATE_TEST_SUITE_P(All, EveryScene, testing::ValuesIn(scene_names()),
                          [](const testing::TestParamInfo<std::string>& scene) { return scene.param; });
 
-Scene pool() {
-  Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
-  const auto water = add_material(scene, 1000, 1e-3);
-  add_body(scene, "water", BodyKind::fluid, water, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
-  return scene;
-}
-
 TEST(Bill, AFluidAloneIsChargedForNothingElse) {
-  const Bill bill = bill_of(pool());
+  const Bill bill = bill_of(pool_of_water());
   ASSERT_EQ(bill.bodies.size(), 1u);
   EXPECT_EQ(bill.bodies[0].reasons, Reasons{"fluid"});
   ASSERT_EQ(bill.modules.size(), 2u);
@@ -127,7 +120,7 @@ TEST(Bill, AFluidAloneIsChargedForNothingElse) {
 }
 
 TEST(Bill, AWallOfAFluidSaysSoAndCountsWhatNoFluidReaches) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   add_tray(scene, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.4}, 0.5);  // ten layers, of which a support of two meets three
   scene.bounds_min = {-1, -1, -1};
   scene.bounds_max = {1, 1, 1};

@@ -136,4 +136,11 @@ inline std::uint32_t add_tray(Scene& scene, std::uint32_t material, const Eigen:
   return tray;
 }
 
+// A heap of water in an open domain, without walls: 384 particles of 5 cm.
+inline Scene pool_of_water() {
+  Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
+  add_body(scene, "water", BodyKind::fluid, add_material(scene, 1000, 1e-3), {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
+  return scene;
+}
+
 }  // namespace palp::test

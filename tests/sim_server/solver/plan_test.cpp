@@ -1,45 +1,12 @@
-// A scene pays only for what it contains: arrays and launches by scene. And the plan's limits.
-#include <algorithm>
-#include <set>
-
+// The plan's limits: what it allows, and what it refuses.
 #include <gtest/gtest.h>
 
 #include "config/error.h"
 #include "sim_server/solver/plan.h"
-#include "tests/support/backend.h"
 #include "tests/support/scenes.h"
 
 namespace palp::test::plan_test {
 namespace {
-
-using Names = std::set<std::string>;
-
-Scene pool() {
-  Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
-  const auto water = add_material(scene, 1000, 1e-3);
-  add_body(scene, "water", BodyKind::fluid, water, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
-  return scene;
-}
-
-struct Contents {
-  Names arrays, launches;
-};
-
-Contents contents_of(const Scene& scene) {
-  const auto simulation = simulate(scene);
-  simulation->step({});
-  const Footprint f = simulation->footprint();
-  Contents c;
-  for (const auto& [name, bytes] : f.arrays) c.arrays.insert(name);
-  c.launches.insert(f.launches.begin(), f.launches.end());
-  return c;
-}
-
-Names added(const Names& base, const Names& more) {
-  Names out;
-  std::set_difference(more.begin(), more.end(), base.begin(), base.end(), std::inserter(out, out.end()));
-  return out;
-}
 
 // Returns what a scene is refused with; empty where it is not.
 std::string fault_of(const Scene& scene) {
@@ -51,81 +18,8 @@ std::string fault_of(const Scene& scene) {
   return "";
 }
 
-TEST(Lightness, AFluidAlonePaysForNothingElse) {
-  const Contents c = contents_of(pool());
-  for (const std::string& name : c.arrays)
-    for (const char* of_others : {"wall", "solid", "bodies", "temperature", "frame"})
-      EXPECT_EQ(name.find(of_others), std::string::npos) << name;
-  const Names expected{"sort", "density", "fluid force", "move", "health"};
-  EXPECT_EQ(c.launches, expected);
-}
-
-TEST(Lightness, AWallAddsItsArraysAndOneStage) {
-  const Contents base = contents_of(pool());
-  Scene scene = pool();
-  add_tray(scene, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.4}, 0.15);
-  const Contents c = contents_of(scene);
-  EXPECT_EQ(added(base.arrays, c.arrays), (Names{"wall", "bodies"}));
-  EXPECT_EQ(added(base.launches, c.launches), (Names{"walls"}));
-}
-
-TEST(Lightness, ABodyAddsItsArraysAndStages) {
-  const Contents base = contents_of(pool());
-  Scene scene = pool();
-  add_body(scene, "box", BodyKind::rigid, 0, {-0.1, -0.1, 0.3}, {0.1, 0.1, 0.4});
-  const Contents c = contents_of(scene);
-  EXPECT_EQ(added(base.arrays, c.arrays),
-            (Names{"wall", "bodies", "solid force", "solid local", "reactive bodies", "rigid bodies"}));
-  EXPECT_EQ(added(base.launches, c.launches), (Names{"begin", "walls", "solid force", "wrench", "bodies"}));
-}
-
-TEST(Lightness, ATemperatureAddsItsArrays) {
-  const Contents base = contents_of(pool());
-  Scene scene = pool();
-  scene.temperature.assign(scene.position.size(), 293);
-  const Contents c = contents_of(scene);
-  EXPECT_EQ(added(base.arrays, c.arrays), (Names{"state temperature", "sorted temperature"}));
-  EXPECT_TRUE(added(base.launches, c.launches).empty());
-}
-
-TEST(Lightness, ABodyAloneNeedsNoFluidStages) {
-  Scene scene = empty_scene(0.05, {-1, -1, -1}, {1, 1, 1});
-  add_material(scene, 500, 0);
-  add_body(scene, "box", BodyKind::rigid, 0, {-0.1, -0.1, 0}, {0.1, 0.1, 0.2});
-  const Contents c = contents_of(scene);
-  EXPECT_FALSE(c.arrays.count("wall"));
-  EXPECT_FALSE(c.arrays.count("acceleration"));
-  for (const char* stage : {"fluid force", "walls"}) EXPECT_FALSE(c.launches.count(stage)) << stage;
-}
-
-TEST(Lightness, AFrameIsPaidForWhenAskedFor) {
-  const auto simulation = simulate(pool());
-  simulation->step({});
-  const std::size_t before = simulation->footprint().arrays.size();
-  ASSERT_TRUE(simulation->begin_frame(ScalarField::none));
-  EXPECT_EQ(simulation->footprint().arrays.size(), before + 1) << "positions only";
-  Frame frame;
-  while (!simulation->take_frame(frame)) {
-  }
-  EXPECT_EQ(frame.position.size(), 3 * simulation->scene().position.size());
-  EXPECT_TRUE(frame.scalar.empty());
-  ASSERT_TRUE(simulation->begin_frame(ScalarField::speed));
-  EXPECT_EQ(simulation->footprint().arrays.size(), before + 2);
-}
-
-TEST(Lightness, StepsAllocateNothingMore) {
-  const auto simulation = simulate(pool());
-  simulation->step({});
-  const Footprint before = simulation->footprint();
-  for (int k = 0; k < 5; ++k) simulation->step({});
-  EXPECT_EQ(simulation->footprint().bytes(), before.bytes());
-  EXPECT_EQ(simulation->footprint().launches, before.launches);
-}
-
-// The limit by sound may be used up to 1.3 times the share of the others, 1.48 times with the quintic spline, but never
-// past all of it.
 TEST(Plan, TakesMoreOfTheLimitBySoundThanOfOthers) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   scene.config.materials[0].viscosity = 0;
   scene.config.numerics.density_diffusion = 0;
   scene.config.rate_hz = 1;
@@ -152,7 +46,7 @@ TEST(Plan, TakesMoreOfTheLimitBySoundThanOfOthers) {
 }
 
 TEST(Plan, RefusesUnstableSubSteps) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   scene.config.rate_hz = 20;
   const Plan own = make_plan(scene);
   const int least = static_cast<int>(std::ceil(0.05 / own.dt_limit));
@@ -164,7 +58,7 @@ TEST(Plan, RefusesUnstableSubSteps) {
 }
 
 TEST(Plan, TakesRoundsAndSkinAsAsked) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   scene.config.numerics.skin_over_spacing = 0.4;
   EXPECT_DOUBLE_EQ(make_plan(scene, 0.2).skin, 0.4 * 0.05);
   Scene block = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
@@ -178,7 +72,7 @@ TEST(Plan, TakesRoundsAndSkinAsAsked) {
 }
 
 TEST(Plan, KnowsWhetherFluidsOfSeveralMaterialsMeet) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   EXPECT_TRUE(make_plan(scene).one_fluid);
   const auto other = add_material(scene, 900, 1e-2);
   add_tray(scene, other, {-0.2, -0.2, 0}, {0.2, 0.2, 0.4}, 0.15);
@@ -190,7 +84,7 @@ TEST(Plan, KnowsWhetherFluidsOfSeveralMaterialsMeet) {
 }
 
 TEST(Plan, RefusesAShortPeriodicAxis) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   scene.config.periodic = {true, false, false};
   scene.bounds_min.x() = -0.2;
   scene.bounds_max.x() = 0.2;
@@ -198,14 +92,14 @@ TEST(Plan, RefusesAShortPeriodicAxis) {
 }
 
 TEST(Plan, RefusesAnEndlessNumberOfSubSteps) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   scene.config.materials[0].viscosity = 1e9;
   EXPECT_THROW(make_plan(scene), ConfigError);
 }
 
 // A kilometre away places are rounded to a tenth of a millimetre.
 TEST(Plan, RefusesScenesFarFromTheOrigin) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   const double far = 0.01 * scene.spacing / std::numeric_limits<real>::epsilon();
   for (Eigen::Vector3d& x : scene.position) x.x() += 0.9 * far;
   scene.bounds_max.x() += far;
@@ -246,7 +140,7 @@ TEST(Plan, RefusesExplicitElasticityThatRoundingAgitates) {
 }
 
 TEST(Plan, RefusesMediaOfUnlikeDensityByMethodPaper) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   const auto foam = add_material(scene, 99, 1e-3);
   add_body(scene, "foam", BodyKind::fluid, foam, {-0.2, -0.2, 0.35}, {0.2, 0.2, 0.4});
   EXPECT_EQ(fault_of(scene), "");
@@ -259,7 +153,7 @@ TEST(Plan, RefusesMediaOfUnlikeDensityByMethodPaper) {
 
 // By its equations a solid's particles push with the pressure of their own density.
 TEST(Plan, FollowsTheDensityOfSolidsByMethodPaper) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   const auto heavy = add_material(scene, 80000, 0);
   add_body(scene, "tool", BodyKind::rigid, heavy, {-0.1, -0.1, 0.4}, {0.1, 0.1, 0.6});
   scene.config.method = Method::paper;
@@ -276,7 +170,7 @@ TEST(Plan, FollowsTheDensityOfSolidsByMethodPaper) {
 }
 
 TEST(Plan, LetsNothingSleepThatConductsHeat) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   EXPECT_FALSE(make_plan(scene).sleeps);
   scene.config.numerics.sleep_speed = 0.01;
   EXPECT_TRUE(make_plan(scene).sleeps);
@@ -298,7 +192,7 @@ TEST(Plan, LetsNothingSleepThatConductsHeat) {
 
 // Heat is computed only where it can flow.
 TEST(Plan, LeavesHeatOutWhereAllIsAsWarm) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   scene.config.materials[0].conductivity = 1;
   scene.config.materials[0].heat_capacity = 1000;
   scene.temperature.assign(scene.position.size(), 300);
@@ -377,7 +271,7 @@ TEST(Plan, RefusesElasticBodiesWithTooLittleDampingByMethodPaper) {
 }
 
 TEST(Plan, BoundsTheCellsOfAHugeDomain) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   scene.bounds_min = Eigen::Vector3d::Constant(-500);
   scene.bounds_max = Eigen::Vector3d::Constant(500);
   const Plan plan = make_plan(scene);
@@ -386,7 +280,7 @@ TEST(Plan, BoundsTheCellsOfAHugeDomain) {
 
 // A body force drives a channel to a speed that the sound speed must allow for.
 TEST(Plan, ExpectsTheSpeedThatABodyForceDrives) {
-  Scene scene = pool();
+  Scene scene = pool_of_water();
   scene.config.gravity.setZero();
   scene.config.body_force = {1, 0, 0};
   EXPECT_GT(make_plan(scene).max_speed, 0.1);
