@@ -32,8 +32,7 @@ const osg::Vec4f kWords(0.96f, 0.97f, 0.99f, 1);
 constexpr double kWishFrom = 0.03, kWishWhole = 0.08, kWishPerRadian = 0.08;
 // Between an arrow and its value; so it has the width of a letter on any screen.
 constexpr std::string_view kGap = "  ";
-constexpr double kLongestValue = 7;    // over the height of its letters
-constexpr float kLineSpacing = 0.35f;  // between two values, likewise
+constexpr double kLongestValue = 7, kLine = 1.6;  // its length and that of a line, over the height of its letters
 constexpr int kWishBin = 13, kValueBin = 14;
 
 osg::ref_ptr<osgText::Text> make_value(osgText::Font* font) {
@@ -44,7 +43,6 @@ osg::ref_ptr<osgText::Text> make_value(osgText::Font* font) {
   text->setAxisAlignment(osgText::Text::SCREEN);
   text->setAlignment(osgText::Text::LEFT_CENTER);
   text->setColor(kWords);
-  text->setLineSpacing(kLineSpacing);
   text->setDataVariance(osg::Object::DYNAMIC);
   text->setCullingActive(false);
   return text;
@@ -153,31 +151,40 @@ void HandView::set_values(const WrenchD& wrench) {
 
 std::string HandView::values() const { return force_words_.empty() ? "" : force_words_ + "  ·  " + torque_words_; }
 
-// A force that points at the eye ends where its handle is seen, and with it the torque: then both values are lines of
-// one text.
+// A force that points at the eye ends where its handle is seen, and with it the torque: then its value stands below
+// that of the force.
 void HandView::arrange_values(const osg::Matrixd& to_pixels) {
   const bool force = force_.visible() && !force_words_.empty(), torque = torque_.visible() && !torque_words_.empty();
-  const osg::Vec3d gap =
-      osg::Vec3d(torque_value_->getPosition()) * to_pixels - osg::Vec3d(force_value_->getPosition()) * to_pixels;
+  const osg::Matrixd to_world = osg::Matrixd::inverse(to_pixels);
   const double letter = force_value_->getCharacterHeight();
-  const bool meet = force && torque && std::abs(gap.y()) < 2 * letter && std::abs(gap.x()) < kLongestValue * letter;
+  // the circle around all ways in which the arrow of the torque can turn
+  const osg::Vec3d middle = handle_ * to_pixels;
+  const double reach = torque_radius_ / ((middle + osg::Vec3d(1, 0, 0)) * to_world - handle_).length();
+  osg::Vec3d beside = middle + osg::Vec3d(reach, 0.7 * reach, 0), end = force_end_ * to_pixels;
+  if (torque && std::abs(end.y() - middle.y()) < reach + letter) end.x() = std::max(end.x(), beside.x());
+  const osg::Vec3d gap = beside - end;
+  if (force && std::abs(gap.y()) < 2 * letter && std::abs(gap.x()) < kLongestValue * letter)
+    beside = end - osg::Vec3d(0, kLine * letter, 0);
+  // letters are sharp where they begin at a pixel
+  const auto snapped = [](const osg::Vec3d& at) { return osg::Vec3d(std::round(at.x()), std::round(at.y()), at.z()); };
+  force_value_->setPosition(snapped(end) * to_world);
+  torque_value_->setPosition(snapped(beside) * to_world);
   force_value_->setNodeMask(force ? ~0u : 0u);
-  torque_value_->setNodeMask(torque && !meet ? ~0u : 0u);
-  const auto spaced = [](const std::string& words) { return fmt::format("{}{}", kGap, words); };
-  if (force) write(*force_value_, meet ? spaced(force_words_) + "\n" + spaced(torque_words_) : spaced(force_words_));
-  if (torque) write(*torque_value_, spaced(torque_words_));
+  torque_value_->setNodeMask(torque ? ~0u : 0u);
+  if (force) write(*force_value_, fmt::format("{}{}", kGap, force_words_));
+  if (torque) write(*torque_value_, fmt::format("{}{}", kGap, torque_words_));
 }
 
 void HandView::set(const ProxySample& sample, const HandScale& scale) {
-  const osg::Vec3d handle = vector_of(sample.proxy_pose.position);
+  handle_ = vector_of(sample.proxy_pose.position);
   const osg::Vec3d force = vector_of(sample.wrench.force), torque = vector_of(sample.wrench.torque);
   const double newtons = force.length(), length = scale.arrow_length * newtons / scale.full_force;
-  force_.set(handle, force, length, 0.016 * scale.scene_radius);
-  force_value_->setPosition(handle + force * (newtons > 0 ? length / newtons : 0));
+  force_.set(handle_, force, length, 0.016 * scale.scene_radius);
+  force_end_ = handle_ + force * (newtons > 0 ? length / newtons : 0);
 
-  const double share = torque.length() / scale.full_torque, radius = 0.12 * scale.scene_radius;
-  torque_.set(handle, torque, share, radius);
-  torque_value_->setPosition(handle + osg::Vec3d(0, 0, radius));
+  const double share = torque.length() / scale.full_torque;
+  torque_radius_ = 0.12 * scale.scene_radius;
+  torque_.set(handle_, torque, share, torque_radius_);
   set_wish(sample, scale);
 }
 

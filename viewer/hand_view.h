@@ -44,7 +44,7 @@ class HandView {
   void hide();
   void set_values_shown(bool shown) { values_->setNodeMask(shown ? ~0u : 0u); }
   void set_value_size(float pixels);
-  // Keeps the two values from being written over each other in the picture. to_pixels: from the world.
+  // Keeps the two values from being written over each other and over the arrow of a torque. to_pixels: from the world.
   void arrange_values(const osg::Matrixd& to_pixels);
   // Returns what stands beside the arrows, as the figures write it: "1.23 N  ·  0.456 N m".
   std::string values() const;
@@ -59,6 +59,8 @@ class HandView {
   osg::ref_ptr<osg::Group> values_;
   osg::ref_ptr<osgText::Text> force_value_, torque_value_;
   std::string force_words_, torque_words_;
+  osg::Vec3d handle_, force_end_;  // [m]
+  double torque_radius_ = 0;       // [m]
   osg::ref_ptr<osg::Group> wish_;  // the tool where the hand wants it, and a line from there to the tool
   osg::ref_ptr<osg::MatrixTransform> wished_tool_, line_;
   std::optional<osg::Matrixd> tool_;         // its pose
