@@ -16,9 +16,11 @@ uniform float range;  // of distances that belong to one surface [m]
 uniform float lift;   // [m] off the surface, where its light is asked for
 uniform bool by_scalar;
 uniform bool is_clear;
+uniform mat4 osg_ViewMatrix;
 
 const float kInside = 0.8;       // of the surroundings are covered where the beads of an outline are not seen any more
 const float kMostInward = 24.0;  // [pixels]
+const float kAgainstWalls = 0.1;  // of what a surface reflects that faces sideways
 const float kWandered = 0.1;     // [m] of a clear medium that light which comes back from it has been through at most
 
 vec3 shade(vec3 color, float roughness, float metallic, float f0, float softness, vec3 normal, vec3 to_eye, vec2 shares);
@@ -74,6 +76,13 @@ vec2 bent_to(vec3 p, vec3 normal, vec3 to_eye, float index, float thick) {
   return straight + clamp(0.5 * ndc + 0.5 - straight, -0.08, 0.08);
 }
 
+// The share of what a liquid's surface reflects in air that it does reflect: where it faces sideways or down it mostly
+// stands against a wall, which leaves no air to be reflected from, and at a glance would show windows all the same.
+float free_surface(vec3 normal) {
+  float up = (transpose(mat3(osg_ViewMatrix)) * normal).z;
+  return mix(kAgainstWalls, 1.0, smoothstep(0.1, 0.5, up));
+}
+
 // look: roughness, haze [1/m], f0, metallic. What is clear and a metal does not occur.
 vec3 clear_medium(vec3 p, vec3 normal, vec3 to_eye, vec4 tint, vec4 look) {
   vec2 uv = gl_FragCoord.xy / target_size;
@@ -93,7 +102,7 @@ vec3 clear_medium(vec3 p, vec3 normal, vec3 to_eye, vec4 tint, vec4 look) {
     vec3 own = exp(-absorption * min(6.0 * min(thick, 1.0 / max(look.y, 1e-3)), kWandered));
     lit = mix(lit, scattered(own, 1.0, normal, shares), 0.8 * hazy);
   }
-  return lit * (1.0 - look.z) + reflected(vec3(look.z), look.x, normal, to_eye, shares);
+  return lit * (1.0 - look.z) + free_surface(normal) * reflected(vec3(look.z), look.x, normal, to_eye, shares);
 }
 
 // look: roughness, softness, f0, metallic.
