@@ -22,7 +22,8 @@ struct HealthSums {
   real inactive_mass = 0;      // their mass [kg]
 };
 
-inline constexpr std::uint32_t kHealthBlocks = 512;
+// Returns the number of parts in which n particles are measured: many, to fill a GPU, but each has sums to combine.
+PALP_HD inline std::uint32_t health_parts(std::uint32_t n) { return n < 64 * 512 ? n / 64 + 1 : 512; }
 
 template <class Team>
 PALP_HD inline HealthSums combine(HealthSums s, Team team) {
@@ -40,7 +41,7 @@ PALP_HD inline HealthSums combine(HealthSums s, Team team) {
   return s;
 }
 
-// Measures each of kHealthBlocks equal parts of the particles; one team a part.
+// Measures each of health_parts() equal parts of the particles; one team a part.
 struct MeasureHealth {
   ParticleView state;
   Medium medium;
@@ -50,8 +51,9 @@ struct MeasureHealth {
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t block, Team team) const {
-    const std::uint32_t begin = static_cast<std::uint32_t>(std::uint64_t(count) * block / kHealthBlocks);
-    const std::uint32_t end = static_cast<std::uint32_t>(std::uint64_t(count) * (block + 1) / kHealthBlocks);
+    const std::uint32_t parts = health_parts(count);
+    const std::uint32_t begin = static_cast<std::uint32_t>(std::uint64_t(count) * block / parts);
+    const std::uint32_t end = static_cast<std::uint32_t>(std::uint64_t(count) * (block + 1) / parts);
     HealthSums s;
     for (std::uint32_t i = begin + team.lane(); i < end; i += team.size()) {
       const Tag tag = state.tag[i];
@@ -99,13 +101,14 @@ struct MeasureHealth {
 // Combines the parts; one team.
 struct CollectHealth {
   const HealthSums* part;
+  std::uint32_t parts;
   HealthSums* total;
   real* unsolved;  // null without an implicit solve; set to zero for the next haptic step
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t, Team team) const {
     HealthSums s;
-    for (std::uint32_t b = team.lane(); b < kHealthBlocks; b += team.size()) {
+    for (std::uint32_t b = team.lane(); b < parts; b += team.size()) {
       if (part[b].max_speed > s.max_speed) s.max_speed = part[b].max_speed;
       if (part[b].max_mach > s.max_mach) s.max_mach = part[b].max_mach;
       if (part[b].max_compression > s.max_compression) s.max_compression = part[b].max_compression;

@@ -247,7 +247,8 @@ class SimulationOn final : public Simulation {
     if (plan_.elastic_rounds > 0) allocate_implicit(back_end_, scene_, plan_, views_);
     if (plan_.change) allocate_change(back_end_, scene_, plan_, views_);
     if (plan_.sleeps) allocate_sleep(back_end_, scene_, plan_, views_);
-    if (n > 0) views_.health.part = back_end_.template allocate<HealthSums>("health parts", kHealthBlocks);
+    if (n > 0)
+      views_.health.part = back_end_.template allocate<HealthSums>("health parts", health_parts(views_.particles));
     health_ = back_end_.template mirror<HealthSums>("health", 1);
     views_.health.total = health_.device;
     input_ = back_end_.template mirror<StepBlock>("input", 1);

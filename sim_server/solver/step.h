@@ -389,9 +389,9 @@ void step(B& back_end, const Plan& plan, const StepViews& v, StepKind kind) {
                             MeasureElastic{v.elastic, v.body, v.list.elastic});
   if (plan.sleeps && kind.seldom) sleep_stages(back_end, plan, v);
   if (v.particles == 0 || !kind.flows) return;  // bodies are judged by the host
-  back_end.for_each_block("health", kHealthBlocks,
-                          MeasureHealth{v.state, v.medium, v.grid, v.particles, v.health.part});
-  back_end.for_each_block("health", 1, CollectHealth{v.health.part, v.health.total, v.implicit.unsolved});
+  const std::uint32_t parts = health_parts(v.particles);
+  back_end.for_each_block("health", parts, MeasureHealth{v.state, v.medium, v.grid, v.particles, v.health.part});
+  back_end.for_each_block("health", 1, CollectHealth{v.health.part, parts, v.health.total, v.implicit.unsolved});
 }
 
 }  // namespace palp
