@@ -1,0 +1,64 @@
+#!/usr/bin/python3
+"""Tells how stiff a lattice of particles under pressure is against shear, by kernel and support radius.
+
+  tools/lattice_stiffness.py
+  tools/lattice_stiffness.py --support 2.6 2.8 3
+
+Pairs that push each other with (p_i + p_j) V^2 grad W have, where the pressure p is the same everywhere, the energy
+p V sum W a particle. Its second derivatives by strains that keep the volume are moduli of the cubic lattice: of
+stretch along one axis of the lattice and shrink along another, and of shear along both. A liquid has none. Where one is
+below zero pressure makes the lattice collapse; where one is large it resists like a solid with a yield stress. Prints
+both over p, and sum W and sum F r^2 / 3, which are one in the continuum."""
+import argparse
+
+import numpy as np
+
+REACH = 5  # spacings that the lattice reaches to each side
+
+
+def spline(order):
+    """The B-spline of that order with its knots at odd multiples of h / 2, or even ones, over r / H."""
+    knots = (order + 1) / 2
+
+    def w(q):
+        total, weight = np.zeros_like(q), 1.0
+        for k in range(int(np.ceil(knots))):
+            total = total + weight * np.maximum(knots * (1 - q) - k, 0) ** order
+            weight *= -(order + 1 - k) / (k + 1)
+        return total
+    return w
+
+
+KERNELS = {"Wendland C2": lambda q: np.maximum(1 - q, 0) ** 4 * (4 * q + 1), "cubic": spline(3), "quartic": spline(4),
+           "quintic": spline(5)}
+
+
+def lattice():
+    side = np.arange(-REACH, REACH + 1.0)
+    return np.stack(np.meshgrid(side, side, side), -1).reshape(-1, 3)
+
+
+def second_derivative(f, step=2e-3):
+    return (f(step) - 2 * f(0) + f(-step)) / step ** 2
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--support", type=float, nargs="+", default=[2, 2.2, 2.4, 2.5, 2.6, 2.7, 2.8, 3], metavar="SPACINGS")
+    options = parser.parse_args()
+    places, q = lattice(), np.linspace(0, 1, 100001)
+    for name, shape in KERNELS.items():
+        unit = 1 / (4 * np.pi * np.sum(q ** 2 * shape(q)) * (q[1] - q[0]))
+        for support in options.support:
+            def sum_w(strain):
+                r = np.linalg.norm(places @ strain.T, axis=1) / support
+                return unit * shape(r).sum() / support ** 3
+            stretch = second_derivative(lambda e: sum_w(np.diag([np.exp(e), np.exp(-e), 1]))) / 4
+            shear = second_derivative(lambda e: sum_w(np.eye(3) + e * np.outer([1, 0, 0], [0, 1, 0])))
+            swell = -(sum_w(np.eye(3) * (1 + 1e-4)) - sum_w(np.eye(3) * (1 - 1e-4))) / 2e-4 / 3
+            print(f"{name}, H = {support:g} dx: {stretch:+.4f} by stretch, {shear:+.4f} by shear; sum W {sum_w(np.eye(3)):.4f}, "
+                  f"sum F r^2 / 3 {swell:.4f}")
+
+
+if __name__ == "__main__":
+    main()
