@@ -8,18 +8,25 @@
 namespace palp::test::stability_test {
 namespace {
 
+struct LimitCase {
+  const char* name;
+  double ratio, viscosity, diffusion;
+  Method method;
+};
+void PrintTo(const LimitCase& c, std::ostream* out) { *out << c.name; }
+
 // A disturbed tank run with sub-steps of `share` of the plan's limit: its largest speed at the end.
-double speed_at(double share, double ratio, double viscosity, double diffusion, Method method, bool& ok) {
+double speed_at(double share, const LimitCase& c, bool& ok) {
   constexpr double dx = 0.05;
   Random random(3);
   Scene scene = empty_scene(dx, {-0.15, -0.15, -0.15}, {0.55, 0.55, 1});
-  scene.config.method = method;
+  scene.config.method = c.method;
   scene.config.gravity = {0, 0, -1};
-  scene.config.numerics.support_over_spacing = ratio;
+  scene.config.numerics.support_over_spacing = c.ratio;
   scene.config.numerics.max_speed = 1;
   scene.config.numerics.sound_speed = 10;
-  scene.config.numerics.density_diffusion = diffusion;
-  const auto water = add_material(scene, 1000, viscosity);
+  scene.config.numerics.density_diffusion = c.diffusion;
+  const auto water = add_material(scene, 1000, c.viscosity);
   add_body(scene, "water", BodyKind::fluid, water, {0, 0, 0}, {0.4, 0.4, 0.3});
   add_tray(scene, water, {0, 0, 0}, {0.4, 0.4, 0.4}, 0.15);
   for (std::uint32_t i = 0; i < scene.bodies[0].count; ++i) {
@@ -39,13 +46,6 @@ double speed_at(double share, double ratio, double viscosity, double diffusion, 
   return speed;
 }
 
-struct LimitCase {
-  const char* name;
-  double ratio, viscosity, diffusion;
-  Method method;
-};
-void PrintTo(const LimitCase& c, std::ostream* out) { *out << c.name; }
-
 class Limit : public ::testing::TestWithParam<LimitCase> {};
 
 // Where walls and a disordered lattice eat from the linear limit, what is promised is the default share of it.
@@ -53,7 +53,7 @@ TEST_P(Limit, StaysBoundedBelowTheLimit) {
   const LimitCase& c = GetParam();
   for (double share : {0.5, 0.9}) {
     bool ok = false;
-    const double speed = speed_at(share, c.ratio, c.viscosity, c.diffusion, c.method, ok);
+    const double speed = speed_at(share, c, ok);
     EXPECT_TRUE(ok) << "at " << share << " of the limit";
     EXPECT_LT(speed, 1) << "at " << share << " of the limit";
     RecordProperty("speed_at_" + std::to_string(share), std::to_string(speed));

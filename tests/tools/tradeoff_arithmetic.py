@@ -175,7 +175,6 @@ class Waves(unittest.TestCase):
         self.assertAlmostEqual(waves.whole(0.48, 0.035), 0.49)
         self.assertAlmostEqual(waves.whole(0.01, 0.035), 0.07)
 
-
     def test_numerics_are_those_of_the_scene(self):
         kept = scenes.Definition("tray_fluid").toml["numerics"]
         for text, _ in waves.waves_of(scenes.Definition("tray_fluid").toml, 0.02, 0.03).values():

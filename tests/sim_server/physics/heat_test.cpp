@@ -1,11 +1,10 @@
 // Heat's rules one by one: enthalpy, a step against its equation restated, what is kept, zones, and what it costs.
-#include <set>
-
 #include <gtest/gtest.h>
 
 #include "config/error.h"
 #include "sim_server/solver/heat_plan.h"
 #include "tests/support/backend.h"
+#include "tests/support/contents.h"
 #include "tests/support/equations.h"
 #include "tests/support/kernels.h"
 #include "tests/support/random_scene.h"
@@ -286,29 +285,6 @@ TEST(Heat, ATemperatureThatIsNoNumberIsCounted) {
   const Health& health = simulation->step({}).health;
   EXPECT_FALSE(health.ok);
   EXPECT_EQ(health.non_finite, 1u);
-}
-
-using Names = std::set<std::string>;
-
-struct Contents {
-  Names arrays, launches;
-};
-
-Contents contents_of(const Scene& scene) {
-  const auto simulation = simulate(scene);
-  const int interval = make_plan(scene).heat_interval;
-  for (int k = 0; k < interval; ++k) simulation->step({});
-  Contents c;
-  const Footprint f = simulation->footprint();
-  for (const auto& [name, bytes] : f.arrays) c.arrays.insert(name);
-  c.launches.insert(f.launches.begin(), f.launches.end());
-  return c;
-}
-
-Names added(const Names& base, const Names& more) {
-  Names out;
-  std::set_difference(more.begin(), more.end(), base.begin(), base.end(), std::inserter(out, out.end()));
-  return out;
 }
 
 TEST(Lightness, HeatIsPaidForWhereItFlows) {

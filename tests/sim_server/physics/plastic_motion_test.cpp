@@ -1,10 +1,10 @@
 // Bodies that yield, in motion.
-#include <set>
 
 #include <gtest/gtest.h>
 
 #include "tests/sim_server/physics/contact_scenes.h"
 #include "tests/support/backend.h"
+#include "tests/support/contents.h"
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
@@ -154,19 +154,13 @@ TEST(PlasticBody, FlowsUnderItsOwnWeightWithoutGain) {
 }
 
 TEST(Lightness, PlasticityIsPaidForWhereSomethingYields) {
-  using Names = std::set<std::string>;
   const auto arrays = [](bool yields) {
     Scene scene = with_dough(0);
     if (!yields) scene.config.materials[0].yield_stress.reset();
     add_body(scene, "block", BodyKind::elastic, 0, {0, 0, 0}, Eigen::Vector3d::Constant(4 * kSpacing));
-    Names names;
-    for (const auto& [name, bytes] : simulate(scene)->footprint().arrays) names.insert(name);
-    return names;
+    return contents_of(scene).arrays;
   };
-  const Names without = arrays(false), with = arrays(true);
-  Names added;
-  std::set_difference(with.begin(), with.end(), without.begin(), without.end(), std::inserter(added, added.end()));
-  EXPECT_EQ(added, (Names{"elastic plastic part", "elastic plastic strain"}));
+  EXPECT_EQ(added(arrays(false), arrays(true)), (Names{"elastic plastic part", "elastic plastic strain"}));
 }
 
 }  // namespace

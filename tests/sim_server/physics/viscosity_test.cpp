@@ -1,6 +1,5 @@
 // Viscosity in stages: against the explicit form and analytic flows, what is kept, what is never created, drag, rest,
 // and what it costs.
-#include <set>
 
 #include <gtest/gtest.h>
 
@@ -8,6 +7,7 @@
 #include "sim_server/physics/viscosity.h"
 #include "sim_server/solver/plan.h"
 #include "tests/support/backend.h"
+#include "tests/support/contents.h"
 #include "tests/support/random_scene.h"
 #include "tests/support/tolerance.h"
 
@@ -183,38 +183,22 @@ TEST(Viscosity, NeverCreatesEnergy) {
   }
 }
 
-using Names = std::set<std::string>;
-
 TEST(Lightness, ViscousStagesArePaidForWhereTheyRun) {
-  const auto contents = [](ViscosityScheme scheme, bool body, Names& launches) {
+  const auto contents = [](ViscosityScheme scheme, bool body) {
     Scene scene = empty_scene(0.05, {-0.5, -0.5, -0.2}, {0.5, 0.5, 0.8});
     add_material(scene, 1000, 1000);
     scene.config.rate_hz = 2000;
     add_body(scene, "fluid", BodyKind::fluid, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.3});
     if (body) add_body(scene, "box", BodyKind::rigid, 0, {-0.1, -0.1, 0.3}, {0.1, 0.1, 0.4});
     scene.config.numerics.viscosity = scheme;
-    const auto simulation = simulate(scene);
-    simulation->step({});
-    const Footprint f = simulation->footprint();
-    launches.insert(f.launches.begin(), f.launches.end());
-    Names names;
-    for (const auto& [name, bytes] : f.arrays) names.insert(name);
-    return names;
+    return contents_of(scene);
   };
-  const auto added = [](const Names& base, const Names& more) {
-    Names out;
-    std::set_difference(more.begin(), more.end(), base.begin(), base.end(), std::inserter(out, out.end()));
-    return out;
-  };
-  Names launches[4];
-  const Names none = contents(ViscosityScheme::explicit_, false, launches[0]),
-              fluid = contents(ViscosityScheme::staged, false, launches[1]),
-              without = contents(ViscosityScheme::explicit_, true, launches[2]),
-              bodies = contents(ViscosityScheme::staged, true, launches[3]);
-  EXPECT_EQ(added(none, fluid), (Names{"viscous velocity"}));
-  EXPECT_EQ(added(launches[0], launches[1]), (Names{"viscosity begins", "viscosity"}));
-  EXPECT_EQ(added(without, bodies), (Names{"viscous velocity", "viscous solid force", "viscous bodies"}));
-  EXPECT_EQ(added(launches[2], launches[3]),
+  const Contents none = contents(ViscosityScheme::explicit_, false), fluid = contents(ViscosityScheme::staged, false),
+                 without = contents(ViscosityScheme::explicit_, true), bodies = contents(ViscosityScheme::staged, true);
+  EXPECT_EQ(added(none.arrays, fluid.arrays), (Names{"viscous velocity"}));
+  EXPECT_EQ(added(none.launches, fluid.launches), (Names{"viscosity begins", "viscosity"}));
+  EXPECT_EQ(added(without.arrays, bodies.arrays), (Names{"viscous velocity", "viscous solid force", "viscous bodies"}));
+  EXPECT_EQ(added(without.launches, bodies.launches),
             (Names{"viscosity begins", "viscosity", "viscous bodies begin", "viscous bodies", "viscous bodies move"}));
 }
 

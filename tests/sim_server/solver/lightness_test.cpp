@@ -1,36 +1,11 @@
 // A scene pays only for what it contains: arrays and launches by scene.
-#include <algorithm>
-#include <set>
-
 #include <gtest/gtest.h>
 
-#include "tests/support/backend.h"
+#include "tests/support/contents.h"
 #include "tests/support/scenes.h"
 
 namespace palp::test::lightness_test {
 namespace {
-
-using Names = std::set<std::string>;
-
-struct Contents {
-  Names arrays, launches;
-};
-
-Contents contents_of(const Scene& scene) {
-  const auto simulation = simulate(scene);
-  simulation->step({});
-  const Footprint f = simulation->footprint();
-  Contents c;
-  for (const auto& [name, bytes] : f.arrays) c.arrays.insert(name);
-  c.launches.insert(f.launches.begin(), f.launches.end());
-  return c;
-}
-
-Names added(const Names& base, const Names& more) {
-  Names out;
-  std::set_difference(more.begin(), more.end(), base.begin(), base.end(), std::inserter(out, out.end()));
-  return out;
-}
 
 TEST(Lightness, AFluidAlonePaysForNothingElse) {
   const Contents c = contents_of(pool_of_water());
