@@ -13,6 +13,9 @@ const float kPi = 3.14159265;
 // The direction to the key light, as the eye sees it.
 vec3 key_light() { return normalize(mat3(osg_ViewMatrix) * vec3(-0.42, -0.50, 0.76)); }
 
+// A direction that the eye sees, in the world.
+vec3 in_world(vec3 direction) { return transpose(mat3(osg_ViewMatrix)) * direction; }
+
 // How much of a pane around x = 0 is seen through a blur of that half width.
 float pane(float x, float half_width, float blur) {
   return smoothstep(-blur, blur, x + half_width) - smoothstep(-blur, blur, x - half_width);
@@ -28,7 +31,7 @@ float window(vec3 world, vec3 forward, vec3 right, vec3 up, vec2 size, float blu
 // What shiny things reflect: a table, walls and a bright ceiling, a window with a cross where the key light is, another
 // one behind and a lamp to the right, as a surface of that roughness mixes them.
 vec3 environment(vec3 direction, float roughness) {
-  vec3 world = transpose(mat3(osg_ViewMatrix)) * direction;
+  vec3 world = in_world(direction);
   float blur = 0.03 + 0.9 * roughness;
   vec3 room = mix(vec3(0.20, 0.175, 0.15), vec3(0.33, 0.34, 0.36), smoothstep(-0.10 - blur, 0.16 + blur, world.z));
   room = mix(room, vec3(0.56, 0.58, 0.60), smoothstep(0.45 - blur, 0.70 + blur, world.z));
@@ -45,7 +48,7 @@ vec3 environment(vec3 direction, float roughness) {
 
 // The room's light on a matt surface.
 vec3 room_light(vec3 normal) {
-  vec3 world = transpose(mat3(osg_ViewMatrix)) * normal;
+  vec3 world = in_world(normal);
   vec3 sky = mix(vec3(0.15, 0.135, 0.12), vec3(0.40, 0.43, 0.47), world.z * 0.5 + 0.5);
   return sky + vec3(0.06, 0.065, 0.075) * max(dot(world, vec3(0.35, 0.80, 0.48)), 0.0) +
          vec3(0.07, 0.05, 0.03) * max(dot(world, vec3(0.91, -0.15, 0.38)), 0.0);

@@ -16,11 +16,10 @@ uniform float range;  // of distances that belong to one surface [m]
 uniform float lift;   // [m] off the surface, where its light is asked for
 uniform bool by_scalar;
 uniform bool is_clear;
-uniform mat4 osg_ViewMatrix;
 
 const float kInside = 0.8;       // of the surroundings are covered where the beads of an outline are not seen any more
 const float kMostInward = 24.0;  // [pixels]
-const float kAgainstWalls = 0.1;  // of what a surface reflects that faces sideways
+const float kAgainstWalls = 0.1; // of what a surface reflects that faces sideways
 const float kWandered = 0.1;     // [m] of a clear medium that light which comes back from it has been through at most
 
 vec3 shade(vec3 color, float roughness, float metallic, float f0, float softness, vec3 normal, vec3 to_eye, vec2 shares);
@@ -28,6 +27,7 @@ vec3 reflected(vec3 f0, float roughness, vec3 normal, vec3 to_eye, vec2 shares);
 vec3 scattered(vec3 color, float softness, vec3 normal, vec2 shares);
 vec3 room_light(vec3 normal);
 vec2 light_shares(vec3 eye_point, vec3 normal);
+vec3 in_world(vec3 direction);
 vec3 display(vec3 light);
 vec3 light_of(vec3 shown);
 vec3 to_linear(vec3 shown);
@@ -79,8 +79,7 @@ vec2 bent_to(vec3 p, vec3 normal, vec3 to_eye, float index, float thick) {
 // The share of what a liquid's surface reflects in air that it does reflect: where it faces sideways or down it mostly
 // stands against a wall, which leaves no air to be reflected from, and at a glance would show windows all the same.
 float free_surface(vec3 normal) {
-  float up = (transpose(mat3(osg_ViewMatrix)) * normal).z;
-  return mix(kAgainstWalls, 1.0, smoothstep(0.1, 0.5, up));
+  return mix(kAgainstWalls, 1.0, smoothstep(0.1, 0.5, in_world(normal).z));
 }
 
 // look: roughness, haze [1/m], f0, metallic. What is clear and a metal does not occur.
