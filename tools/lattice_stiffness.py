@@ -8,7 +8,8 @@ Pairs that push each other with (p_i + p_j) V^2 grad W have, where the pressure 
 p V sum W a particle. Its second derivatives by strains that keep the volume are moduli of the cubic lattice: of
 stretch along one axis of the lattice and shrink along another, and of shear along both. A liquid has none. Where one is
 below zero pressure makes the lattice collapse; where one is large it resists like a solid with a yield stress. Prints
-both over p, and sum W and sum F r^2 / 3, which are one in the continuum."""
+both over p, and sum F r^2 / 3 and sum W, which are one in the continuum; the latter also of the body-centred and the
+face-centred lattice of as many particles: where these are lower, the cubic one turns into them as it rests."""
 import argparse
 
 import numpy as np
@@ -33,9 +34,15 @@ KERNELS = {"Wendland C2": lambda q: np.maximum(1 - q, 0) ** 4 * (4 * q + 1), "cu
            "quintic": spline(5)}
 
 
-def lattice():
+def lattice(*centres):
+    """Places around one particle, one a unit of volume: a cubic lattice, or one with further particles in each of its cells."""
     side = np.arange(-REACH, REACH + 1.0)
-    return np.stack(np.meshgrid(side, side, side), -1).reshape(-1, 3)
+    cubic = np.stack(np.meshgrid(side, side, side), -1).reshape(-1, 3)
+    return np.concatenate([cubic + c for c in [(0, 0, 0), *centres]]) * (1 + len(centres)) ** (1 / 3)
+
+
+PACKINGS = {"cubic": lattice(), "body-centred": lattice((.5, .5, .5)),
+            "face-centred": lattice((.5, .5, 0), (.5, 0, .5), (0, .5, .5))}
 
 
 def second_derivative(f, step=2e-3):
@@ -46,18 +53,19 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--support", type=float, nargs="+", default=[2, 2.2, 2.4, 2.5, 2.6, 2.7, 2.8, 3], metavar="SPACINGS")
     options = parser.parse_args()
-    places, q = lattice(), np.linspace(0, 1, 100001)
+    q = np.linspace(0, 1, 100001)
     for name, shape in KERNELS.items():
         unit = 1 / (4 * np.pi * np.sum(q ** 2 * shape(q)) * (q[1] - q[0]))
         for support in options.support:
-            def sum_w(strain):
-                r = np.linalg.norm(places @ strain.T, axis=1) / support
+            def sum_w(strain, packing="cubic"):
+                r = np.linalg.norm(PACKINGS[packing] @ strain.T, axis=1) / support
                 return unit * shape(r).sum() / support ** 3
             stretch = second_derivative(lambda e: sum_w(np.diag([np.exp(e), np.exp(-e), 1]))) / 4
             shear = second_derivative(lambda e: sum_w(np.eye(3) + e * np.outer([1, 0, 0], [0, 1, 0])))
             swell = -(sum_w(np.eye(3) * (1 + 1e-4)) - sum_w(np.eye(3) * (1 - 1e-4))) / 2e-4 / 3
-            print(f"{name}, H = {support:g} dx: {stretch:+.4f} by stretch, {shear:+.4f} by shear; sum W {sum_w(np.eye(3)):.4f}, "
-                  f"sum F r^2 / 3 {swell:.4f}")
+            sums = ", ".join(f"{sum_w(np.eye(3), packing):.4f} {packing}" for packing in PACKINGS)
+            print(f"{name}, H = {support:g} dx: {stretch:+.4f} by stretch, {shear:+.4f} by shear; sum F r^2 / 3 {swell:.4f}; "
+                  f"sum W {sums}")
 
 
 if __name__ == "__main__":

@@ -107,7 +107,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--deep", type=int, nargs="+", default=[20], metavar="SPACINGS")
     parser.add_argument("--alpha", type=float, nargs="+", default=[0.0], help="artificial viscosity")
-    parser.add_argument("--support", type=float, default=3, help="over the spacing")
+    parser.add_argument("--support", type=float, default=2.7, help="over the spacing; default that of the levels")
     cases.add_options(parser)
     options = parser.parse_args()
     for deep in options.deep:

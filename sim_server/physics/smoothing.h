@@ -51,27 +51,29 @@ struct WendlandC2Of {
 };
 using WendlandC2 = WendlandC2Of<real>;
 
-// The quintic B-spline (Morris 1996), q = r/H, where what is below 0 counts as 0:
-//   W = 2187/(40 pi H^3) ((1-q)^5 - 6 (2/3-q)^5 + 15 (1/3-q)^5)
-// Its transform vanishes, flatly, at the wave number 6 pi / H, which with H = 3 dx is that of a lattice of particles.
-template <class S>
-struct QuinticSplineOf {
+// A B-spline of order 4 or 5 (Morris 1996), q = r/H, where what is below 0 counts as 0:
+//   W = w sum_j c_j (k_j - q)^n, knots k_j = 1 - 2 j / (n + 1), j = 0 to 2, c_j = 1, -(n + 1), (n + 1) n / 2
+// Its transform vanishes, flatly, at the wave number (n + 1) pi / H, which with H = (n + 1)/2 dx is that of a lattice
+// of particles.
+template <class S, int kOrder>
+struct SplineOf {
+  static_assert(kOrder == 4 || kOrder == 5);
   S support;      // H [m]
   S inv_support;  // 1/H
-  S w_scale;      // 2187/(40 pi H^3)
-  S f_scale;      // 5 w_scale / H^2
-  static QuinticSplineOf with_support(S H) {
-    const S w = S(2187) / (S(40) * kPiOf<S> * H * H * H);
-    return {H, S(1) / H, w, S(5) * w / (H * H)};
+  S w_scale;      // w
+  S f_scale;      // n w / H^2
+  static SplineOf with_support(S H) {
+    const S w = (kOrder == 4 ? S(78125) / S(2560) : S(2187) / S(40)) / (kPiOf<S> * H * H * H);
+    return {H, S(1) / H, w, S(kOrder) * w / (H * H)};
   }
   template <class T>
   PALP_HD T W(T r) const {
-    return w_scale * of_knots<5>(T(r * inv_support));
+    return w_scale * of_knots<kOrder>(T(r * inv_support));
   }
   template <class T>
   PALP_HD T F(T r) const {
     const T q = r * inv_support, least = S(3e-4);  // nearer the digits of the slope are lost
-    return f_scale * of_knots<4>(q) / select(q > least, q, least);
+    return f_scale * of_knots<kOrder - 1>(q) / select(q > least, q, least);
   }
   // The integrals that walls take (wall_share.h).
   PALP_HD S over_plane(S z) const {
@@ -100,58 +102,84 @@ struct QuinticSplineOf {
   }
   template <int kPower, class T>
   PALP_HD static T of_knots(T q) {
-    const T outer = positive(T(S(1) - q)), middle = positive(T(S(2) / S(3) - q)), inner = positive(T(S(1) / S(3) - q));
-    return power<kPower>(outer) - S(6) * power<kPower>(middle) + S(15) * power<kPower>(inner);
+    constexpr S n = kOrder, kMiddle = S(1) - S(2) / (n + S(1)), kInner = S(1) - S(4) / (n + S(1));
+    const T outer = positive(T(S(1) - q)), middle = positive(T(kMiddle - q)), inner = positive(T(kInner - q));
+    return power<kPower>(outer) - (n + S(1)) * power<kPower>(middle) + (n + S(1)) * n / S(2) * power<kPower>(inner);
   }
-  // Returns 5! / (5 + times)!.
-  static constexpr S scale(int times) { return times == 0 ? S(1) : scale(times - 1) / S(5 + times); }
+  // Returns n! / (n + times)!.
+  static constexpr S scale(int times) { return times == 0 ? S(1) : scale(times - 1) / S(kOrder + times); }
   // Returns W / w_scale, integrated kTimes times over q from q to 1.
   template <int kTimes>
   PALP_HD static S tail(S q) {
     constexpr S kScale = scale(kTimes);
-    return kScale * of_knots<5 + kTimes>(q);
+    return kScale * of_knots<kOrder + kTimes>(q);
   }
 };
-using QuinticSpline = QuinticSplineOf<real>;
+template <class S>
+using QuarticSplineOf = SplineOf<S, 4>;
+template <class S>
+using QuinticSplineOf = SplineOf<S, 5>;
 
-// The support radius in spacings from which on fluids have the quintic spline. Particles in their places bear shear
-// under pressure, which the spline takes away (tools/results/felt_remaining.md: a wave's period, a ball's drag). With
-// fewer neighbours no kernel does: of Wendland's, places are stiff and what rests is still, where splines creep.
-inline constexpr double kQuinticFrom = 2.5;
-enum class KernelType : std::uint8_t { wendland, quintic };
+// The support radii in spacings from which on fluids have the quartic and the quintic spline. Particles in their places
+// bear shear under pressure, which a spline takes away about the support radius of its own, but for a hundredth of the
+// pressure (tools/lattice_stiffness.py). With fewer neighbours no kernel does: of Wendland's, places are stiff and what
+// rests is still, where splines creep or boil.
+inline constexpr double kQuarticFrom = 2.5, kQuinticFrom = 2.78;
+enum class KernelType : std::uint8_t { wendland, quartic, quintic };
 constexpr KernelType fluid_kernel_type(double support_over_spacing) {
-  return support_over_spacing >= kQuinticFrom ? KernelType::quintic : KernelType::wendland;
+  if (support_over_spacing < kQuarticFrom) return KernelType::wendland;
+  return support_over_spacing < kQuinticFrom ? KernelType::quartic : KernelType::quintic;
 }
 
 // The kernel of fluids, of all that acts on them, and of heat.
 template <class S>
 struct FluidKernelOf {
   S support;  // H [m]
-  bool quintic;
+  KernelType type;
   WendlandC2Of<S> wendland;
-  QuinticSplineOf<S> spline;
+  QuarticSplineOf<S> quartic;
+  QuinticSplineOf<S> quintic;
   static FluidKernelOf with_support(S H, S spacing) {
-    return {H, fluid_kernel_type(double(H) / double(spacing)) == KernelType::quintic, WendlandC2Of<S>::with_support(H),
-            QuinticSplineOf<S>::with_support(H)};
+    return {H, fluid_kernel_type(double(H) / double(spacing)), WendlandC2Of<S>::with_support(H),
+            QuarticSplineOf<S>::with_support(H), QuinticSplineOf<S>::with_support(H)};
   }
-  PALP_HD S W(S r) const { return quintic ? spline.W(r) : wendland.W(r); }
-  PALP_HD S F(S r) const { return quintic ? spline.F(r) : wendland.F(r); }
+  PALP_HD S W(S r) const {
+    return of_type([r](const auto& kernel) { return kernel.W(r); });
+  }
+  PALP_HD S F(S r) const {
+    return of_type([r](const auto& kernel) { return kernel.F(r); });
+  }
   // Returns 2 pi int_z^H W r dr: the kernel over a plane at the distance z >= 0 [1/m].
-  PALP_HD S over_plane(S z) const { return quintic ? spline.over_plane(z) : wendland.over_plane(z); }
+  PALP_HD S over_plane(S z) const {
+    return of_type([z](const auto& kernel) { return kernel.over_plane(z); });
+  }
   // Returns pi int_d^H W r (r - d)^2 dr [m].
-  PALP_HD S second_tail(S d) const { return quintic ? spline.second_tail(d) : wendland.second_tail(d); }
+  PALP_HD S second_tail(S d) const {
+    return of_type([d](const auto& kernel) { return kernel.second_tail(d); });
+  }
   // Returns pi/2 int_d^H W r (r^2 - d^2)^2 dr [m^3].
-  PALP_HD S fourth_tail(S d) const { return quintic ? spline.fourth_tail(d) : wendland.fourth_tail(d); }
+  PALP_HD S fourth_tail(S d) const {
+    return of_type([d](const auto& kernel) { return kernel.fourth_tail(d); });
+  }
+
+ private:
+  template <class F>
+  PALP_HD S of_type(F&& f) const {
+    if (type == KernelType::wendland) return f(wendland);
+    return type == KernelType::quartic ? f(quartic) : f(quintic);
+  }
 };
 using FluidKernel = FluidKernelOf<real>;
 
-// Calls f with the kernel that fluids have, of its own type: what asks for it in each pair is made for either one.
+// Calls f with the kernel that fluids have, of its own type: what asks for it in each pair is made for any one of them.
 template <class F>
 void with_type(const FluidKernel& kernel, F&& f) {
-  if (kernel.quintic)
-    f(kernel.spline);
-  else
+  if (kernel.type == KernelType::wendland)
     f(kernel.wendland);
+  else if (kernel.type == KernelType::quartic)
+    f(kernel.quartic);
+  else
+    f(kernel.quintic);
 }
 
 // Two kernels of Mueller, Charypar & Gross 2003, which the paper's equations are used with. Their third one, "spiky",

@@ -18,8 +18,9 @@ namespace {
 // The share of the limit by sound that a sub-step may use, over numerics.safety. Up to the limit itself the force on a
 // stirred ladle errs by the same (tools/results/felt_remaining.md).
 constexpr double kSoundShare = 1.3;
-// The same for the quintic spline, whose limit is the shorter by its finest waves: both allow 1.68 dx / c at H = 3 dx.
-constexpr double kQuinticSoundShare = 1.48;
+// The same for the splines, whose limits are the shorter by their finest waves: the quartic one with H = 2.7 dx, the
+// quintic one and Wendland's with 3 dx, all allow 1.7 dx / c.
+constexpr double kSplineSoundShare = 1.5;
 // The longest sub-step that density diffusion allows, times delta c / dx, and the share of it that one may use. With
 // delta from 0.1 to 0.5 oil at rest in tray_fluid is calm up to 0.196 and diverges from 0.200 on where H = 3 dx, and
 // up to 0.234 and from 0.245 on where H = 2 dx.
@@ -227,12 +228,16 @@ void limit_by(const StepLimit& limit, const NumericsConfig& numerics, Plan& plan
 double acoustic_limit(double support_over_spacing, KernelType kernel) {
   if (kernel == KernelType::quintic)
     return interpolate({{{2.5, 1.92}, {2.75, 2.08}, {3.0, 2.27}, {4.0, 3.03}}}, support_over_spacing);
+  if (kernel == KernelType::quartic)
+    return interpolate({{{2.5, 2.07}, {2.75, 2.27}, {3.0, 2.47}, {4.0, 3.30}}}, support_over_spacing);
   return interpolate({{{2.0, 1.76}, {2.6, 2.23}, {3.0, 2.59}, {4.0, 3.67}}}, support_over_spacing);
 }
 
 double viscous_limit(double support_over_spacing, KernelType kernel) {
   if (kernel == KernelType::quintic)
     return interpolate({{{2.5, 0.351}, {2.6, 0.378}, {3.0, 0.499}, {4.0, 0.888}}}, support_over_spacing);
+  if (kernel == KernelType::quartic)
+    return interpolate({{{2.5, 0.418}, {2.75, 0.506}, {3.0, 0.599}, {4.0, 1.06}}}, support_over_spacing);
   return interpolate({{{2.0, 0.311}, {2.6, 0.504}, {3.0, 0.654}, {4.0, 1.15}}}, support_over_spacing);
 }
 
@@ -268,7 +273,7 @@ void plan_sub_steps(const Scene& scene, Plan& plan) {
   plan.ruling = {1e30, "sound", "", ""};
   // by method "paper" solids push each other with the pressure of fluids
   if (plan.fluid || (plan.method == Method::paper && plan.contact)) {
-    const double accurate = kernel == KernelType::quintic ? kQuinticSoundShare : kSoundShare;
+    const double accurate = kernel == KernelType::wendland ? kSoundShare : kSplineSoundShare;
     by_sound.share = plan.method == Method::accurate ? accurate : 1;
     limit_by(by_sound, scene.config.numerics, plan);
     limit_by({viscous(nu), "viscosity", "numerics.artificial_viscosity", ""}, scene.config.numerics, plan);

@@ -62,9 +62,11 @@ TEST_P(Limit, StaysBoundedBelowTheLimit) {
 
 INSTANTIATE_TEST_SUITE_P(Stability, Limit,
                          ::testing::Values(LimitCase{"sound_two_spacings", 2, 1, 0.1, Method::accurate},
+                                           LimitCase{"sound_of_levels", 2.7, 1, 0.1, Method::accurate},
                                            LimitCase{"sound_three_spacings", 3, 1, 0.1, Method::accurate},
                                            LimitCase{"viscous", 2, 3000, 0.1, Method::accurate},
                                            LimitCase{"diffusion_two_spacings", 2, 1, 0.5, Method::accurate},
+                                           LimitCase{"diffusion_of_levels", 2.7, 1, 0.4, Method::accurate},
                                            LimitCase{"diffusion_three_spacings", 3, 1, 0.4, Method::accurate},
                                            LimitCase{"paper", 2, 10, 0.1, Method::paper},
                                            LimitCase{"paper_viscous", 2, 3000, 0.1, Method::paper}),

@@ -6,23 +6,39 @@ namespace palp::test {
 
 using Eigen::Vector3d;
 
-// The quintic spline from 2.5 spacings on (Morris 1996, piece by piece; q = r / h), Wendland C2 below.
+namespace {
+
+// A spline of order n (Morris 1996), h times (n + 1) / 2 being its support radius: the sum of c_k (k - q)^power over
+// those k for which it is above 0.
+double spline_sum(double q, int n, int power) {
+  double sum = 0, c = 1;
+  for (int j = 0; j <= 2; ++j) {
+    const double x = 0.5 * (n + 1) - j - q;
+    if (x > 0) sum += c * std::pow(x, power);
+    c *= -(n + 1.0 - j) / (j + 1);
+  }
+  return sum;
+}
+
+int spline_order(double H, double spacing) { return H < 2.78 * spacing ? 4 : 5; }
+
+double spline_scale(int n, double h) { return 1 / ((n == 4 ? 20 : 120) * M_PI * h * h * h); }
+
+}  // namespace
+
 double fluid_kernel(double r, double H, double spacing) {
   if (H < 2.5 * spacing) return wendland(r, H);
-  const double h = H / 3, q = r / h, s = 1 / (120 * M_PI * h * h * h);
-  if (q < 1) return s * (std::pow(3 - q, 5) - 6 * std::pow(2 - q, 5) + 15 * std::pow(1 - q, 5));
-  if (q < 2) return s * (std::pow(3 - q, 5) - 6 * std::pow(2 - q, 5));
-  return q < 3 ? s * std::pow(3 - q, 5) : 0;
+  const int n = spline_order(H, spacing);
+  const double h = 2 * H / (n + 1);
+  return spline_scale(n, h) * spline_sum(r / h, n, n);
 }
 Vector3d fluid_gradient(const Vector3d& x, double H, double spacing) {
   if (H < 2.5 * spacing) return wendland_gradient(x, H);
   const double r = x.norm();
   if (r >= H || r == 0) return Vector3d::Zero();
-  const double h = H / 3, q = r / h, s = -5 / (120 * M_PI * h * h * h);
-  double sum = std::pow(3 - q, 4);
-  if (q < 2) sum -= 6 * std::pow(2 - q, 4);
-  if (q < 1) sum += 15 * std::pow(1 - q, 4);
-  return s * sum / h * x / r;
+  const int n = spline_order(H, spacing);
+  const double h = 2 * H / (n + 1);
+  return -n * spline_scale(n, h) * spline_sum(r / h, n, n - 1) / h * x / r;
 }
 
 double wendland(double r, double H) {

@@ -5,7 +5,8 @@
 
 namespace palp::test {
 
-// H: support radius. Of fluids: Wendland C2 below 2.5 spacings, the quintic spline from there on.
+// H: support radius. Of fluids: Wendland C2 below 2.5 spacings, the quartic spline from there on, and the quintic one
+// from 2.78 on.
 double fluid_kernel(double r, double H, double spacing);
 Eigen::Vector3d fluid_gradient(const Eigen::Vector3d& x, double H, double spacing);
 double wendland(double r, double H);

@@ -45,7 +45,7 @@ inline constexpr Tolerance kBodyWrench{1e-4, 1e-12, "a sum of many pair forces t
 // kernels
 inline constexpr Tolerance kKernelIntegral{1e-5, 1e-6, "midpoint rule with 4000 shells, kernel in real"};
 inline constexpr Tolerance kKernelFromSlope{1e-4, 2e-5, "midpoint rule within a midpoint rule"};
-inline constexpr Tolerance kLatticeShear{0.02, 0.02, "of p, H = 2.7 to 3.5 dx; Wendland C2 has 0.18 with 2 dx"};
+inline constexpr Tolerance kLatticeShear{0.02, 0.02, "of p, H = 2.6 to 3.5 dx; Wendland C2 has 0.18 with 2 dx"};
 inline constexpr Tolerance kWallPressure{0.04, 0.04, "of the pressure: a sum over a lattice for an integral"};
 inline constexpr Tolerance kKernelSlope{2e-3, 1e-6, "central difference of a kernel in real"};
 // conservation, physics reference D18

@@ -25,8 +25,8 @@ def flowing(support, alpha):
 GRIDS = {
     "fluid": {
         "spacings": (2, 1.75, 1.5, 1.25, 1, 0.8),
-        "rows": (flowing("3", "0"), flowing("3", "0.02"), flowing("2", "0"), flowing("2", "0.02"), flowing("2", "0.1")),
-        "singles": ({SUPPORT: "4"}, {"numerics.density_diffusion": "0"}, {"numerics.density_diffusion": "0.3"},
+        "rows": (flowing("2.7", "0"), flowing("2.7", "0.02"), flowing("2", "0"), flowing("2", "0.02"), flowing("2", "0.1")),
+        "singles": ({SUPPORT: "3.5"}, {"numerics.density_diffusion": "0"}, {"numerics.density_diffusion": "0.3"},
                     {"numerics.safety": "0.25"}, {"numerics.safety": "0.9"}, {"scene.rate_hz": "500"},
                     {"scene.rate_hz": "2000"}, {"scene.accuracy": "fast"}, {"numerics.viscosity": "explicit"},
                     {SKIN: "0.05"}, {SKIN: "0.5"}, {METHOD: "paper"}),
@@ -50,7 +50,7 @@ GRIDS = {
         "single_at": 1},
     "changing": {
         "spacings": (1.6, 1.33, 1.15, 1, 0.8),
-        "rows": (flowing("3", "0.02"), flowing("2", "0.02"), flowing("2", "0.1")),
+        "rows": (flowing("2.7", "0.02"), flowing("2", "0.02"), flowing("2", "0.1")),
         "singles": ({"heat.rate_hz": "20"}, {"heat.rate_hz": "50"}, {"heat.rate_hz": "200"}, {"numerics.safety": "0.25"},
                     {"numerics.safety": "0.9"}, {"scene.rate_hz": "500"}, {ALPHA: "0"}, {"scene.accuracy": "fast"},
                     {METHOD: "paper"}),

@@ -16,7 +16,8 @@ namespace palp::test::wall_share_test {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kSpacing = 0.02, kSupport = 3 * kSpacing;
+constexpr double kSpacing = 0.02;
+constexpr double kSupports[] = {2.7 * kSpacing, 3 * kSpacing};  // of the quartic and the quintic spline
 const Vector3d kPull(1.5, -2, -9.81);
 
 struct Sums {
@@ -26,8 +27,9 @@ struct Sums {
 
 class Walls {
  public:
-  explicit Walls(const std::vector<ShapeConfig>& shapes) {
+  Walls(const std::vector<ShapeConfig>& shapes, double support) : support_(support) {
     SceneConfig config = scene(kSpacing);
+    config.numerics.support_over_spacing = support / kSpacing;
     BodyConfig subject = test::body("subject", BodyKind::rigid, shapes[0]);
     subject.shapes = shapes;
     config.bodies = {subject, test::body("fluid", BodyKind::fluid, box({0.06, 0.06, 0.06}, {0.9, 0.9, 0.9}))};
@@ -38,7 +40,7 @@ class Walls {
   }
   // x in the body frame.
   WallShare at(const Vector3d& x) const {
-    const WallKernel kernel{FluidKernel::with_support(real(kSupport), real(kSpacing)), real(kSpacing / 16),
+    const WallKernel kernel{FluidKernel::with_support(real(support_), real(kSpacing)), real(kSpacing / 16),
                             real(kSpacing / 4), real(0.01 * kSpacing), kPull.cast<real>()};
     return wall_share(store_->shape[0], store_->piece.data(), grids_.data(), kernel,
                       (x - scene_.bodies[0].center).cast<real>());
@@ -51,7 +53,7 @@ class Walls {
   // By cells, those that the surface cuts by smaller ones.
   Sums quadrature(const Vector3d& x) const {
     constexpr int kCells = 12;
-    const double cell = kSupport / kCells;
+    const double cell = support_ / kCells;
     Sums sums;
     for (int i = -kCells; i < kCells; ++i)
       for (int j = -kCells; j < kCells; ++j)
@@ -62,22 +64,23 @@ class Walls {
  private:
   bool contains(const Vector3d& x) const { return solid_.contains(solid_.frame.inverse() * x); }
   void add(const Vector3d& x, const Vector3d& s, double cell, int halvings, Sums& sums) const {
-    const auto W = FluidKernelOf<double>::with_support(kSupport, kSpacing);
+    const auto W = FluidKernelOf<double>::with_support(support_, kSpacing);
     const double r = s.norm();
-    if (r - cell > kSupport) return;
+    if (r - cell > support_) return;
     if (halvings > 0 && std::abs(distance(x + s)) < cell) {
       for (int c = 0; c < 8; ++c)
         add(x, s + 0.25 * cell * Vector3d(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1), 0.5 * cell, halvings - 1,
             sums);
       return;
     }
-    if (r >= kSupport || !contains(x + s)) return;
+    if (r >= support_ || !contains(x + s)) return;
     const double dV = cell * cell * cell;
     sums.share += W.W(r) * dV;
     sums.slope -= W.F(r) * dV * s;
     sums.pull += W.F(r) * dV * s.dot(kPull) * s;
   }
 
+  double support_;  // [m]
   Solid solid_;
   Scene scene_;
   std::optional<ContactStore> store_;
@@ -147,19 +150,23 @@ class WallShareOf : public RandomCase, public ::testing::WithParamInterface<Case
 
 TEST_P(WallShareOf, AgreesWithQuadrature) {
   const Case& of = GetParam();
-  const Walls walls(of.shapes);
-  for (int n = 0; n < 30;) {
-    Vector3d x;
-    for (int a = 0; a < 3; ++a) x[a] = between(of.low[a], of.high[a]);
-    const double d = walls.distance(x);
-    if (d < 0.1 * kSpacing || d > kSupport) continue;
-    ++n;
-    const WallShare found = walls.at(x);
-    const Sums exact = walls.quadrature(x);
-    EXPECT_TRUE(within(found.share - exact.share, tol::kWallShare)) << x.transpose();
-    EXPECT_TRUE(within((found.slope.cast<double>() - exact.slope).norm() * kSupport, tol::kWallSlope)) << x.transpose();
-    EXPECT_TRUE(within((found.pull.cast<double>() - exact.pull).norm() / kPull.norm(), tol::kWallPull))
-        << x.transpose();
+  for (const double support : kSupports) {
+    SCOPED_TRACE(support / kSpacing);
+    const Walls walls(of.shapes, support);
+    for (int n = 0; n < 30;) {
+      Vector3d x;
+      for (int a = 0; a < 3; ++a) x[a] = between(of.low[a], of.high[a]);
+      const double d = walls.distance(x);
+      if (d < 0.1 * kSpacing || d > support) continue;
+      ++n;
+      const WallShare found = walls.at(x);
+      const Sums exact = walls.quadrature(x);
+      EXPECT_TRUE(within(found.share - exact.share, tol::kWallShare)) << x.transpose();
+      EXPECT_TRUE(within((found.slope.cast<double>() - exact.slope).norm() * support, tol::kWallSlope))
+          << x.transpose();
+      EXPECT_TRUE(within((found.pull.cast<double>() - exact.pull).norm() / kPull.norm(), tol::kWallPull))
+          << x.transpose();
+    }
   }
 }
 
@@ -184,22 +191,26 @@ TEST(WallShare, ShearsByTheSlopeOverTheDistance) {
                         {"ball", {sphere(R)}, {R, 0, 0}, {1, 0, 0}},
                         {"hollow", {box({0.4, 0.4, 0.4}), without(sphere(R))}, {R, 0, 0}, {-1, 0, 0}}};
   for (const Face& face : faces) {
-    const Walls walls(face.shapes);
-    for (double d = 0.3; d < 2.8; d += 0.3) {
-      const WallShare found = walls.at(face.at + d * kSpacing * face.n);
-      EXPECT_TRUE(within(found.shear * d * kSpacing / found.slope.norm() - 1, tol::kWallShear))
-          << face.name << ", " << d;
+    for (const double support : kSupports) {
+      const Walls walls(face.shapes, support);
+      for (double d = 0.3; d < support / kSpacing - 0.1; d += 0.3) {
+        const WallShare found = walls.at(face.at + d * kSpacing * face.n);
+        EXPECT_TRUE(within(found.shear * d * kSpacing / found.slope.norm() - 1, tol::kWallShear))
+            << face.name << ", " << d << ", H = " << support / kSpacing << " dx";
+      }
     }
   }
 }
 
 // Behind a wall all is wall, however thin it is.
 TEST(WallShare, OfAThinWallIsThatOfAThickOne) {
-  const Walls thick({box({0.6, 0.6, 0.3}, {0, 0, -0.15})}), thin({box({0.6, 0.6, 0.0004}, {0, 0, -0.0002})});
+  const double support = kSupports[0];
+  const Walls thick({box({0.6, 0.6, 0.3}, {0, 0, -0.15})}, support),
+      thin({box({0.6, 0.6, 0.0004}, {0, 0, -0.0002})}, support);
   for (double d = 0.05; d < 3; d += 0.1) {
     const Vector3d x(0.01, 0.02, d * kSpacing);
     EXPECT_TRUE(within(thin.at(x).share - thick.at(x).share, tol::kSameWall)) << d;
-    EXPECT_TRUE(within((thin.at(x).slope - thick.at(x).slope).norm() * kSupport, tol::kSameWall)) << d;
+    EXPECT_TRUE(within((thin.at(x).slope - thick.at(x).slope).norm() * support, tol::kSameWall)) << d;
   }
 }
 

@@ -36,8 +36,8 @@ TEST(FluidInterval, FollowsFromTheLimitsOfFluids) {
       EXPECT_EQ(plan.fluid_interval, 1);
       continue;
     }
-    // 1.48 times the safety of 2.27 dx / (c + v), and 2 ms at most
-    const double allowed = std::min(2e-3, 1.48 * 0.5 * 2.27 * spacing / (plan.sound_speed + plan.max_speed));
+    // 1.5 times the safety of 2.23 dx / (c + v), and 2 ms at most
+    const double allowed = std::min(2e-3, 1.5 * 0.5 * 2.23 * spacing / (plan.sound_speed + plan.max_speed));
     EXPECT_EQ(plan.fluid_interval, std::max(1, static_cast<int>(allowed * config.rate_hz + 1e-9)));
     config.rate_hz = 4000;
     EXPECT_EQ(plan_with(config).fluid_interval, static_cast<int>(4000 * allowed + 1e-9));

@@ -78,8 +78,5 @@ TEST(Lightness, StepsAllocateNothingMore) {
   EXPECT_EQ(simulation->footprint().launches, before.launches);
 }
 
-// The limit by sound may be used up to 1.3 times the share of the others, 1.48 times with the quintic spline, but never
-// past all of it.
-
 }  // namespace
 }  // namespace palp::test::lightness_test

@@ -23,7 +23,8 @@ TEST(Plan, TakesMoreOfTheLimitBySoundThanOfOthers) {
   scene.config.materials[0].viscosity = 0;
   scene.config.numerics.density_diffusion = 0;
   scene.config.rate_hz = 1;
-  for (const auto& [support, share] : {std::pair(2.0, 1.3), {2.49, 1.3}, {2.5, 1.48}, {3.0, 1.48}})
+  for (const auto& [support, share] :
+       {std::pair(2.0, 1.3), {2.49, 1.3}, {2.5, 1.5}, {2.77, 1.5}, {2.79, 1.5}, {3.0, 1.5}})
     for (const double safety : {0.05, 0.5, 0.7, 0.9, 1.0}) {
       scene.config.numerics.support_over_spacing = support;
       scene.config.numerics.safety = safety;
