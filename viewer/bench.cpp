@@ -207,14 +207,20 @@ DrawingTimes time_drawing(Stage& stage, std::size_t particles, bool beads, doubl
     passes[kWholePicture].add(1e-3 * rest);
   }
 
-  DrawingTimes times{particles, pictures.count(), takes.share_ms(0.5), pictures.share_ms(0.5), pictures.share_ms(0.99),
+  DrawingTimes times{particles,
+                     stage.scene().cloud().seen(),
+                     pictures.count(),
+                     takes.share_ms(0.5),
+                     pictures.share_ms(0.5),
+                     pictures.share_ms(0.99),
                      {}};
   for (const auto& [name, took] : passes) times.passes[name] = took.share_ms(0.5);
   return times;
 }
 
 std::string table_of(const DrawingTimes& times) {
-  std::string table = fmt::format("{} particles, {} pictures\n", times.particles, times.pictures);
+  std::string table =
+      fmt::format("{} particles, {} of them seen, {} pictures\n", times.particles, times.seen, times.pictures);
   const auto row = [&](const std::string& what, double ms) { table += fmt::format("{:<36} {:9.2f} ms\n", what, ms); };
   row("taking over a frame", times.take);
   row("a picture", times.picture);

@@ -13,6 +13,7 @@ namespace palp {
 // All times are medians [ms].
 struct DrawingTimes {
   std::size_t particles = 0;
+  std::size_t seen = 0;      // of them, those that others do not hide
   std::size_t pictures = 0;  // that the times of whole pictures are of
   double take = 0;           // to take over a frame of particles, without drawing
   double picture = 0;        // to draw one, until OpenGL has done all of it; without take

@@ -106,6 +106,7 @@ bool bench(const ViewerOptions& options, Stage& stage) {
   return write_summary(options.summary, {{"renderer", stage.renderer()},
                                          {"size", fmt::format("{}x{}", stage.width(), stage.height())},
                                          {"particles", times.particles},
+                                         {"seen", times.seen},
                                          {"pictures", times.pictures},
                                          {"take_p50_ms", times.take},
                                          {"draw_p50_ms", times.picture},

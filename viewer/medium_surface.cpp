@@ -53,7 +53,8 @@ SurfaceQuality quick_surface(int width, int height) {
   return {std::clamp(scale, 0.5, 1.0), 1, 8, 1, 8};
 }
 
-MediumSurface::MediumSurface(Medium medium, osg::Node* particles, osg::Texture1D* color_map, const PictureCopy* copy)
+MediumSurface::MediumSurface(Medium medium, osg::Node* particles, osg::Node* tinting, osg::Texture1D* color_map,
+                             const PictureCopy* copy)
     : medium_(medium),
       root_(new osg::Group),
       smoothing_(new osg::Group),
@@ -63,7 +64,7 @@ MediumSurface::MediumSurface(Medium medium, osg::Node* particles, osg::Texture1D
   root_->getStateSet()->addUniform(new osg::Uniform("outline_taps", 1));
   root_->getStateSet()->addUniform(number("outline_stride", 1));
   add_depth_pass(particles);
-  add_tint_pass(particles);
+  add_tint_pass(tinting);
   add_outline_passes();
   root_->addChild(smoothing_);
   make_shading(color_map, copy);

@@ -35,8 +35,10 @@ SurfaceQuality quick_surface(int width, int height);
 // All calls from the thread that renders, between frames.
 class MediumSurface {
  public:
-  // medium: opaque or clear. particles: points as medium.vert takes them. copy: of the picture behind a clear medium.
-  MediumSurface(Medium medium, osg::Node* particles, osg::Texture1D* color_map, const PictureCopy* copy);
+  // medium: opaque or clear. particles, tinting: points as medium.vert takes them, those that make the surface and
+  // those that give it its tint. copy: of the picture behind a clear medium.
+  MediumSurface(Medium medium, osg::Node* particles, osg::Node* tinting, osg::Texture1D* color_map,
+                const PictureCopy* copy);
   osg::Node* node() { return root_; }
 
   void set_spacing(double spacing);  // of the particles [m]

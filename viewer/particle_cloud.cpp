@@ -69,9 +69,9 @@ ParticleCloud::ParticleCloud() : shared_(new osg::StateSet), map_(new osg::Textu
   shared_->addUniform(new osg::Uniform("looks", static_cast<int>(kLooksUnit)));
   shared_->setTextureAttribute(kLooksUnit, looks_.texture());
 
-  for (auto& node : switches_) {
-    node = new osg::Switch;
-    node->setCullingActive(false);
+  for (auto* node : {&switches_[0], &switches_[1], &switches_[2], &clear_switch_}) {
+    *node = new osg::Switch;
+    (*node)->setCullingActive(false);
   }
   osg::StateSet* state = points(Medium::beads)->getOrCreateStateSet();
   state->setAttributeAndModes(
@@ -89,20 +89,22 @@ ParticleCloud::ParticleCloud() : shared_(new osg::StateSet), map_(new osg::Textu
     set.vertices = new osg::Vec4Array;
     set.colors = new osg::Vec4ubArray;
     set.colors->setNormalize(true);
-    // positions change with every frame and colours seldom: separate buffers, so that only what changed is sent
     set.vertices->setVertexBufferObject(new osg::VertexBufferObject);
     set.vertices->getVertexBufferObject()->setUsage(GL_STREAM_DRAW);
     set.colors->setVertexBufferObject(new osg::VertexBufferObject);
-    for (std::size_t m = 0; m < kMediums; ++m) {
+    set.colors->getVertexBufferObject()->setUsage(GL_STREAM_DRAW);
+    const auto add_points = [&set](osg::Switch& to) {
       osg::ref_ptr<osg::Geometry> geometry = new Points;
       geometry->setUseDisplayList(false);
       geometry->setUseVertexBufferObjects(true);
       geometry->setCullingActive(false);
       geometry->setVertexArray(set.vertices);
       geometry->setColorArray(set.colors, osg::Array::BIND_PER_VERTEX);
-      set.points[m] = geometry;
-      switches_[m]->addChild(geometry, false);
-    }
+      to.addChild(geometry, false);
+      return geometry;
+    };
+    for (std::size_t m = 0; m < kMediums; ++m) set.points[m] = add_points(*switches_[m]);
+    set.clear_points = add_points(*clear_switch_);
   }
 }
 
@@ -123,9 +125,9 @@ void ParticleCloud::set_scene(const SceneDescription& scene) {
       ->getStateSet()
       ->getUniform("radius")
       ->set(static_cast<float>(kRadiusOverSpacing * scene.spacing));
+  spacing_ = scene.spacing;
   steady_ = {};
   clear();
-  for (Set& set : sets_) set.colors->clear();
 }
 
 void ParticleCloud::set_reading(const Reading& reading, const osg::Vec4d& clip) {
@@ -139,8 +141,10 @@ void ParticleCloud::set_picture_height(int height) {
 
 void ParticleCloud::clear() {
   for (auto& node : switches_) node->setAllChildrenOff();
+  clear_switch_->setAllChildrenOff();
   for (osg::BoundingBoxd& box : boxes_) box.init();
   drawn_ = 0;
+  seen_ = 0;
 }
 
 // Returns how the particles of a body are drawn now, or nothing where its surface stands for them. Colours that stand
@@ -185,54 +189,44 @@ void ParticleCloud::choose_colors(const ParticleFrame& frame) {
   }
 }
 
-void ParticleCloud::fill_vertices(const ParticleFrame& frame, osg::Vec4Array& vertices) {
-  const std::size_t count = frame.positions.size() / 3;
-  const bool with_scalar = frame.scalars.size() == count;
-  vertices.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
+// Finds which places of a body are drawn: not those beyond the cut, nor what is no place.
+void ParticleCloud::find_seen(const Body& body, const ParticleFrame& frame) {
+  const std::size_t count = frame.positions.size() / 3, first = std::min<std::size_t>(body.first, count);
+  const std::size_t end = first + std::min<std::size_t>(body.count, count - first);
+  const bool with_scalar = frame.scalars.size() == count && has_field(body.kind, shown_);
+  const bool whole = clip_ == kNoClip;
+  places_.clear();
+  places_.reserve(end - first);
+  for (std::size_t i = first; i < end; ++i) {
     const float* p = frame.positions.data() + 3 * i;
-    const float scalar = with_scalar && std::isfinite(frame.scalars[i]) ? frame.scalars[i] : kNoScalar;
     const bool is_place = std::abs(p[0]) < kFarthest && std::abs(p[1]) < kFarthest && std::abs(p[2]) < kFarthest;
-    // out of sight, however the camera stands
-    is_place&& keeps(clip_, osg::Vec3d(p[0], p[1], p[2])) ? vertices[i].set(p[0], p[1], p[2], scalar)
-                                                          : vertices[i].set(0, 0, 10 * kFarthest, scalar);
+    if (!is_place || !(whole || keeps(clip_, osg::Vec3d(p[0], p[1], p[2])))) continue;
+    const bool has_scalar = with_scalar && std::isfinite(frame.scalars[i]);
+    places_.emplace_back(p[0], p[1], p[2], has_scalar ? frame.scalars[i] : kNoScalar);
   }
-  for (const Body& body : bodies_) {
-    if (has_field(body.kind, shown_)) continue;
-    const std::size_t end = std::min<std::size_t>(std::size_t{body.first} + body.count, count);
-    for (std::size_t i = body.first; i < end; ++i) vertices[i].w() = kNoScalar;
-  }
-  vertices.dirty();
+  interior_.find(places_, spacing_);
+  drawn_ += end - first;
 }
 
-void ParticleCloud::fill_colors(std::size_t count, osg::Vec4ubArray& colors) const {
-  if (colors.size() == count) return;
-  colors.assign(count, osg::Vec4ub(200, 200, 200, 255));
-  for (const Body& body : bodies_) {
-    const std::size_t first = std::min<std::size_t>(body.first, count);
-    const std::size_t n = std::min<std::size_t>(body.count, count - first);
-    std::fill_n(colors.begin() + static_cast<std::ptrdiff_t>(first), n, to_bytes(body.color, body.look));
+// Adds the places that can be seen, and the others after them where the body is looked through.
+void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
+  const auto m = static_cast<std::size_t>(medium);
+  const auto first = static_cast<GLint>(set.vertices->size());
+  const auto added = [&] { return static_cast<GLsizei>(set.vertices->size()) - first; };
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (interior_.contains(i)) continue;
+    set.vertices->push_back(places_[i]);
+    boxes_[m].expandBy(osg::Vec3d(places_[i].x(), places_[i].y(), places_[i].z()));
   }
-  colors.dirty();
-}
-
-void ParticleCloud::draw_runs(Set& set) {
-  for (auto& geometry : set.points) geometry->removePrimitiveSet(0, geometry->getNumPrimitiveSets());
-  const std::size_t count = set.vertices->size();
-  for (const Body& body : bodies_) {
-    const std::optional<Medium> medium = medium_of(body);
-    const std::size_t first = std::min<std::size_t>(body.first, count);
-    const std::size_t n = std::min<std::size_t>(body.count, count - first);
-    if (!medium || n == 0) continue;
-    const auto m = static_cast<std::size_t>(*medium);
-    set.points[m]->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, static_cast<GLint>(first), static_cast<GLsizei>(n)));
-    drawn_ += n;
-    if (*medium == Medium::beads) continue;
-    for (std::size_t i = first; i < first + n; ++i) {
-      const osg::Vec4f& v = (*set.vertices)[i];
-      if (v.z() < kFarthest) boxes_[m].expandBy(osg::Vec3d(v.x(), v.y(), v.z()));
-    }
+  if (added() == 0) return;
+  seen_ += static_cast<std::size_t>(added());
+  set.points[m]->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, first, added()));
+  if (medium == Medium::clear) {
+    for (std::size_t i = 0; i < places_.size(); ++i)
+      if (interior_.contains(i)) set.vertices->push_back(places_[i]);
+    set.clear_points->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, first, added()));
   }
+  set.colors->resize(set.vertices->size(), to_bytes(body.color, body.look));
 }
 
 void ParticleCloud::set_frame(const ParticleFrame& frame) {
@@ -241,10 +235,20 @@ void ParticleCloud::set_frame(const ParticleFrame& frame) {
   next_ = (next_ + 1) % kSets;
   clear();
   choose_colors(frame);
-  fill_vertices(frame, *set.vertices);
-  fill_colors(set.vertices->size(), *set.colors);
-  draw_runs(set);
+  set.vertices->clear();
+  set.colors->clear();
+  for (auto& geometry : set.points) geometry->removePrimitiveSet(0, geometry->getNumPrimitiveSets());
+  set.clear_points->removePrimitiveSet(0, set.clear_points->getNumPrimitiveSets());
+  for (const Body& body : bodies_) {
+    const std::optional<Medium> medium = medium_of(body);
+    if (!medium) continue;
+    find_seen(body, frame);
+    add_body(body, *medium, set);
+  }
+  set.vertices->dirty();
+  set.colors->dirty();
   for (auto& node : switches_) node->setSingleChildOn(newest);
+  clear_switch_->setSingleChildOn(newest);
 }
 
 }  // namespace palp

@@ -15,6 +15,7 @@
 #include "idl/messages.h"
 #include "idl/particle_frame.h"
 #include "viewer/color_map.h"
+#include "viewer/interior.h"
 #include "viewer/look_table.h"
 #include "viewer/medium.h"
 #include "viewer/reading.h"
@@ -26,8 +27,11 @@ namespace palp {
 class ParticleCloud {
  public:
   ParticleCloud();
-  // The points drawn as this medium; those of Medium::beads draw themselves as shaded spheres.
+  // The points drawn as this medium, but for those that others of their body hide; those of Medium::beads draw
+  // themselves as shaded spheres.
   osg::Node* points(Medium medium) { return switches_[static_cast<std::size_t>(medium)]; }
+  // All points that are looked through, those within a body, too.
+  osg::Node* clear_points() { return clear_switch_; }
   osg::Texture1D* color_map_texture() { return map_; }
   // The state that passes over points of every medium need: colours by scalar.
   osg::StateSet* shared_state() { return shared_; }
@@ -53,7 +57,10 @@ class ParticleCloud {
   ScalarField shown_field() const { return shown_; }
   const ValueRange& range() const { return range_; }
   ColorMapKind color_map_kind() const { return map_kind_; }
+  // The particles of bodies that are drawn as particles, hidden or not.
   std::size_t drawn() const { return drawn_; }
+  // Those of them that others of their body do not hide.
+  std::size_t seen() const { return seen_; }
   // The box around the points of the medium, invalid where there are none. Points that are no places, or farther out
   // than anything that is simulated, are not drawn.
   const osg::BoundingBoxd& box(Medium medium) const { return boxes_[static_cast<std::size_t>(medium)]; }
@@ -72,28 +79,34 @@ class ParticleCloud {
   struct Set {
     osg::ref_ptr<osg::Vec4Array> vertices;
     osg::ref_ptr<osg::Vec4ubArray> colors;
-    std::array<osg::ref_ptr<osg::Geometry>, kMediums> points;  // of the same arrays
+    // of the same arrays
+    std::array<osg::ref_ptr<osg::Geometry>, kMediums> points;
+    osg::ref_ptr<osg::Geometry> clear_points;
   };
 
   void choose_colors(const ParticleFrame& frame);
   std::vector<float> values_for_range(const ParticleFrame& frame) const;
   std::optional<Medium> medium_of(const Body& body) const;
-  void fill_vertices(const ParticleFrame& frame, osg::Vec4Array& vertices);
-  void fill_colors(std::size_t count, osg::Vec4ubArray& colors) const;
-  void draw_runs(Set& set);
+  void find_seen(const Body& body, const ParticleFrame& frame);
+  void add_body(const Body& body, Medium medium, Set& set);
 
   osg::ref_ptr<osg::StateSet> shared_;
   std::array<osg::ref_ptr<osg::Switch>, kMediums> switches_;
+  osg::ref_ptr<osg::Switch> clear_switch_;
   std::array<Set, kSets> sets_;
   osg::ref_ptr<osg::Texture1D> map_;
   LookTable looks_;
   ColorMapKind map_kind_ = ColorMapKind::sequential;
   std::vector<Body> bodies_;
+  double spacing_ = 0;              // [m]
+  std::vector<osg::Vec4f> places_;  // of the body that is taken over: x, y, z and its scalar
+  Interior interior_;               // of those
   bool draw_all_ = false;
   bool beads_ = false;
   double rest_density_ = 0;
   std::size_t next_ = 0;
   std::size_t drawn_ = 0;
+  std::size_t seen_ = 0;
   ScalarField wanted_ = ScalarField::none;
   ScalarField shown_ = ScalarField::none;
   SteadyRange steady_;

@@ -136,8 +136,10 @@ void SceneGraph::add_media() {
   particles->setStateSet(cloud_.shared_state());
   particles->addChild(cloud_.points(Medium::beads));
   for (std::size_t i = 0; i < media_.size(); ++i) {
-    media_[i] = std::make_unique<MediumSurface>(kSurfaceMedia[i], cloud_.points(kSurfaceMedia[i]),
-                                                cloud_.color_map_texture(), picture_copy_);
+    const Medium medium = kSurfaceMedia[i];
+    osg::Node* points = cloud_.points(medium);
+    osg::Node* tinting = medium == Medium::clear ? cloud_.clear_points() : points;
+    media_[i] = std::make_unique<MediumSurface>(medium, points, tinting, cloud_.color_map_texture(), picture_copy_);
     particles->addChild(media_[i]->node());
   }
   picture_copy_->getOrCreateStateSet()->setRenderBinDetails(kCopyBin, "RenderBin");

@@ -12,6 +12,8 @@ TEST(Bench, TimesEachPassOfAFluid) {
   Stage stage(small_stage(160, 120));
   const DrawingTimes times = time_drawing(stage, 500, false, 0.1);
   EXPECT_EQ(times.particles, 500u);
+  EXPECT_GT(times.seen, 0u);
+  EXPECT_LE(times.seen, 500u);
   EXPECT_GE(times.pictures, 10u);
   EXPECT_GT(times.picture, 0);
   EXPECT_GE(times.slowest, times.picture);

@@ -2,6 +2,7 @@
 // stored picture.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -192,6 +193,67 @@ TEST(MediumImage, SenselessParticlesLeaveTheOthersAsTheyAre) {
     }
     EXPECT_EQ(differing(pictures[0], pictures[1]), 0);
   }
+}
+
+// A block as two bodies of one look: layers of its sides, two deep, and what they surround.
+SyntheticScene shell_and_core(const char* name) {
+  constexpr int kSides[3] = {20, 16, 14};
+  SyntheticScene s = block(name);
+  s.frame.positions.clear();
+  s.scene.bodies.push_back(s.scene.bodies[0]);
+  for (const bool core : {false, true}) {
+    BodyDescription& body = s.scene.bodies[core];
+    body.first = static_cast<std::uint32_t>(s.frame.positions.size() / 3);
+    for (int i = 0; i < kSides[0] * kSides[1] * kSides[2]; ++i) {
+      const int at[3] = {i % kSides[0], i / kSides[0] % kSides[1], i / (kSides[0] * kSides[1])};
+      int layers = kSides[0];
+      for (int a = 0; a < 3; ++a) layers = std::min({layers, at[a], kSides[a] - 1 - at[a]});
+      if ((layers >= 2) != core) continue;
+      for (const int k : at) s.frame.positions.push_back(static_cast<float>(kSpacing * k));
+    }
+    body.count = static_cast<std::uint32_t>(s.frame.positions.size() / 3) - body.first;
+  }
+  s.frame.scalars.assign(s.frame.positions.size() / 3, 0.2f);
+  s.scene.particle_count = static_cast<std::uint32_t>(s.frame.scalars.size());
+  return s;
+}
+
+TEST(MediumImage, ParticlesWithinABodyChangeNoPixel) {
+  for (const bool beads : {false, true}) {
+    Picture pictures[2];
+    for (const bool hollow : {false, true}) {
+      Stage stage(small_stage(640, 480));
+      SyntheticScene s = shell_and_core("batter");
+      stage.scene().set_beads(beads);
+      set(stage, s);
+      if (hollow) {
+        const auto core = s.frame.positions.begin() + 3 * static_cast<std::ptrdiff_t>(s.scene.bodies[1].first);
+        std::fill(core, s.frame.positions.end(), std::nanf(""));
+        stage.scene().set_frame(s.frame);
+      }
+      pictures[hollow] = shoot(stage);
+    }
+    EXPECT_EQ(differing(pictures[0], pictures[1]), 0) << (beads ? "beads" : "surface");
+  }
+}
+
+// The particles within one body are at the sides of two: the same thickness is summed up in another order.
+TEST(MediumImage, AClearLiquidIsAsThickAsAllOfItsParticles) {
+  Picture pictures[2];
+  for (const bool one : {false, true}) {
+    Stage stage(small_stage(640, 480));
+    SyntheticScene s = shell_and_core("honey");
+    if (one) {
+      s.scene.bodies[0].count = s.scene.particle_count;
+      s.scene.bodies.pop_back();
+    }
+    set(stage, s);
+    pictures[one] = shoot(stage);
+  }
+  int most = 0;
+  for (std::size_t i = 0; i < pictures[0].rgb.size(); ++i)
+    most = std::max(most, std::abs(pictures[0].rgb[i] - pictures[1].rgb[i]));
+  EXPECT_LE(most, 3) << "of 255: half floats are summed";
 }
 
 TEST(MediumImage, AllParticlesSenselessIsAPictureWithoutThem) {

@@ -1,0 +1,123 @@
+// Which particles of a body are within it: against distances and cells counted one by one.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "tests/support/random.h"
+#include "viewer/interior.h"
+
+namespace palp::test::interior_test {
+namespace {
+
+using Places = std::vector<osg::Vec4f>;
+
+constexpr int kSide = 16;
+constexpr float kSpacing = 0.01f;
+
+// A cube of a lattice, from layer to layer; each place moves by up to so many spacings along each axis.
+template <class Move>
+Places cube(Move&& move) {
+  Places places;
+  for (int i = 0; i < kSide * kSide * kSide; ++i) {
+    const int at[3] = {i % kSide, i / kSide % kSide, i / (kSide * kSide)};
+    osg::Vec4f place;
+    for (int a = 0; a < 3; ++a) place[a] = kSpacing * static_cast<float>(at[a] + move());
+    places.push_back(place);
+  }
+  return places;
+}
+
+// Layers between a place of the cube and its nearest side.
+int layers_over(int i) {
+  int least = kSide;
+  for (const int at : {i % kSide, i / kSide % kSide, i / (kSide * kSide)})
+    least = std::min({least, at, kSide - 1 - at});
+  return least;
+}
+
+std::vector<bool> within(const Places& places, double spacing = kSpacing) {
+  Interior interior;
+  interior.find(places, spacing);
+  std::vector<bool> all;
+  for (std::size_t i = 0; i < places.size(); ++i) all.push_back(interior.contains(i));
+  return all;
+}
+
+TEST(Interior, IsWhatLayersCover) {
+  const std::vector<bool> inner = within(cube([] { return 0.0; }));
+  for (int i = 0; i < kSide * kSide * kSide; ++i) {
+    if (layers_over(i) < 2) {
+      EXPECT_FALSE(inner[i]) << i << " is covered by " << layers_over(i) << " layers";
+    }
+    if (layers_over(i) >= 5) {
+      EXPECT_TRUE(inner[i]) << i;
+    }
+  }
+}
+
+class DisturbedInterior : public RandomCase {};
+
+// Nothing that is within is nearer than three spacings to a cell without particles, as there is one in a hole of this
+// size, nor than one and a half to the outermost particles.
+TEST_F(DisturbedInterior, KeepsAwayFromOutsideAndHoles) {
+  Places places = cube([&] { return between(-0.2, 0.2); });
+  const int center = kSide / 2 * (1 + kSide + kSide * kSide);
+  const osg::Vec4f hole = places[center];
+  const auto distance = [&](const osg::Vec4f& p) {
+    return std::hypot(p.x() - hole.x(), p.y() - hole.y(), p.z() - hole.z());
+  };
+  std::erase_if(places, [&](const osg::Vec4f& p) { return distance(p) < 2.7 * kSpacing; });
+  const std::vector<bool> inner = within(places);
+  int count = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (!inner[i]) continue;
+    ++count;
+    EXPECT_GT(distance(places[i]), 3 * kSpacing);
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_GT(places[i][a], 1.3 * kSpacing);
+      EXPECT_LT(places[i][a], (kSide - 1 - 1.3) * kSpacing);
+    }
+  }
+  EXPECT_GT(count, 50) << "most of the inner layers";
+}
+
+TEST_F(DisturbedInterior, IsTheSameWhereverTheBodyIs) {
+  Places places = cube([&] { return between(-0.2, 0.2); });
+  const std::vector<bool> here = within(places);
+  const osg::Vec4f far(8, -4, 2, 0);  // halves of floats: the lattice is the same there
+  for (osg::Vec4f& p : places) p += far;
+  const std::vector<bool> there = within(places);
+  int different = 0;
+  for (std::size_t i = 0; i < here.size(); ++i) different += here[i] != there[i] ? 1 : 0;
+  EXPECT_LT(different, 0.02 * static_cast<double>(here.size())) << "places are rounded there";
+}
+
+TEST(Interior, IsNothingWhereItCannotBeFound) {
+  const Places places = cube([] { return 0.0; });
+  for (const double spacing : {0.0, -0.01, std::numeric_limits<double>::quiet_NaN()})
+    for (const bool inner : within(places, spacing)) ASSERT_FALSE(inner) << spacing;
+  for (const bool inner : within({}, kSpacing)) ASSERT_FALSE(inner);
+  for (const bool inner : within(Places(1000, osg::Vec4f(1, 2, 3, 0)), kSpacing)) ASSERT_FALSE(inner);
+}
+
+// One particle far away makes cells larger, not memory.
+TEST(Interior, BearsParticlesThatAreFarAway) {
+  for (const osg::Vec4f far :
+       {osg::Vec4f(9e4f, 0, 0, 0), osg::Vec4f(0, -9e4f, 9e4f, 0), osg::Vec4f(9e4f, 9e4f, -9e4f, 0)}) {
+    Places places = cube([] { return 0.0; });
+    places.push_back(far);
+    const std::vector<bool> inner = within(places);
+    for (int i = 0; i < kSide * kSide * kSide; ++i) {
+      if (layers_over(i) < 2) {
+        ASSERT_FALSE(inner[i]) << i;
+      }
+    }
+    EXPECT_FALSE(inner.back());
+  }
+}
+
+}  // namespace
+}  // namespace palp::test::interior_test

@@ -1,0 +1,91 @@
+#include "viewer/interior.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palp {
+namespace {
+
+constexpr double kCellOverSpacing = 1.5;
+constexpr int kDepth = 2;             // cells
+constexpr double kMostCells = 6e7;    // where there would be more they are larger, and fewer particles are within
+constexpr std::size_t kFewest = 125;  // particles that can surround one
+
+// Returns what a row has n cells farther along x (n < 0: less far), nothing beyond its ends.
+std::uint64_t shifted(const std::uint64_t* row, std::size_t words, std::size_t w, int n) {
+  if (n > 0) return row[w] >> n | (w + 1 < words ? row[w + 1] << (64 - n) : 0);
+  return row[w] << -n | (w > 0 ? row[w - 1] >> (64 + n) : 0);
+}
+
+}  // namespace
+
+void Interior::lay_grid(std::span<const osg::Vec4f> places, double spacing) {
+  float high[3];
+  std::fill_n(low_, 3, std::numeric_limits<float>::max());
+  std::fill_n(high, 3, std::numeric_limits<float>::lowest());
+  for (const osg::Vec4f& place : places)
+    for (int a = 0; a < 3; ++a) {
+      low_[a] = std::min(low_[a], place[a]);
+      high[a] = std::max(high[a], place[a]);
+    }
+  double cell = kCellOverSpacing * spacing;
+  const auto along = [&](int a) { return std::floor((double(high[a]) - low_[a]) / cell) + 2; };
+  const auto words = [&] { return std::ceil(along(0) / 64); };
+  while (64 * words() * along(1) * along(2) > kMostCells) cell *= 1.5;
+  per_metre_ = static_cast<float>(1 / cell);
+  words_ = static_cast<std::size_t>(words());
+  rows_[0] = static_cast<std::size_t>(along(1));
+  rows_[1] = static_cast<std::size_t>(along(2));
+}
+
+// Leaves the cells around which, kDepth far along each axis, all are set.
+void Interior::erode() {
+  const std::size_t rows = rows_[0] * rows_[1];
+  scratch_.resize(bits_.size());
+  for (std::size_t r = 0; r < rows; ++r) {
+    const std::uint64_t* row = bits_.data() + r * words_;
+    for (std::size_t w = 0; w < words_; ++w) {
+      std::uint64_t all = row[w];
+      for (int n = 1; n <= kDepth; ++n) all &= shifted(row, words_, w, n) & shifted(row, words_, w, -n);
+      scratch_[r * words_ + w] = all;
+    }
+  }
+  // along y rows lie one apart, along z a layer of rows
+  for (const int axis : {0, 1}) {
+    const std::size_t stride = axis == 0 ? 1 : rows_[0];
+    for (std::size_t r = 0; r < rows; ++r) {
+      const std::size_t at = axis == 0 ? r % rows_[0] : r / rows_[0];
+      const bool inner = at >= kDepth && at + kDepth < rows_[axis];
+      for (std::size_t w = 0; w < words_; ++w) {
+        std::uint64_t all = inner ? ~std::uint64_t{0} : 0;
+        for (std::size_t k = 0; inner && k <= 2 * kDepth; ++k)
+          all &= scratch_[(r + k * stride - kDepth * stride) * words_ + w];
+        bits_[r * words_ + w] = all;
+      }
+    }
+    std::swap(bits_, scratch_);
+  }
+  std::swap(bits_, scratch_);
+}
+
+void Interior::find(std::span<const osg::Vec4f> places, double spacing) {
+  cells_.clear();
+  if (!(spacing > 0) || places.size() < kFewest) return;
+  lay_grid(places, spacing);
+  bits_.assign(words_ * rows_[0] * rows_[1], 0);
+  cells_.resize(places.size());
+  const int last[3] = {static_cast<int>(64 * words_) - 1, static_cast<int>(rows_[0]) - 1,
+                       static_cast<int>(rows_[1]) - 1};
+  const auto row = static_cast<std::uint32_t>(64 * words_), layer = static_cast<std::uint32_t>(rows_[0]) * row;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto along = [&](int a) {
+      return static_cast<std::uint32_t>(std::min(static_cast<int>((places[i][a] - low_[a]) * per_metre_), last[a]));
+    };
+    cells_[i] = along(2) * layer + along(1) * row + along(0);
+  }
+  for (const std::uint32_t cell : cells_) bits_[cell / 64] |= std::uint64_t{1} << cell % 64;
+  erode();
+}
+
+}  // namespace palp

@@ -1,0 +1,37 @@
+// Which particles of a body nobody sees, because the body's others surround them. Pure.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <osg/Vec4f>
+
+namespace palp {
+
+// Space is parted into cells in which particles that are not torn apart always have a neighbour. A particle is within
+// where all cells around its own, two deep, have particles: at least two layers of particles lie over it.
+class Interior {
+ public:
+  // Finds which of these places are within. x, y, z: finite [m]; w is not looked at. spacing: of the particles [m];
+  // where it is no length, nothing is within.
+  void find(std::span<const osg::Vec4f> places, double spacing);
+  // Returns true if the place of that index, of those that were given last, is within.
+  bool contains(std::size_t index) const {
+    return !cells_.empty() && (bits_[cells_[index] / 64] >> cells_[index] % 64 & 1u) != 0;
+  }
+
+ private:
+  void lay_grid(std::span<const osg::Vec4f> places, double spacing);
+  void erode();
+
+  float low_[3] = {};         // corner of the grid [m]
+  float per_metre_ = 0;       // cells
+  std::size_t words_ = 0;     // of a row along x, a bit a cell
+  std::size_t rows_[2] = {};  // along y and z
+  std::vector<std::uint64_t> bits_, scratch_;
+  std::vector<std::uint32_t> cells_;  // of the places; empty: none is within
+};
+
+}  // namespace palp
