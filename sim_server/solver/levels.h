@@ -6,14 +6,14 @@
 
 namespace palp {
 
-// With H = 2.7 dx, where the quartic spline keeps a lattice together that a hand does not feel (smoothing.h), drag, waves
-// and vortices are what they are with 3 dx and the quintic one, at 0.73 of the pairs (tools/results/felt_remaining.md).
-// Alpha acts as a viscosity of alpha c H / 20: with 0.02 forty times an oil's. With H = 2.7 dx the force of tray_fluid
-// errs without it by 32, 24, 18 and 14 % at 30, 25, 20 and 16 mm, with 0.02 by 37, 30, 25 and 19 % (two CPU cores,
-// tools/results/trade.md); a towed ball has its drag and a wave its energy. With H = 2 dx the lattice of
-// particles resists, whatever alpha, and 0.02 errs less than 0.1. Walls of particles feed sound without it: a vessel of
-// them never came to rest. Where fluids meet or change state, more is needed: with 0.02 a gas beneath water was thrown
-// faster than it could have fallen, and a rod that froze in a hand jumped by 3.4 %.
+// With H = 2.7 dx, where the quartic spline keeps a lattice together that a hand does not feel (smoothing.h), drag,
+// waves and vortices are what they are with 3 dx and the quintic one, at 0.73 of the pairs
+// (tools/results/felt_remaining.md). Alpha acts as a viscosity of alpha c H / 20: with 0.02 forty times an oil's. With
+// H = 2.7 dx the force of tray_fluid errs without it by 32, 24, 18 and 14 % at 30, 25, 20 and 16 mm, with 0.02 by 37,
+// 30, 25 and 19 % (two CPU cores, tools/results/trade.md); a towed ball has its drag and a wave its energy. With H = 2
+// dx the lattice of particles resists, whatever alpha, and 0.02 errs less than 0.1. Walls of particles feed sound
+// without it: a vessel of them never came to rest. Where fluids meet or change state, more is needed: with 0.02 a gas
+// beneath water was thrown faster than it could have fallen, and a rod that froze in a hand jumped by 3.4 %.
 struct Level {
   double support_over_spacing;  // H / dx
   double mach;                  // sound speed over the largest expected speed
