@@ -203,7 +203,8 @@ Picture block_of(bool pieces, const char* name, bool beads) {
   s.frame.positions.clear();
   for (std::uint32_t i = 0; i < kSides[0] * kSides[1] * kSides[2]; ++i) {
     const std::uint32_t at[3] = {i % kSides[0], i / kSides[0] % kSides[1], i / (kSides[0] * kSides[1])};
-    for (const std::uint32_t k : at) s.frame.positions.push_back(static_cast<float>(kSpacing * k));
+    for (int a = 0; a < 3; ++a)  // not quite a lattice
+      s.frame.positions.push_back(static_cast<float>(kSpacing * (at[a] + 0.3 * std::sin(7919.0 * (3 * i + a)))));
   }
   const auto count = static_cast<std::uint32_t>(s.frame.positions.size() / 3);
   s.frame.scalars.assign(count, 0.2f);
