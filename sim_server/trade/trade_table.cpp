@@ -79,6 +79,7 @@ TradePoint read_point(const Entry& entry, bool flows) {
   point.calm_step = entry.has("calm_step_s") ? entry.number("calm_step_s", 0, 1e4, true)
                                              : point.step / (flows ? kStirredOverCalm : 1);
   point.error = entry.number("error", 0, 1000, false);
+  if (entry.has("rest_drift_spacings")) point.rest_drift = entry.number("rest_drift_spacings", 0, 1e6, false);
   return point;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,12 +11,13 @@ namespace palp {
 
 // One setting of a scene, what it costs and how far it errs.
 struct TradePoint {
-  double spacing = 0;                 // [m]
-  std::vector<std::string> settings;  // TABLE.KEY=VALUE as in SceneOverrides, in the order of their keys
-  double step = 0;                    // mean of the haptic steps while the hand moves [s]
-  double step_p99 = 0;                // [s]
-  double calm_step = 0;               // median while each hand holds still, as calibration.h measures it [s]
-  double error = 0;                   // rms of the force's error over the rms of the force
+  double spacing = 0;                     // [m]
+  std::vector<std::string> settings;      // TABLE.KEY=VALUE as in SceneOverrides, in the order of their keys
+  double step = 0;                        // mean of the haptic steps while the hand moves [s]
+  double step_p99 = 0;                    // [s]
+  double calm_step = 0;                   // median while each hand holds still, as calibration.h measures it [s]
+  double error = 0;                       // rms of the force's error over the rms of the force
+  std::optional<double> rest_drift = {};  // of the particle that goes farthest in two seconds without a hand [spacings]
 };
 
 // The measured front of a scene.

@@ -113,7 +113,7 @@ TEST_F(TradeoffRun, MeasuresStoresAndGoesOnWhereItWas) {
   const Json stored = Json::parse(text_of(kept))["scenes"]["small_tray"];
   EXPECT_EQ(stored["points"].size(), front);
   for (const char* key : {"spacing_m", "set", "particles", "sub_steps", "step_mean_s", "step_p99_s", "calm_step_s",
-                          "error", "noise_N", "memory_bytes"})
+                          "rest_drift_spacings", "error", "noise_N", "memory_bytes"})
     EXPECT_TRUE(stored["points"][0].contains(key)) << key;
 
   const auto runs = [&] {

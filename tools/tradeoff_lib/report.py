@@ -182,13 +182,22 @@ def front_of(one, method="accurate"):
             if not any(cost < c <= (1 + TIMING_NOISE) * cost and e * (1 + TIMING_NOISE) < error for c, e in values)]
 
 
+def points_to_store(one):
+    """The fronts of both methods, the cheapest first, and the levels where the reference tells whether they are beaten: it
+    has to be known as well as a hand feels."""
+    front = sorted(front_of(one) + front_of(one, "paper"), key=lambda p: mean_step(p["summary"]))
+    known = one["reference"]["uncertainty"] is not None and one["reference"]["uncertainty"] <= JND
+    return front, [p for p in one["points"] if p["level"] and p["errors"] and known]
+
+
 def stored_point(p, least):
     """A point as programs read it. A level's numbers may change, so they are written out."""
     settings = p["set"] | (numbers_of_level(p) if p["level"] else {})
     return {"spacing_m": p["spacing_m"], "set": settings, "particles": p["summary"]["particles"],
             "sub_steps": p["summary"]["sub_steps"], "step_mean_s": mean_step(p["summary"]),
             "step_p99_s": p["summary"]["step_p99_s"], **calm_step(p), "error": cost_and_error(p, least)[1],
-            "noise_N": p["errors"]["noise_N"], "memory_bytes": p["summary"]["memory_bytes"]}
+            "noise_N": p["errors"]["noise_N"], "memory_bytes": p["summary"]["memory_bytes"],
+            **({} if p.get("rest_drift") is None else {"rest_drift_spacings": p["rest_drift"]})}
 
 
 def numbers_of_level(p):
@@ -223,18 +232,15 @@ def store(one, folder):
         whole = {"scenes": {}}
     ref = one["reference"]
     least = told_apart(ref["uncertainty"])
-    # whether another point beats a level cannot be told where the reference itself is not known as well as a hand feels
-    known = ref["uncertainty"] is not None and ref["uncertainty"] <= JND
+    front, of_levels = points_to_store(one)
     whole["scenes"][one["scene"]] = {
         "medium": one["medium"], "date": one["date"], "commit": one["commit"],
         "reference": {"uncertainty": ref["uncertainty"], "note": ref["note"]},
         "rule": "points that no other of the same method beats in both mean step time and force error (rms over rms, below 30 Hz; "
                 f"below {share(least)} errors are not told apart), "
                 f"measured along the path of {one['duration_s']:g} s",
-        "points": [stored_point(p, least) for p in sorted(front_of(one) + front_of(one, "paper"),
-                                                          key=lambda p: mean_step(p["summary"]))],
-        "levels": {p["level"]: stored_point(p, least)
-                   for p in one["points"] if p["level"] and p["errors"] and known},
+        "points": [stored_point(p, least) for p in front],
+        "levels": {p["level"]: stored_point(p, least) for p in of_levels},
         "levels_by_rule": {level: p["label"] for level, p in levels_by_rule(one).items()}}
     table_of_class = {"class": one["class"], "hardware": one["hardware"], "date": one["date"], "commit": one["commit"],
                       "scenes": dict(sorted(whole["scenes"].items()))}

@@ -66,6 +66,9 @@ def digest(toml, files):
     return hashlib.sha1(said + b"".join(p.read_bytes() for p in files)).hexdigest()
 
 
+REST_S = 2.0  # how long what is at rest settles, and how long it is watched, as in tests/cases/rest_test.cpp
+
+
 class Runner:
     """Runs points of a scene. Threads may call run at the same time."""
 
@@ -183,6 +186,22 @@ class Runner:
             shutil.rmtree(out, ignore_errors=True)
         return found
 
+    def rest_drift(self, point):
+        """How far the particle that goes farthest goes from two to four seconds after the start while no hand moves, in
+        spacings; None where it cannot be said."""
+        out = self.folder / "runs" / self.key(point)
+        file = out / "rest.json"
+        if not file.is_file():
+            command = [str(self.programs[point["precision"]]), str(self.definition.file), *self._numerics(point), "--duration",
+                       repr(2 * REST_S), "--snapshots-hz", repr(1 / REST_S), "--out", str(out / "rest")]
+            drift = None
+            if self._call(command, self.options.limit)[0] == 0:
+                begin, end = (places_in(out / "rest" / f"particles_{k:06d}.csv") for k in (1, 2))
+                drift = float(np.linalg.norm(end - begin, axis=1).max() / point["spacing_m"])
+            shutil.rmtree(out / "rest", ignore_errors=True)
+            file.write_text(json.dumps(drift))
+        return json.loads(file.read_text())
+
     def _call(self, command, limit_s):
         """The exit status (None: it took too long) and the last words of a program."""
         environment = dict(os.environ)
@@ -233,6 +252,12 @@ TOTALS = {"energy": ["total_J"], "momentum": ["px_N_s", "py_N_s", "pz_N_s"],
           "angular momentum": ["Lx_N_m_s", "Ly_N_m_s", "Lz_N_m_s"], "volume": ["volume_m3"],
           "temperature": ["mean_temperature_K"], "liquid": ["liquid_fraction"],
           "penetration": ["penetration_m"]}
+
+
+def places_in(path):
+    """A row of x, y and z a particle [m]."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return np.array([[float(row[axis]) for axis in "xyz"] for row in csv.DictReader(file)])
 
 
 def read_csv(path):

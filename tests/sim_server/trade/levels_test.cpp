@@ -12,6 +12,7 @@
 
 #include "config/text_file.h"
 #include "sim_server/trade/front.h"
+#include "tests/support/tolerance.h"
 
 namespace palp::test::levels_test {
 namespace {
@@ -40,16 +41,19 @@ bool beats_in_both(const TradePoint& point, const TradePoint& level) {
   return point.error * (1 + kRepeats) < level.error && point.step * (1 + kRepeats) < level.step;
 }
 
+// Returns whether matter stays where it rests (Rest, tests/cases/rest_test.cpp); not known counts as no.
+bool rests(const TradePoint& point) { return point.rest_drift && *point.rest_drift < value_of(tol::kRestDrift); }
+
 // Returns a sentence for each level of a scene that another point beats. A level is one setting for all machines: where
 // it was chosen nothing may beat it; elsewhere nothing may in both cost and error. On a GPU small scenes cost what
 // their launches cost, whatever the numerics, so something coarse errs less than a level there at no cost, and costs
-// three times as much on a CPU.
+// three times as much on a CPU. One whose matter stays where it rests is beaten only by what keeps it there, too.
 std::vector<std::string> beaten_levels(const TradeScene& scene, const std::string& machine_class) {
   const auto better = machine_class == kChosenOn ? beats : beats_in_both;
   std::vector<std::string> faults;
   for (const auto& [name, level] : scene.levels) {
     for (const TradePoint& point : scene.points) {
-      if (!better(point, level)) continue;
+      if (!better(point, level) || (rests(level) && !rests(point))) continue;
       faults.push_back(
           fmt::format("{}: {} ({} m, {:.3g} s, error {:.3g}) is beaten by {} m, {:.3g} s, error {:.3g} ({})",
                       scene.name, name, level.spacing, level.step, level.error, point.spacing, point.step, point.error,
@@ -69,7 +73,7 @@ std::vector<std::string> outdated_levels(const TradeScene& scene) {
     const Level level = level_of(accuracy);
     for (const std::string& setting : measured->second.settings) {
       const std::string key = key_of(setting);
-      const double value = parse_number(value_of(setting)).value_or(-1);
+      const double value = parse_number(palp::value_of(setting)).value_or(-1);
       const bool outdated = (key == "numerics.support_over_spacing" && value != level.support_over_spacing) ||
                             (key == "numerics.artificial_viscosity" && value != level.artificial_viscosity &&
                              value != level.rough_viscosity);
@@ -83,7 +87,7 @@ std::vector<std::string> outdated_levels(const TradeScene& scene) {
 // Returns the method that a point was measured with; a scene keeps its own.
 std::string method_of(const TradePoint& point) {
   for (const std::string& setting : point.settings)
-    if (key_of(setting) == "scene.method") return value_of(setting);
+    if (key_of(setting) == "scene.method") return palp::value_of(setting);
   return to_string(Method::accurate);
 }
 
@@ -162,6 +166,21 @@ TEST(Levels, ALevelThatIsBeatenIsFound) {
   EXPECT_EQ(beaten_points(scene).size(), 2u);
   scene.levels["balanced"].settings = {"numerics.support_over_spacing=2"};
   EXPECT_EQ(outdated_levels(scene).size(), 1u);
+}
+
+TEST(Levels, OneThatRestsIsBeatenByWhatRestsAlone) {
+  TradePoint level{0.03, {}, 5e-4, 8e-4, 5e-4, 0.4, 0.05}, better{0.03, {}, 5e-4, 8e-4, 5e-4, 0.3};
+  TradeScene scene;
+  for (const std::optional<double> drift : {std::optional<double>(), {0.5}, {0.09}}) {
+    better.rest_drift = drift;
+    scene.points = {better};
+    level.rest_drift = 0.05;
+    scene.levels = {{"fast", level}};
+    EXPECT_EQ(beaten_levels(scene, kChosenOn).empty(), drift != 0.09) << drift.value_or(-1);
+    level.rest_drift = 0.5;
+    scene.levels = {{"fast", level}};
+    EXPECT_FALSE(beaten_levels(scene, kChosenOn).empty()) << "it creeps itself";
+  }
 }
 
 }  // namespace

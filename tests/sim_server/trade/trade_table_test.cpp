@@ -52,28 +52,30 @@ struct Spoilt {
 
 const char* const kFirst = "\"spacing_m\": 0.08";
 const char* const kCost = "\"step_mean_s\": 1e-4";
-const Spoilt kSpoilt[] = {Spoilt{"{", "]", "this is no JSON"},
-                          Spoilt{"\"class\"", "\"klass\"", "has no 'class'"},
-                          Spoilt{"\"synthetic\"", "\"h200\"", "class is 'h200', expected 'synthetic'"},
-                          Spoilt{"\"synthetic\"", "17", "class is 17, expected a text"},
-                          Spoilt{kFirst, "\"spacing_m\": -0.08", "scenes.tray_fluid.points[0]: spacing_m is -0.08"},
-                          Spoilt{kFirst, "\"spacing_m\": null", "spacing_m is null"},
-                          Spoilt{kFirst, "\"spacing_m\": NaN", "this is no JSON"},
-                          Spoilt{kFirst, "\"spacing_m\": 1e999", "this is no JSON"},
-                          Spoilt{kFirst, "\"spacing_m\": \"fine\"", "spacing_m is \"fine\""},
-                          Spoilt{kFirst, "\"spacing\": 0.08", "points[0]: has no 'spacing_m'"},
-                          Spoilt{kCost, "\"step_mean_s\": 0", "step_mean_s is 0"},
-                          Spoilt{"\"step_p99_s\": 2e-4", "\"step_p99_s\": 0", "step_p99_s is 0"},
-                          Spoilt{kCost + std::string(", \"step_p99_s\": 2e-4"), "\"step_mean_s\": 1, \"step_p99_s\": 1",
-                                 "points[1]: costs less than the point before it"},
-                          Spoilt{"\"error\": 0.4", "\"error\": -0.4", "error is -0.4"},
-                          Spoilt{"\"error\": 0.4", "\"error\": [0.4]", "error is [0.4]"},
-                          Spoilt{"\"uncertainty\": 0.02", "\"uncertainty\": null", "reference: uncertainty is null"},
-                          Spoilt{"\"medium\": \"fluid\"", "\"medium\": \"\"", "medium is \"\""},
-                          Spoilt{"{\"scene.method\": \"paper\"}", "[1]", "points[1]: set is no object"},
-                          Spoilt{"\"paper\"}", "{}}", "set has 'scene.method'"},
-                          Spoilt{"\"levels\": {", "\"levels\": 3, \"x\": {", "levels is no object"},
-                          Spoilt{"\"fast\": {", "\"fast\": 3, \"x\": {", "levels.fast: is number, expected an object"}};
+const Spoilt kSpoilt[] = {
+    Spoilt{"{", "]", "this is no JSON"},
+    Spoilt{"\"class\"", "\"klass\"", "has no 'class'"},
+    Spoilt{"\"synthetic\"", "\"h200\"", "class is 'h200', expected 'synthetic'"},
+    Spoilt{"\"synthetic\"", "17", "class is 17, expected a text"},
+    Spoilt{kFirst, "\"spacing_m\": -0.08", "scenes.tray_fluid.points[0]: spacing_m is -0.08"},
+    Spoilt{kFirst, "\"spacing_m\": null", "spacing_m is null"},
+    Spoilt{kFirst, "\"spacing_m\": NaN", "this is no JSON"},
+    Spoilt{kFirst, "\"spacing_m\": 1e999", "this is no JSON"},
+    Spoilt{kFirst, "\"spacing_m\": \"fine\"", "spacing_m is \"fine\""},
+    Spoilt{kFirst, "\"spacing\": 0.08", "points[0]: has no 'spacing_m'"},
+    Spoilt{kCost, "\"step_mean_s\": 0", "step_mean_s is 0"},
+    Spoilt{kCost, "\"rest_drift_spacings\": -1, \"step_mean_s\": 1e-4", "rest_drift_spacings is -1"},
+    Spoilt{"\"step_p99_s\": 2e-4", "\"step_p99_s\": 0", "step_p99_s is 0"},
+    Spoilt{kCost + std::string(", \"step_p99_s\": 2e-4"), "\"step_mean_s\": 1, \"step_p99_s\": 1",
+           "points[1]: costs less than the point before it"},
+    Spoilt{"\"error\": 0.4", "\"error\": -0.4", "error is -0.4"},
+    Spoilt{"\"error\": 0.4", "\"error\": [0.4]", "error is [0.4]"},
+    Spoilt{"\"uncertainty\": 0.02", "\"uncertainty\": null", "reference: uncertainty is null"},
+    Spoilt{"\"medium\": \"fluid\"", "\"medium\": \"\"", "medium is \"\""},
+    Spoilt{"{\"scene.method\": \"paper\"}", "[1]", "points[1]: set is no object"},
+    Spoilt{"\"paper\"}", "{}}", "set has 'scene.method'"},
+    Spoilt{"\"levels\": {", "\"levels\": 3, \"x\": {", "levels is no object"},
+    Spoilt{"\"fast\": {", "\"fast\": 3, \"x\": {", "levels.fast: is number, expected an object"}};
 
 TEST(TradeTable, HostileOnesAreRefusedInOneSentenceThatNamesThePlace) {
   const ScratchFolder folder;
