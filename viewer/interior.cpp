@@ -51,21 +51,21 @@ void Interior::erode() {
       scratch_[r * words_ + w] = all;
     }
   }
-  // along y rows lie one apart, along z a layer of rows
-  for (const int axis : {0, 1}) {
-    const std::size_t stride = axis == 0 ? 1 : rows_[0];
+  const auto erode_along = [&](const std::vector<std::uint64_t>& from, std::vector<std::uint64_t>& to,
+                               std::size_t stride, std::size_t count) {  // stride: rows to the next one along the axis
     for (std::size_t r = 0; r < rows; ++r) {
-      const std::size_t at = axis == 0 ? r % rows_[0] : r / rows_[0];
-      const bool inner = at >= kDepth && at + kDepth < rows_[axis];
+      const std::size_t at = r / stride % count;
+      const bool inner = at >= kDepth && at + kDepth < count;
       for (std::size_t w = 0; w < words_; ++w) {
         std::uint64_t all = inner ? ~std::uint64_t{0} : 0;
         for (std::size_t k = 0; inner && k <= 2 * kDepth; ++k)
-          all &= scratch_[(r + k * stride - kDepth * stride) * words_ + w];
-        bits_[r * words_ + w] = all;
+          all &= from[(r + k * stride - kDepth * stride) * words_ + w];
+        to[r * words_ + w] = all;
       }
     }
-    std::swap(bits_, scratch_);
-  }
+  };
+  erode_along(scratch_, bits_, 1, rows_[0]);
+  erode_along(bits_, scratch_, rows_[0], rows_[1]);
   std::swap(bits_, scratch_);
 }
 
