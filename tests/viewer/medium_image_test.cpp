@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -68,17 +69,18 @@ TEST(MediumImage, ALiquidIsOneSmoothSurface) {
   }
 }
 
-// A block of beads in the air.
-SyntheticScene block(const char* name) {
+// A block of particles in the air, each displaced by up to so many spacings along each axis.
+SyntheticScene block(const char* name, const std::array<int, 3>& sides = {14, 10, 6}, double displaced = 0) {
   SyntheticScene s = synthetic_scene();
   s.scene.bodies.resize(1);
   s.scene.bodies[0].color = {0.95f, 0.95f, 0.95f};
   make_look(s.scene.bodies[0], name);
   s.poses = {};
   s.frame.positions.clear();
-  for (int i = 0; i < 14 * 10 * 6; ++i) {
-    const int at[3] = {i % 14, i / 14 % 10, i / 140};
-    for (const int k : at) s.frame.positions.push_back(static_cast<float>(kSpacing * k));
+  for (int i = 0; i < sides[0] * sides[1] * sides[2]; ++i) {
+    const int at[3] = {i % sides[0], i / sides[0] % sides[1], i / (sides[0] * sides[1])};
+    for (int a = 0; a < 3; ++a)
+      s.frame.positions.push_back(static_cast<float>(kSpacing * (at[a] + displaced * std::sin(7919.0 * (3 * i + a)))));
   }
   const std::size_t count = s.frame.positions.size() / 3;
   s.frame.scalars.assign(count, 0.2f);
@@ -198,17 +200,9 @@ TEST(MediumImage, SenselessParticlesLeaveTheOthersAsTheyAre) {
 // A picture of a block as one body, of which most particles hide others, or as many of the same look that are too small
 // for that.
 Picture block_of(bool pieces, const char* name, bool beads) {
-  constexpr std::uint32_t kSides[3] = {20, 16, 14}, kPiece = 100;
-  SyntheticScene s = block(name);
-  s.frame.positions.clear();
-  for (std::uint32_t i = 0; i < kSides[0] * kSides[1] * kSides[2]; ++i) {
-    const std::uint32_t at[3] = {i % kSides[0], i / kSides[0] % kSides[1], i / (kSides[0] * kSides[1])};
-    for (int a = 0; a < 3; ++a)  // not quite a lattice
-      s.frame.positions.push_back(static_cast<float>(kSpacing * (at[a] + 0.3 * std::sin(7919.0 * (3 * i + a)))));
-  }
-  const auto count = static_cast<std::uint32_t>(s.frame.positions.size() / 3);
-  s.frame.scalars.assign(count, 0.2f);
-  s.scene.particle_count = count;
+  constexpr std::uint32_t kPiece = 100;
+  SyntheticScene s = block(name, {20, 16, 14}, 0.3);
+  const std::uint32_t count = s.scene.particle_count;
   BodyDescription body = s.scene.bodies[0];
   s.scene.bodies.clear();
   for (body.first = 0; body.first < count; body.first += body.count) {
