@@ -36,7 +36,7 @@ struct Pool {
   }
 };
 
-SceneDescription describe(const Pool& pool) {
+SceneDescription describe(const Pool& pool, Medium medium) {
   SceneDescription scene;
   scene.name = "benchmark";
   scene.spacing = kSpacing;
@@ -51,6 +51,9 @@ SceneDescription describe(const Pool& pool) {
   water.count = scene.particle_count;
   water.density = 1000;
   water.color = {0.20f, 0.52f, 0.86f};
+  water.look.clear = medium == Medium::clear;
+  water.look.absorption_per_m = {2, 1, 0.5f};
+  water.look.scattering_length = kMostScatteringLength;
   scene.bodies = {water};
   return scene;
 }
@@ -174,13 +177,13 @@ class Stopwatch {
 
 }  // namespace
 
-DrawingTimes time_drawing(Stage& stage, std::size_t particles, bool beads, double seconds) {
+DrawingTimes time_drawing(Stage& stage, std::size_t particles, Medium medium, double seconds) {
   const Pool pool(particles);
   std::vector<ParticleFrame> frames;
   for (std::size_t k = 0; k < kFrames; ++k)
     frames.push_back(frame_of(pool, 2 * M_PI * static_cast<double>(k) / kFrames));
-  stage.scene().set_scene(describe(pool));
-  stage.scene().set_beads(beads);
+  stage.scene().set_scene(describe(pool, medium));
+  stage.scene().set_beads(medium == Medium::beads);
   stage.scene().set_frame(frames[0]);
   stage.go_home();
   for (std::size_t k = 0; k < kWarmUp; ++k) draw_wholly(stage);

@@ -25,7 +25,7 @@ struct DrawingTimes {
 
 // Draws a pool of so many particles whose waves move, for about `seconds` [s] and at least ten pictures of each kind.
 // The stage is left with that scene. Thread: the one that renders.
-DrawingTimes time_drawing(Stage& stage, std::size_t particles, bool beads, double seconds);
+DrawingTimes time_drawing(Stage& stage, std::size_t particles, Medium medium, double seconds);
 
 // A table for people.
 std::string table_of(const DrawingTimes& times);

@@ -1,13 +1,14 @@
 #include "viewer/interior.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
 namespace palp {
 namespace {
 
-constexpr double kCellOverSpacing = 1.5;
+constexpr double kCellOverSpacing = Interior::kLumpOverSpacing;
 constexpr int kDepth = 2;             // cells
 constexpr double kMostCells = 6e7;    // where there would be more they are larger, and fewer particles are within
 constexpr std::size_t kFewest = 125;  // particles that can surround one
@@ -86,6 +87,31 @@ void Interior::find(std::span<const osg::Vec4f> places, double spacing) {
   }
   for (const std::uint32_t cell : cells_) bits_[cell / 64] |= std::uint64_t{1} << cell % 64;
   erode();
+}
+
+void Interior::add_lumps(std::span<const osg::Vec4f> places, osg::Vec4Array& to) const {
+  if (cells_.empty()) return;
+  std::vector<std::uint32_t> before;  // lumps in the words before
+  std::uint32_t count = 0;
+  for (const std::uint64_t word : bits_) {
+    before.push_back(count);
+    count += static_cast<std::uint32_t>(std::popcount(word));
+  }
+  const osg::Vec4f low(low_[0], low_[1], low_[2], 0);
+  std::vector<osg::Vec4f> lumps(count);  // sums of places from there, and how many they are
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (!contains(i)) continue;
+    const std::uint64_t lower = (std::uint64_t{1} << cells_[i] % 64) - 1, word = cells_[i] / 64;
+    const osg::Vec4f place = places[i] - low;
+    lumps[before[word] + static_cast<std::uint32_t>(std::popcount(bits_[word] & lower))] +=
+        osg::Vec4f(place.x(), place.y(), place.z(), 1);
+  }
+  constexpr double kFull = kLumpOverSpacing * kLumpOverSpacing * kLumpOverSpacing;
+  for (const osg::Vec4f& lump : lumps) {
+    if (lump.w() == 0) continue;
+    const osg::Vec4f middle = lump / lump.w() + low;
+    to.push_back({middle.x(), middle.y(), middle.z(), static_cast<float>(lump.w() / kFull)});
+  }
 }
 
 }  // namespace palp

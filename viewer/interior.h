@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include <osg/Array>
 #include <osg/Vec4f>
 
 namespace palp {
@@ -14,6 +15,7 @@ namespace palp {
 // where all cells around its own, two deep, have particles: at least two layers of particles lie over it.
 class Interior {
  public:
+  static constexpr double kLumpOverSpacing = 1.5;  // the side of a lump, where cells are not larger than usual
   // Finds which of these places are within. x, y, z: finite [m]; w is not looked at. spacing: of the particles [m];
   // where it is no length, nothing is within.
   void find(std::span<const osg::Vec4f> places, double spacing);
@@ -21,6 +23,10 @@ class Interior {
   bool contains(std::size_t index) const {
     return !cells_.empty() && (bits_[cells_[index] / 64] >> cells_[index] % 64 & 1u) != 0;
   }
+
+  // Adds those within of the places that were given last as lumps, one a cell: their middle, and how many they are over
+  // how many would fill a cell of kLumpOverSpacing.
+  void add_lumps(std::span<const osg::Vec4f> places, osg::Vec4Array& to) const;
 
  private:
   void lay_grid(std::span<const osg::Vec4f> places, double spacing);

@@ -28,6 +28,8 @@ class LookTable {
   void clear() { looks_.clear(); }
   // Returns the row of this look. Past kRows of them the last row serves.
   unsigned char row_of(const Look& look);
+  // Returns the surface_numbers() of that row.
+  osg::Vec4f surface_of(unsigned char row) const;
 
  private:
   std::vector<Look> looks_;

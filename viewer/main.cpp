@@ -97,8 +97,8 @@ void report(Feed& feed, const Session& session, const FeedView& view) {
 
 // Times the drawing of a made-up scene. Returns false if the summary cannot be written.
 bool bench(const ViewerOptions& options, Stage& stage) {
-  const DrawingTimes times =
-      time_drawing(stage, options.bench, options.beads, options.seconds > 0 ? options.seconds : 6);
+  const Medium medium = options.beads ? Medium::beads : options.clear ? Medium::clear : Medium::opaque;
+  const DrawingTimes times = time_drawing(stage, options.bench, medium, options.seconds > 0 ? options.seconds : 6);
   fmt::print("{}", table_of(times));
   if (options.summary.empty()) return true;
   Json passes = Json::object();

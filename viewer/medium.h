@@ -1,6 +1,9 @@
 // How the particles of a body are drawn.
 #pragma once
 
+#include <osg/Vec3f>
+#include <osg/Vec4f>
+
 #include "idl/messages.h"
 
 namespace palp {
@@ -9,6 +12,12 @@ namespace palp {
 enum class Medium { beads, opaque, clear };
 
 inline constexpr std::size_t kMediums = 3;
+
+// The colour (sRGB) and the surface_numbers() of a look that all of an opaque medium has.
+struct OneTint {
+  osg::Vec3f color;
+  osg::Vec4f surface;
+};
 
 // Returns how the particles of a body are usually drawn: liquids and soft solids as their look says, what is neither as
 // beads.

@@ -19,7 +19,7 @@ constexpr double kReach = 2.4;       // of the smoothing
 constexpr double kRange = 3.0;       // of distances that belong to one surface
 constexpr double kClampRange = 0.8;  // of distances behind a point that it may be pulled back to
 constexpr double kSpread = 0.6;      // of what particles cover, where the outline is looked for
-constexpr double kSkin = 2.0;        // the depth that gives an opaque medium its colour
+constexpr double kSkin = 2.0;        // the depth that gives an opaque medium its colour, ever less with depth
 constexpr double kLift = 0.5;        // off the surface, where its light is asked for
 constexpr double kTintShare = 0.5;   // of the surface's size: tints are smooth
 constexpr double kOutlineShare = 0.5;
@@ -27,7 +27,8 @@ constexpr double kOutlineShare = 0.5;
 // The order of drawing in the picture: after what is solid, before glass.
 constexpr int kOpaqueBin = 2, kClearBin = 4;
 constexpr int kPassesOfOne = 32;
-constexpr unsigned kSurfaceLooksUnit = 8;  // past the units that every shading program has (kShadowUnit)
+constexpr unsigned kSurfaceLooksUnit = 8;         // past the units that every shading program has (kShadowUnit)
+constexpr double kLargeFrom = 18, kLargeTo = 14;  // spacings [pixels] that half the texels suit
 constexpr std::size_t kTint = 1, kOutline = 3, kBeforeSmoothing = 4;  // among the passes
 
 double overlap_share() { return 1 / (4.0 / 3.0 * M_PI * kTintRadius * kTintRadius * kTintRadius); }
@@ -47,6 +48,12 @@ void draw_points(osg::StateSet& state, const char* fragment, const char* name) {
 
 }  // namespace
 
+SurfaceQuality fine_surface(double spacing_pixels, const SurfaceQuality& now) {
+  SurfaceQuality quality;
+  quality.scale = spacing_pixels > (now.scale < 1 ? kLargeTo : kLargeFrom) ? 0.5 : 1;
+  return quality;
+}
+
 SurfaceQuality quick_surface(int width, int height) {
   constexpr double kMostTexels = 640.0 * 360.0;
   const double scale = std::sqrt(kMostTexels / std::max(1.0, static_cast<double>(width) * height));
@@ -63,11 +70,13 @@ MediumSurface::MediumSurface(Medium medium, osg::Node* particles, osg::Node* tin
   root_->getOrCreateStateSet()->addUniform(new osg::Uniform("is_clear", medium == Medium::clear));
   root_->getStateSet()->addUniform(new osg::Uniform("outline_taps", 1));
   root_->getStateSet()->addUniform(number("outline_stride", 1));
+  root_->getStateSet()->addUniform(number("lump_over_spacing", 1));
   add_depth_pass(particles);
   add_tint_pass(tinting);
   add_outline_passes();
   root_->addChild(smoothing_);
   make_shading(color_map, copy);
+  set_one_tint({});
   root_->setNodeMask(0);
 }
 
@@ -201,8 +210,18 @@ void MediumSurface::set_spacing(double spacing) {
   width_ = 0;  // passes that depend on it are made anew
 }
 
+void MediumSurface::set_one_tint(const std::optional<OneTint>& tint) {
+  osg::StateSet* state = shading_->getOrCreateStateSet();
+  state->getOrCreateUniform("one_tint", osg::Uniform::BOOL)->set(tint.has_value());
+  passes_[kTint].camera->setNodeMask(tint ? 0u : ~0u);
+  if (!tint) return;
+  const auto depth = static_cast<float>(0.5 * kSkin * spacing_);  // what the pass sums up in matter that is deeper
+  state->getOrCreateUniform("own_tint", osg::Uniform::FLOAT_VEC4)->set(osg::Vec4f(tint->color, depth));
+  state->getOrCreateUniform("own_look", osg::Uniform::FLOAT_VEC4)->set(tint->surface);
+}
+
 void MediumSurface::set_size(int width, int height, const SurfaceQuality& quality) {
-  if (width == width_ && height == height_) return;
+  if (width == width_ && height == height_ && quality == quality_) return;
   width_ = width;
   height_ = height;
   quality_ = quality;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include <osg/BoundingBox>
@@ -26,9 +27,12 @@ struct SurfaceQuality {
   int most_taps = 24;  // of the filter to each side
   int clean_taps = 3;
   int outline_taps = 16;  // to each side
+  bool operator==(const SurfaceQuality&) const = default;
 };
 
-inline constexpr SurfaceQuality kFineSurface{};
+// Returns what suits a GPU, given the spacing of particles in the middle of the picture [pixels]: where they are large,
+// half the texels show as much. now: what was used so far; it stays as long as it does.
+SurfaceQuality fine_surface(double spacing_pixels, const SurfaceQuality& now);
 // Returns what a rasteriser on a CPU can do for a picture of this size: each texel counts.
 SurfaceQuality quick_surface(int width, int height);
 
@@ -42,6 +46,8 @@ class MediumSurface {
   osg::Node* node() { return root_; }
 
   void set_spacing(double spacing);  // of the particles [m]
+  // Takes the tint that all of an opaque medium has; without one tints are drawn particle by particle.
+  void set_one_tint(const std::optional<OneTint>& tint);
   // The size of the picture [pixels].
   void set_size(int width, int height, const SurfaceQuality& quality);
   // Confines the work to where the box of the particles is seen. An invalid box: nothing is drawn.

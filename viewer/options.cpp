@@ -146,11 +146,13 @@ void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   app.add_option("--summary", o.summary, "write a summary (JSON) at the end");
   app.add_option("--shaders", o.shader_directory, "take shaders from this directory first")
       ->check(CLI::ExistingDirectory);
-  app.add_option(
-         "--bench", o.bench,
-         "draw a made-up pool of so many particles instead, say how long pictures and their passes take, and end")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{10'000'000}))
-      ->type_name("PARTICLES");
+  auto* bench =
+      app.add_option(
+             "--bench", o.bench,
+             "draw a made-up pool of so many particles instead, say how long pictures and their passes take, and end")
+          ->check(CLI::Range(std::size_t{1}, std::size_t{10'000'000}))
+          ->type_name("PARTICLES");
+  app.add_flag("--clear", o.clear, "the pool of --bench is looked through")->needs(bench);
   app.add_flag("--gl-errors", o.gl_errors, "tell every error of OpenGL, and end with status 1 if there was one");
   add_replay_options(app, o.replay);
   add_bus_options(app, o.bus);

@@ -40,6 +40,7 @@ struct ViewerOptions {
   std::string shader_directory;
   PlayOptions replay;
   std::size_t bench = 0;   // particles of a made-up scene whose drawing is timed, in place of a server's; 0: none
+  bool clear = false;      // these are looked through
   bool gl_errors = false;  // tell every error of OpenGL, and fail if there was one
 };
 

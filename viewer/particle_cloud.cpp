@@ -69,10 +69,12 @@ ParticleCloud::ParticleCloud() : shared_(new osg::StateSet), map_(new osg::Textu
   shared_->addUniform(new osg::Uniform("looks", static_cast<int>(kLooksUnit)));
   shared_->setTextureAttribute(kLooksUnit, looks_.texture());
 
-  for (auto* node : {&switches_[0], &switches_[1], &switches_[2], &clear_switch_}) {
+  for (auto* node : {&switches_[0], &switches_[1], &switches_[2], &lumps_switch_}) {
     *node = new osg::Switch;
     (*node)->setCullingActive(false);
   }
+  const auto side = static_cast<float>(Interior::kLumpOverSpacing);
+  lumps_switch_->getOrCreateStateSet()->addUniform(new osg::Uniform("lump_over_spacing", side));
   osg::StateSet* state = points(Medium::beads)->getOrCreateStateSet();
   state->setAttributeAndModes(
       load_program("particle", {"particle.vert", "color.glsl", "particle.frag", "color.glsl", "lighting.glsl"}));
@@ -104,7 +106,7 @@ ParticleCloud::ParticleCloud() : shared_(new osg::StateSet), map_(new osg::Textu
       return geometry;
     };
     for (std::size_t m = 0; m < kMediums; ++m) set.points[m] = add_points(*switches_[m]);
-    set.clear_points = add_points(*clear_switch_);
+    set.clear_lumps = add_points(*lumps_switch_);
   }
 }
 
@@ -141,10 +143,18 @@ void ParticleCloud::set_picture_height(int height) {
 
 void ParticleCloud::clear() {
   for (auto& node : switches_) node->setAllChildrenOff();
-  clear_switch_->setAllChildrenOff();
+  lumps_switch_->setAllChildrenOff();
   for (osg::BoundingBoxd& box : boxes_) box.init();
+  tints_.clear();
   drawn_ = 0;
   seen_ = 0;
+}
+
+std::optional<OneTint> ParticleCloud::one_tint() const {
+  if (shown_ != ScalarField::none) return OneTint{};
+  if (tints_.size() != 1) return std::nullopt;
+  const osg::Vec4ub& t = tints_[0];
+  return OneTint{osg::Vec3f(t.r(), t.g(), t.b()) / 255, looks_.surface_of(t.a())};
 }
 
 // Returns how the particles of a body are drawn now, or nothing where its surface stands for them. Colours that stand
@@ -208,7 +218,7 @@ void ParticleCloud::find_seen(const Body& body, const ParticleFrame& frame) {
   drawn_ += end - first;
 }
 
-// Adds the places that can be seen, and the others after them where the body is looked through.
+// Adds the places that can be seen, and after them, where the body is looked through, lumps of the others.
 void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
   const auto m = static_cast<std::size_t>(medium);
   const auto first = static_cast<GLint>(set.vertices->size());
@@ -222,11 +232,14 @@ void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
   seen_ += static_cast<std::size_t>(added());
   set.points[m]->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, first, added()));
   if (medium == Medium::clear) {
-    for (std::size_t i = 0; i < places_.size(); ++i)
-      if (interior_.contains(i)) set.vertices->push_back(places_[i]);
-    set.clear_points->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, first, added()));
+    const auto lumps_first = static_cast<GLint>(set.vertices->size());
+    interior_.add_lumps(places_, *set.vertices);
+    if (const GLsizei lumps = first + added() - lumps_first; lumps > 0)
+      set.clear_lumps->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, lumps_first, lumps));
   }
-  set.colors->resize(set.vertices->size(), to_bytes(body.color, body.look));
+  const osg::Vec4ub tint = to_bytes(body.color, body.look);
+  set.colors->resize(set.vertices->size(), tint);
+  if (medium == Medium::opaque && std::ranges::find(tints_, tint) == tints_.end()) tints_.push_back(tint);
 }
 
 void ParticleCloud::set_frame(const ParticleFrame& frame) {
@@ -238,7 +251,7 @@ void ParticleCloud::set_frame(const ParticleFrame& frame) {
   set.vertices->clear();
   set.colors->clear();
   for (auto& geometry : set.points) geometry->removePrimitiveSet(0, geometry->getNumPrimitiveSets());
-  set.clear_points->removePrimitiveSet(0, set.clear_points->getNumPrimitiveSets());
+  set.clear_lumps->removePrimitiveSet(0, set.clear_lumps->getNumPrimitiveSets());
   for (const Body& body : bodies_) {
     const std::optional<Medium> medium = medium_of(body);
     if (!medium) continue;
@@ -248,7 +261,7 @@ void ParticleCloud::set_frame(const ParticleFrame& frame) {
   set.vertices->dirty();
   set.colors->dirty();
   for (auto& node : switches_) node->setSingleChildOn(newest);
-  clear_switch_->setSingleChildOn(newest);
+  lumps_switch_->setSingleChildOn(newest);
 }
 
 }  // namespace palp

@@ -30,8 +30,8 @@ class ParticleCloud {
   // The points drawn as this medium, but for those that others of their body hide; those of Medium::beads draw
   // themselves as shaded spheres.
   osg::Node* points(Medium medium) { return switches_[static_cast<std::size_t>(medium)]; }
-  // All points that are looked through, those within a body, too.
-  osg::Node* clear_points() { return clear_switch_; }
+  // What is within bodies that are looked through, lump by lump, as medium.vert takes it.
+  osg::Node* clear_lumps() { return lumps_switch_; }
   osg::Texture1D* color_map_texture() { return map_; }
   // The state that passes over points of every medium need: colours by scalar.
   osg::StateSet* shared_state() { return shared_; }
@@ -61,6 +61,8 @@ class ParticleCloud {
   std::size_t drawn() const { return drawn_; }
   // Those of them that others of their body do not hide.
   std::size_t seen() const { return seen_; }
+  // Returns the tint of what is opaque where it has one alone, or none at all because colours stand for numbers.
+  std::optional<OneTint> one_tint() const;
   // The box around the points of the medium, invalid where there are none. Points that are no places, or farther out
   // than anything that is simulated, are not drawn.
   const osg::BoundingBoxd& box(Medium medium) const { return boxes_[static_cast<std::size_t>(medium)]; }
@@ -81,7 +83,7 @@ class ParticleCloud {
     osg::ref_ptr<osg::Vec4ubArray> colors;
     // of the same arrays
     std::array<osg::ref_ptr<osg::Geometry>, kMediums> points;
-    osg::ref_ptr<osg::Geometry> clear_points;
+    osg::ref_ptr<osg::Geometry> clear_lumps;
   };
 
   void choose_colors(const ParticleFrame& frame);
@@ -92,7 +94,7 @@ class ParticleCloud {
 
   osg::ref_ptr<osg::StateSet> shared_;
   std::array<osg::ref_ptr<osg::Switch>, kMediums> switches_;
-  osg::ref_ptr<osg::Switch> clear_switch_;
+  osg::ref_ptr<osg::Switch> lumps_switch_;
   std::array<Set, kSets> sets_;
   osg::ref_ptr<osg::Texture1D> map_;
   LookTable looks_;
@@ -114,6 +116,7 @@ class ParticleCloud {
   osg::Vec4d clip_ = kNoClip;
   ValueRange range_;
   std::array<osg::BoundingBoxd, kMediums> boxes_;
+  std::vector<osg::Vec4ub> tints_;  // of opaque bodies, no two alike
 };
 
 }  // namespace palp

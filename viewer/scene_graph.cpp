@@ -138,7 +138,9 @@ void SceneGraph::add_media() {
   for (std::size_t i = 0; i < media_.size(); ++i) {
     const Medium medium = kSurfaceMedia[i];
     osg::Node* points = cloud_.points(medium);
-    osg::Node* tinting = medium == Medium::clear ? cloud_.clear_points() : points;
+    osg::ref_ptr<osg::Group> tinting = new osg::Group;
+    tinting->addChild(points);
+    if (medium == Medium::clear) tinting->addChild(cloud_.clear_lumps());
     media_[i] = std::make_unique<MediumSurface>(medium, points, tinting, cloud_.color_map_texture(), picture_copy_);
     particles->addChild(media_[i]->node());
   }
@@ -161,13 +163,16 @@ void SceneGraph::set_picture(int width, int height, bool quick) {
   cloud_.set_picture_height(height);
   const float words = std::round(std::clamp(static_cast<float>(height) / 46, 11.0f, 40.0f));
   for (auto& hand : hands_) hand->set_value_size(words);
-  const SurfaceQuality quality = quick ? quick_surface(width, height) : kFineSurface;
-  for (auto& medium : media_) medium->set_size(width, height, quality);
+  quick_ = quick;
   picture_copy_->set_size(width, height);
   shadow_map_.set_size(quick ? 512 : 2048);
 }
 
 void SceneGraph::set_view(const osg::Matrixd& view, const osg::Matrixd& projection) {
+  const double away = std::max((osg::Vec4d(content_.center(), 1) * view * projection).w(), 1e-3);
+  const double spacing_pixels = 0.5 * height_ * projection(1, 1) * spacing_ / away;
+  quality_ = quick_ ? quick_surface(width_, height_) : fine_surface(spacing_pixels, quality_);
+  for (auto& medium : media_) medium->set_size(width_, height_, quality_);
   for (std::size_t i = 0; i < media_.size(); ++i) media_[i]->set_seen(cloud_.box(kSurfaceMedia[i]), view, projection);
   shadow_map_.set_view(content_, view);
   root_->getStateSet()->getUniform("clip_plane")->set(osg::Vec4f(osg::Matrixd::inverse(view) * clip_));
@@ -211,6 +216,7 @@ void SceneGraph::set_scene(const SceneDescription& scene) {
     bodies_.push_back(body);
   }
   cloud_.set_scene(scene);
+  spacing_ = scene.spacing;
   for (auto& medium : media_) medium->set_spacing(scene.spacing);
   shadow_map_.set_spacing(scene.spacing);
   for (auto& hand : hands_) hand->clear();
@@ -277,6 +283,8 @@ void SceneGraph::set_poses(const BodyPoses& poses) {
 
 void SceneGraph::set_frame(const ParticleFrame& frame) {
   cloud_.set_frame(frame);
+  for (std::size_t i = 0; i < media_.size(); ++i)
+    if (kSurfaceMedia[i] == Medium::opaque) media_[i]->set_one_tint(cloud_.one_tint());
   if (seen_frame_) return;
   seen_frame_ = true;
   const auto particle = [&](std::size_t i) {

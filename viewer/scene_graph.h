@@ -44,7 +44,7 @@ class SceneGraph {
   void set_values(std::uint32_t device, const WrenchD& wrench) { hands_[device]->set_values(wrench); }
   void set_values_shown(bool shown);
   const HandView& hand(std::uint32_t device) const { return *hands_[device]; }
-  // The size of the picture [pixels], and whether the surfaces of media must be cheap.
+  // The size of the picture [pixels], and whether the surfaces of media must be cheap: from set_view() on.
   void set_picture(int width, int height, bool quick);
   // Takes what the camera sees: media are looked for where they can be.
   void set_view(const osg::Matrixd& view, const osg::Matrixd& projection);
@@ -116,6 +116,9 @@ class SceneGraph {
   Reading reading_;
   osg::Vec4d clip_ = kNoClip;
   int width_ = 1, height_ = 1;  // of the picture [pixels]
+  bool quick_ = false;
+  double spacing_ = 0;  // of the particles [m]
+  SurfaceQuality quality_;
 };
 
 }  // namespace palp

@@ -10,7 +10,7 @@ namespace {
 
 TEST(Bench, TimesEachPassOfAFluid) {
   Stage stage(small_stage(160, 120));
-  const DrawingTimes times = time_drawing(stage, 500, false, 0.1);
+  const DrawingTimes times = time_drawing(stage, 500, Medium::clear, 0.1);
   EXPECT_EQ(times.particles, 500u);
   EXPECT_GT(times.seen, 0u);
   EXPECT_LE(times.seen, 500u);
@@ -26,9 +26,16 @@ TEST(Bench, TimesEachPassOfAFluid) {
   EXPECT_NE(table.find("medium smoothing"), std::string::npos);
 }
 
+TEST(Bench, OneTintNeedsNoPass) {
+  Stage stage(small_stage(160, 120));
+  const DrawingTimes times = time_drawing(stage, 500, Medium::opaque, 0.1);
+  EXPECT_TRUE(times.passes.contains("medium depth"));
+  EXPECT_EQ(times.passes.contains("medium tint") ? times.passes.at("medium tint") : 0, 0);
+}
+
 TEST(Bench, BeadsNeedNoPassOfSurfaces) {
   Stage stage(small_stage(160, 120));
-  const DrawingTimes times = time_drawing(stage, 500, true, 0.1);
+  const DrawingTimes times = time_drawing(stage, 500, Medium::beads, 0.1);
   EXPECT_EQ(times.passes.contains("medium depth") ? times.passes.at("medium depth") : 0, 0);
   EXPECT_EQ(stage.scene().cloud().drawn(), 500u);
   const Picture picture = shoot(stage);

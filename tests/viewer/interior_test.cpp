@@ -84,6 +84,38 @@ TEST_F(DisturbedInterior, KeepsAwayFromOutsideAndHoles) {
   EXPECT_GT(count, 50) << "most of the inner layers";
 }
 
+// Lumps stand for what is within: as many particles, about the same middle, each within a lump's reach of its own.
+TEST_F(DisturbedInterior, IsLumpedWithoutLoss) {
+  const Places places = cube([&] { return between(-0.3, 0.3); });
+  Interior interior;
+  interior.find(places, kSpacing);
+  osg::ref_ptr<osg::Vec4Array> lumps = new osg::Vec4Array;
+  interior.add_lumps(places, *lumps);
+  osg::Vec3d middle, middle_of_lumps;
+  double count = 0, count_of_lumps = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (!interior.contains(i)) continue;
+    const osg::Vec3d place(places[i].x(), places[i].y(), places[i].z());
+    middle += place;
+    ++count;
+    const bool near = std::ranges::any_of(*lumps, [&](const osg::Vec4f& lump) {
+      return (osg::Vec3d(lump.x(), lump.y(), lump.z()) - place).length() <
+             std::sqrt(3.0) * Interior::kLumpOverSpacing * kSpacing;
+    });
+    EXPECT_TRUE(near) << i;
+  }
+  constexpr double kFull = Interior::kLumpOverSpacing * Interior::kLumpOverSpacing * Interior::kLumpOverSpacing;
+  for (const osg::Vec4f& lump : *lumps) {
+    EXPECT_LT(lump.w(), 3) << "eight of a lattice fit where they are pressed together, 3.4 fill it";
+    middle_of_lumps += osg::Vec3d(lump.x(), lump.y(), lump.z()) * (lump.w() * kFull);
+    count_of_lumps += lump.w() * kFull;
+  }
+  ASSERT_GT(count, 0);
+  EXPECT_LT(static_cast<double>(lumps->size()), count / 2);
+  EXPECT_NEAR(count_of_lumps, count, 1e-3);
+  EXPECT_LT((middle / count - middle_of_lumps / count).length(), 1e-3 * kSpacing);
+}
+
 TEST_F(DisturbedInterior, IsTheSameWhereverTheBodyIs) {
   Places places = cube([&] { return between(-0.2, 0.2); });
   const std::vector<bool> here = within(places);

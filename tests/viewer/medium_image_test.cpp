@@ -226,9 +226,10 @@ int largest_difference(const Picture& a, const Picture& b) {
 
 TEST(MediumImage, ParticlesWithinABodyAreNotMissed) {
   EXPECT_EQ(largest_difference(block_of(true, "batter", true), block_of(false, "batter", true)), 0) << "beads";
-  // colours, and the thickness of what is clear, are sums of half floats, in another order
+  // colours are sums of half floats, in another order
   EXPECT_LE(largest_difference(block_of(true, "batter", false), block_of(false, "batter", false)), 3);
-  EXPECT_LE(largest_difference(block_of(true, "honey", false), block_of(false, "honey", false)), 3);
+  // what is within counts lump by lump for how thick a clear medium is: blurred by a spacing
+  EXPECT_LE(largest_difference(block_of(true, "honey", false), block_of(false, "honey", false)), 8);
 }
 
 TEST(MediumImage, AllParticlesSenselessIsAPictureWithoutThem) {

@@ -16,6 +16,9 @@ uniform float range;  // of distances that belong to one surface [m]
 uniform float lift;   // [m] off the surface, where its light is asked for
 uniform bool by_scalar;
 uniform bool is_clear;
+uniform bool one_tint;   // of an opaque medium: there are no tints, all of it has this colour and look
+uniform vec4 own_tint;   // sRGB; and the depth that gives it [m]
+uniform vec4 own_look;
 
 const float kInside = 0.8;       // of the surroundings are covered where the beads of an outline are not seen any more
 const float kMostInward = 24.0;  // [pixels]
@@ -129,9 +132,13 @@ void main() {
   vec3 normal = normalize(cross(right, up));
   vec3 to_eye = normalize(-p);
   if (dot(normal, to_eye) < 0.0) normal = -normal;
-  vec4 tint = texture2D(tints, gl_FragCoord.xy / target_size);
-  if (!is_clear && tint.a < 1e-7) discard;
-  vec4 look = texture2D(surface_looks, gl_FragCoord.xy / target_size) / max(tint.a, 1e-6);
+  vec4 tint = vec4(to_linear(own_tint.rgb), own_tint.a), look = own_look;
+  if (!one_tint) {
+    tint = texture2D(tints, gl_FragCoord.xy / target_size);
+    if (!is_clear && tint.a < 1e-7) discard;
+    look = texture2D(surface_looks, gl_FragCoord.xy / target_size) / max(tint.a, 1e-6);
+    if (!is_clear) tint.rgb /= max(tint.a, 1e-6);
+  }
   // a bend that is narrower than a pixel mixes what it reflects (Kaplanyan and others, 2016)
   vec3 turn_x = dFdx(normal), turn_y = dFdy(normal);
   float rough = look.x * look.x;
@@ -145,7 +152,7 @@ void main() {
     // matt: a reflection would falsify what the colour says
     lit = scattered(color, 0.2, normal, light_shares(p + lift * normal, normal));
   } else {
-    lit = opaque_medium(p, normal, to_eye, tint.rgb / max(tint.a, 1e-6), look, tint.a);
+    lit = opaque_medium(p, normal, to_eye, tint.rgb, look, tint.a);
   }
   float ndc = (gl_ProjectionMatrix[2][2] * p.z + gl_ProjectionMatrix[3][2]) / -p.z;
   gl_FragDepth = clamp(0.5 * ndc + 0.5, 0.0, 1.0);

@@ -3,12 +3,14 @@
 // of an opaque one near its surface; and what their surfaces are like, each weighing as much as in the first sum.
 uniform sampler2D surface;
 uniform vec2 surface_per_target;  // texels of the surface a pixel
-uniform float radius;
+uniform float radius;  // of a particle's sprite [m]
+uniform float lump_over_spacing;
 uniform float chord_share;  // makes the volume of a sprite that of a particle
 uniform float skin;         // [m] below the surface that gives an opaque medium its colour
 uniform bool is_clear;
 
 flat in vec3 center;
+flat in float weight;
 flat in vec3 tint;
 flat in vec4 depth_of_color;
 flat in vec4 surface_look;
@@ -17,7 +19,7 @@ void main() {
   vec2 q = 2.0 * gl_PointCoord - 1.0;
   float r2 = dot(q, q);
   if (r2 > 1.0) discard;
-  float chord = 2.0 * radius * sqrt(1.0 - r2) * chord_share;
+  float chord = 2.0 * radius * lump_over_spacing * sqrt(1.0 - r2) * chord_share * weight;
   if (is_clear) {
     gl_FragData[0] = vec4(depth_of_color.rgb * chord, chord);
     gl_FragData[1] = vec4(surface_look.x, depth_of_color.a, surface_look.zw) * chord;
