@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "config/error.h"
+
 namespace palp {
 namespace {
 
@@ -51,6 +53,7 @@ constexpr Row kLooks[] = {
     {"chocolate", rgb(0x4a2614),          {false, 0.16f,  0, 1.50f,  {},                      0.3e-3f, 0}},
     {"dough",     rgb(0xe8cf9a),          {false, 0.62f,  0, 1.40f,  {},                      2e-3f,  0}},
     {"paste",     rgb(0xc8603a),          {false, 0.30f,  0, 1.42f,  {},                      1e-3f,  0}},
+    {"crepe",     rgb(0xb87f3c),          {false, 0.42f,  0, 1.42f,  {},                      0.8e-3f, 0}},
     {"china",     rgb(0xf2eee4),          {false, 0.10f,  0, 1.55f,  {},                      0.5e-3f, 0}},
     {"stone",     rgb(0x8a8a86),          {false, 0.80f,  0, 1.55f,  {},                      0,      0}},
     {"wood",      rgb(0xb5793a),          {false, 0.48f,  0, 1.53f,  {},                      0,      0.4f}},
@@ -93,17 +96,53 @@ LookConfig read_look_table(TomlTable table) {
 
 float linear(float s) { return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f); }
 
+bool changes_state(const MaterialConfig& m) { return m.melting_temperature || m.cooking_temperature; }
+
+void apply(const LookConfig& said, Look& look) {
+  look.clear = said.clear.value_or(look.clear);
+  look.roughness = said.roughness.value_or(look.roughness);
+  look.metallic = said.metallic.value_or(look.metallic);
+  look.refractive_index = said.refractive_index.value_or(look.refractive_index);
+  look.scattering_length = said.scattering_length.value_or(look.scattering_length);
+  look.grain = said.grain.value_or(look.grain);
+}
+
+// Returns what follows from the physics: what sets browns, or turns white where it was clear; what freezes turns rough
+// and hazy; what melts smooth and wet.
+ColoredLook usual_changed_look(BodyKind kind, const MaterialConfig& m, ColoredLook look) {
+  Look& l = look.look;
+  if (kind == BodyKind::fluid && m.cooking_temperature) {
+    if (!l.clear) return named_look("crepe");
+    l.scattering_length = std::min(l.scattering_length, 2e-3f);
+  } else if (kind == BodyKind::fluid) {
+    l.roughness = std::max(l.roughness, l.clear ? 0.12f : 0.3f);
+    if (l.clear) l.scattering_length = std::min(l.scattering_length, 0.025f);
+  } else {
+    l.roughness = std::min(l.roughness, l.clear ? 0.03f : 0.06f);
+    l.scattering_length = l.clear ? kFar : 1.5f * l.scattering_length;
+  }
+  return look;
+}
+
 }  // namespace
 
-std::optional<LookConfig> read_look(TomlTable& table) {
-  if (!table.has("look") || table.is_table("look")) {
-    LookConfig look = read_look_table(table.table("look"));
-    return table.has("look") ? std::optional(look) : std::nullopt;
+std::optional<LookConfig> read_look(TomlTable& table, const char* key) {
+  if (!table.has(key) || table.is_table(key)) {
+    LookConfig look = read_look_table(table.table(key));
+    return table.has(key) ? std::optional(look) : std::nullopt;
   }
   const std::vector<std::string> names = look_names();
   LookConfig look;
-  if (const auto base = table.choice("look", names)) look.base = names[*base];
+  if (const auto base = table.choice(key, names)) look.base = names[*base];
   return look;
+}
+
+void check_changed_look(const MaterialConfig& m) {
+  if (!m.changed_look || changes_state(m)) return;
+  throw ConfigError(
+      fmt::format("{}: material '{}' has a changed_look and never changes state, expected a "
+                  "melting_temperature or a cooking_temperature beside it",
+                  m.where, m.name));
 }
 
 std::vector<std::string> look_names() {
@@ -150,12 +189,7 @@ ColoredLook look_of(BodyKind kind, const MaterialConfig& material, const std::op
   const bool named = !said.base.empty();
   ColoredLook out = named_look(named ? said.base : usual_look(kind, material));
   Look& look = out.look;
-  look.clear = said.clear.value_or(look.clear);
-  look.roughness = said.roughness.value_or(look.roughness);
-  look.metallic = said.metallic.value_or(look.metallic);
-  look.refractive_index = said.refractive_index.value_or(look.refractive_index);
-  look.scattering_length = said.scattering_length.value_or(look.scattering_length);
-  look.grain = said.grain.value_or(look.grain);
+  apply(said, look);
 
   const std::optional<Rgb> color = said.color ? said.color : own_color ? own_color : material.color;
   if (color) out.color = *color;
@@ -169,6 +203,20 @@ ColoredLook look_of(BodyKind kind, const MaterialConfig& material, const std::op
     // what colours a liquid is seldom dissolved to the last grain
     if (!said.scattering_length) look.scattering_length = std::min(look.scattering_length, kDyedScattering);
   }
+  return out;
+}
+
+ColoredLook changed_look_of(BodyKind kind, const MaterialConfig& material, const ColoredLook& own) {
+  if (!changes_state(material)) return own;
+  const LookConfig said = material.changed_look.value_or(LookConfig{});
+  ColoredLook out = said.base.empty() ? usual_changed_look(kind, material, own) : named_look(said.base);
+  apply(said, out.look);
+  out.look.clear = own.look.clear;
+  if (said.color) out.color = *said.color;
+  if (!out.look.clear)
+    out.look.absorption_per_m = {};
+  else if (said.absorption_per_m || said.color)
+    out.look.absorption_per_m = said.absorption_per_m.value_or(absorption_of(out.color));
   return out;
 }
 

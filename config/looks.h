@@ -19,8 +19,11 @@ struct ColoredLook {
   Look look;
 };
 
-// Reads the key `look`, a name or a table.
-std::optional<LookConfig> read_look(TomlTable& table);
+// Reads a key that holds a look: a name or a table.
+std::optional<LookConfig> read_look(TomlTable& table, const char* key);
+
+// Throws ConfigError where a material has a changed look and never changes state.
+void check_changed_look(const MaterialConfig& material);
 
 // Returns the names that a file may say, in the order of their table.
 std::vector<std::string> look_names();
@@ -36,6 +39,10 @@ std::string_view usual_look(BodyKind kind, const MaterialConfig& material);
 // look or colour, the colour is kNoColor.
 ColoredLook look_of(BodyKind kind, const MaterialConfig& material, const std::optional<LookConfig>& own_look = {},
                     const std::optional<std::array<float, 3>>& own_color = {});
+
+// Returns how matter of a body of that kind, which looks like own at first, looks when it has changed state: cooked or
+// frozen fluid, molten solid. What is clear stays clear, and what is opaque opaque. Where it never changes state, own.
+ColoredLook changed_look_of(BodyKind kind, const MaterialConfig& material, const ColoredLook& own);
 
 // Returns the absorption [1/m] of what is clear and gives white light that sRGB colour over kColorDepth.
 std::array<float, 3> absorption_of(const std::array<float, 3>& color);

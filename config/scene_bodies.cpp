@@ -137,7 +137,7 @@ BodyConfig read_body(TomlTable& table, const SceneConfig& scene) {
   if (table.has("temperature") && !body.temperature) body.temperature = 0;  // wrong, but the body has one
   read_elastic(table, scene, type, body);
   body.color = table.color("color");
-  body.look = read_look(table);
+  body.look = read_look(table, "look");
   read_shapes(table, scene, body);
   body.hold_temperature = read_hold_temperature(table, body);
   return body;
@@ -268,7 +268,9 @@ void read_materials(TomlTable& root, SceneConfig& scene) {
     read_contact(table, material);
     read_heat_keys(table, material);
     material.color = table.color("color");
-    material.look = read_look(table);
+    material.look = read_look(table, "look");
+    material.changed_look = read_look(table, "changed_look");
+    check_changed_look(material);
     scene.materials.push_back(material);
   }
 }

@@ -61,6 +61,7 @@ struct MaterialConfig {
   bool rigid_when_set = false;                // what has set for good is rigid
   std::optional<std::array<float, 3>> color;  // sRGB
   std::optional<LookConfig> look;             // unset: what follows from the physics
+  std::optional<LookConfig> changed_look;     // of what has changed state: cooked, molten, frozen; unset: likewise
   std::string where;                          // file:line, for messages
 };
 

@@ -28,14 +28,18 @@
   FIELD(header)                                               \
   FIELD(frame)                                                \
   FIELD(sim_time)                                             \
-  FIELD(chunk) FIELD(chunk_count) FIELD(first) FIELD(particle_count) FIELD(field) FIELD(positions) FIELD(scalars)
+  FIELD(chunk)                                                \
+  FIELD(chunk_count) FIELD(first) FIELD(particle_count) FIELD(field) FIELD(positions) FIELD(scalars) FIELD(solid)
 #define PALP_FIELDS_OF_Look(FIELD, RENAMED, DERIVED) \
   FIELD(clear)                                       \
   FIELD(roughness)                                   \
   FIELD(metallic) FIELD(refractive_index) FIELD(absorption_per_m) FIELD(scattering_length) FIELD(grain)
 #define PALP_FIELDS_OF_BodyDescription(FIELD, RENAMED, DERIVED) \
   FIELD(name)                                                   \
-  FIELD(kind) FIELD(first) FIELD(count) FIELD(density) FIELD(color) FIELD(look) FIELD(vertices) FIELD(triangles)
+  FIELD(kind)                                                   \
+  FIELD(first)                                                  \
+  FIELD(count)                                                  \
+  FIELD(density) FIELD(color) FIELD(look) FIELD(vertices) FIELD(triangles) FIELD(changed_color) FIELD(changed_look)
 #define PALP_FIELDS_OF_ProxyDescription(FIELD, RENAMED, DERIVED) FIELD(device) FIELD(body) FIELD(pose)
 #define PALP_FIELDS_OF_SceneDescription(FIELD, RENAMED, DERIVED) \
   FIELD(header)                                                  \

@@ -6,8 +6,9 @@ namespace palp {
 namespace {
 
 // Puts runs of values, stored in the order of arrival, in the order of their chunks.
-void sort_runs(std::vector<float>& values, std::size_t width, const std::vector<std::uint32_t>& order,
-               std::uint32_t particle_count, std::vector<float>& scratch) {
+template <class T>
+void sort_runs(std::vector<T>& values, std::size_t width, const std::vector<std::uint32_t>& order,
+               std::uint32_t particle_count, std::vector<T>& scratch) {
   scratch.resize(values.size());
   std::size_t from = 0;
   for (const std::uint32_t chunk : order) {
@@ -45,6 +46,7 @@ bool FrameAssembler::add(const ParticleChunk& chunk, std::int64_t t_receive_ns) 
   ParticleFrame& frame = open->frame;
   frame.positions.insert(frame.positions.end(), chunk.positions.begin(), chunk.positions.end());
   frame.scalars.insert(frame.scalars.end(), chunk.scalars.begin(), chunk.scalars.end());
+  frame.solid.insert(frame.solid.end(), chunk.solid.begin(), chunk.solid.end());
   frame.t_receive_ns = t_receive_ns;
   if (open->arrived < chunk.chunk_count) return false;
 
@@ -90,7 +92,7 @@ FrameAssembler::Open* FrameAssembler::open_for(const ParticleChunk& chunk) {
   for (Open& open : open_) {
     if (open.used && open.frame.frame == chunk.frame) {
       const bool fits = open.particle_count == chunk.particle_count && open.frame.field == chunk.field &&
-                        open.frame.sim_time == chunk.sim_time;
+                        open.frame.sim_time == chunk.sim_time && open.with_solid == !chunk.solid.empty();
       if (!fits) ++counts_.refused;
       return fits ? &open : nullptr;
     }
@@ -106,6 +108,7 @@ FrameAssembler::Open* FrameAssembler::open_for(const ParticleChunk& chunk) {
 void FrameAssembler::begin(Open& open, const ParticleChunk& chunk) {
   open.used = true;
   open.particle_count = chunk.particle_count;
+  open.with_solid = !chunk.solid.empty();
   open.arrived = 0;
   open.in_order = true;
   open.order.clear();
@@ -116,6 +119,7 @@ void FrameAssembler::begin(Open& open, const ParticleChunk& chunk) {
   frame.field = chunk.field;
   frame.positions.clear();
   frame.scalars.clear();
+  frame.solid.clear();
   frame.session = chunk.header.session;
   frame.t_send_ns = chunk.header.t_send_ns;
 }
@@ -125,6 +129,7 @@ void FrameAssembler::sort(Open& open) {
   if (open.frame.field != ScalarField::none) {
     sort_runs(open.frame.scalars, 1, open.order, open.particle_count, scratch_);
   }
+  if (open.with_solid) sort_runs(open.frame.solid, 1, open.order, open.particle_count, scratch_bytes_);
 }
 
 void FrameAssembler::give_up(Open& open) {

@@ -43,6 +43,7 @@ class FrameAssembler {
     bool used = false;
     ParticleFrame frame;
     std::uint32_t particle_count = 0;
+    bool with_solid = false;
     std::uint32_t arrived = 0;
     std::uint64_t touched = 0;  // when, in chunks
     bool in_order = true;
@@ -60,6 +61,7 @@ class FrameAssembler {
   std::array<Open, kOpenFrames> open_;
   ParticleFrame newest_;
   std::vector<float> scratch_;
+  std::vector<std::uint8_t> scratch_bytes_;
   std::uint64_t clock_ = 0;
   bool fresh_ = false;  // newest_ was not taken yet
   bool any_ = false;    // a frame of this session was complete

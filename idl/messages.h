@@ -20,7 +20,7 @@
 
 namespace palp {
 
-inline constexpr std::uint32_t kProtocolVersion = 2;
+inline constexpr std::uint32_t kProtocolVersion = 3;
 inline constexpr std::uint32_t kMaxDevices = 8;
 
 struct Header {
@@ -95,7 +95,7 @@ struct ProxySample {
 // A run of particles of one frame, in the order of the scene (not of the solver): kChunkParticles of them, the last
 // chunk the rest, so that a chunk fits one datagram. A frame is complete when all chunk_count chunks of it have
 // arrived. particle_sender.h cuts frames into chunks, frame_assembler.h puts them together.
-inline constexpr std::uint32_t kChunkParticles = 4000;
+inline constexpr std::uint32_t kChunkParticles = 3760;
 struct ParticleChunk {
   Header header;  // sequence: over all chunks
   std::uint64_t frame = 0;
@@ -105,8 +105,9 @@ struct ParticleChunk {
   std::uint32_t first = 0;           // index of the first particle: chunk * kChunkParticles
   std::uint32_t particle_count = 0;  // of the whole frame
   ScalarField field = ScalarField::none;
-  std::vector<float> positions;  // [m], x y z per particle
-  std::vector<float> scalars;    // one per particle, or empty
+  std::vector<float> positions;     // [m], x y z per particle
+  std::vector<float> scalars;       // one per particle, or empty
+  std::vector<std::uint8_t> solid;  // how much of each is solid, in 255ths; empty: nothing changes state
 };
 
 struct BodyDescription {
@@ -119,6 +120,9 @@ struct BodyDescription {
   Look look;
   std::vector<float> vertices;           // closed surface in the body frame [m], x y z; empty: draw the particles
   std::vector<std::uint32_t> triangles;  // three vertex indices each, counter-clockwise seen from outside
+  // of matter that has changed state: a fluid's that is solid, a solid's that is fluid. Clear or not as look is
+  std::array<float, 3> changed_color{};
+  Look changed_look;
 };
 
 struct ProxyDescription {

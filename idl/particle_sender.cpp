@@ -27,7 +27,7 @@ void wait_for_post(sem_t& semaphore) {
 bool sendable(const ParticleFrame& f) {
   const std::size_t n = f.positions.size() / 3;
   return n <= kMaxParticles && f.positions.size() == 3 * n &&
-         f.scalars.size() == (f.field == ScalarField::none ? 0 : n);
+         f.scalars.size() == (f.field == ScalarField::none ? 0 : n) && (f.solid.empty() || f.solid.size() == n);
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ void ParticleSender::send(const ParticleFrame& frame) {
   for (std::uint32_t i = 0; i < count; ++i) {
     if (stop_) return;
     const std::int64_t t_start_ns = now_ns();
-    fill_chunk(i, frame.positions, frame.scalars, chunk_);
+    fill_chunk(i, frame.positions, frame.scalars, frame.solid, chunk_);
     if (!writer_->publish(chunk_)) {
       ++refused_chunks_;
       whole = false;

@@ -85,13 +85,17 @@ bool is_sound(const Look& look) {
                      [&](float a) { return is_within(a, 0, kMostAbsorptionPerM); });
 }
 
+bool is_color(const std::array<float, 3>& color) {
+  return std::all_of(color.begin(), color.end(), [](float c) { return c >= 0 && c <= 1; });
+}
+
 bool is_sound(const BodyDescription& body, std::uint32_t particle_count) {
   const std::size_t vertices = body.vertices.size() / 3;
   return body.name.size() <= kMaxName && body.kind <= BodyKind::elastic &&
-         std::uint64_t{body.first} + body.count <= particle_count && body.density >= 0 &&
-         std::all_of(body.color.begin(), body.color.end(), [](float c) { return c >= 0 && c <= 1; }) &&
-         is_sound(body.look) && body.vertices.size() % 3 == 0 && body.vertices.size() <= kMaxMeshFloats &&
-         body.triangles.size() % 3 == 0 && body.triangles.size() <= kMaxMeshIndices &&
+         std::uint64_t{body.first} + body.count <= particle_count && body.density >= 0 && is_color(body.color) &&
+         is_color(body.changed_color) && is_sound(body.look) && is_sound(body.changed_look) &&
+         body.vertices.size() % 3 == 0 && body.vertices.size() <= kMaxMeshFloats && body.triangles.size() % 3 == 0 &&
+         body.triangles.size() <= kMaxMeshIndices &&
          std::all_of(body.triangles.begin(), body.triangles.end(), [&](std::uint32_t i) { return i < vertices; });
 }
 

@@ -175,6 +175,7 @@ void FrameLink::forward() {
     out.field = sending_;
     std::swap(out.positions, frame_.position);
     std::swap(out.scalars, frame_.scalar);
+    std::swap(out.solid, frame_.solid);
     sender_.submit();
     if (!poses_.body.empty()) poses_writer_->publish(poses_);
     busy_.store(false, std::memory_order_release);

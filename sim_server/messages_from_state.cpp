@@ -14,6 +14,8 @@ BodyDescription describe_body(const Scene& scene, const Body& body) {
   out.density = scene.config.materials[body.material].density;
   out.color = body.color;
   out.look = body.look;
+  out.changed_color = body.changed_color;
+  out.changed_look = body.changed_look;
   out.vertices.reserve(3 * body.surface.vertices.size());
   // fixed bodies have no pose on the bus: their surface is given where it is
   const bool fixed = body.type == BodyKind::fixed;

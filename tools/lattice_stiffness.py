@@ -9,7 +9,9 @@ p V sum W a particle. Its second derivatives by strains that keep the volume are
 stretch along one axis of the lattice and shrink along another, and of shear along both. A liquid has none. Where one is
 below zero pressure makes the lattice collapse; where one is large it resists like a solid with a yield stress. Prints
 both over p, and sum F r^2 / 3 and sum W, which are one in the continuum; the latter also of the body-centred and the
-face-centred lattice of as many particles: where these are lower, the cubic one turns into them as it rests."""
+face-centred lattice of as many particles: where these are lower, the cubic one turns into them as it rests. Last, the
+least and the largest stiffness that a wave of any length and direction meets along the displacement that meets least
+(smallest eigenvalue of the pairs' dynamical matrix over p k^2, k^2 as the lattice has it): below zero that wave grows."""
 import argparse
 
 import numpy as np
@@ -45,6 +47,27 @@ PACKINGS = {"cubic": lattice(), "body-centred": lattice((.5, .5, .5)),
             "face-centred": lattice((.5, .5, 0), (.5, 0, .5), (0, .5, .5))}
 
 
+def waves():
+    """Wave vectors [1/dx] that differ by more than a symmetry of the cubic lattice, to the shortest waves it has."""
+    steps = np.linspace(0, np.pi, 7)
+    return np.array([(a, b, c) for a in steps for b in steps for c in steps if a >= b >= c and a > 0])
+
+
+def softest_wave(w, support):
+    """The least and the largest of what the softest displacement of each wave meets. w: of the distance."""
+    places = PACKINGS["cubic"]
+    r = np.linalg.norm(places, axis=1)
+    places, r = places[(r > 0) & (r < support)], r[(r > 0) & (r < support)]
+    step = 1e-4
+    slope, bend = (w(r + step) - w(r - step)) / (2 * step), (w(r + step) - 2 * w(r) + w(r - step)) / step ** 2
+    along = places[:, :, None] * places[:, None, :] / r[:, None, None] ** 2
+    pairs = (bend - slope / r)[:, None, None] * along + (slope / r)[:, None, None] * np.eye(3)
+    k = waves()
+    matrices = np.einsum("kp,pij->kij", 1 - np.cos(k @ places.T), pairs)
+    least = np.linalg.eigvalsh(matrices)[:, 0] / (2 - 2 * np.cos(k)).sum(axis=1)
+    return least.min(), least.max()
+
+
 def second_derivative(f, step=2e-3):
     return (f(step) - 2 * f(0) + f(-step)) / step ** 2
 
@@ -63,9 +86,10 @@ def main():
             stretch = second_derivative(lambda e: sum_w(np.diag([np.exp(e), np.exp(-e), 1]))) / 4
             shear = second_derivative(lambda e: sum_w(np.eye(3) + e * np.outer([1, 0, 0], [0, 1, 0])))
             swell = -(sum_w(np.eye(3) * (1 + 1e-4)) - sum_w(np.eye(3) * (1 - 1e-4))) / 2e-4 / 3
+            soft, stiff = softest_wave(lambda r: unit * shape(r / support) / support ** 3, support)
             sums = ", ".join(f"{sum_w(np.eye(3), packing):.4f} {packing}" for packing in PACKINGS)
             print(f"{name}, H = {support:g} dx: {stretch:+.4f} by stretch, {shear:+.4f} by shear; sum F r^2 / 3 {swell:.4f}; "
-                  f"sum W {sums}")
+                  f"sum W {sums}; softest waves {soft:+.4f} to {stiff:+.4f}")
 
 
 if __name__ == "__main__":

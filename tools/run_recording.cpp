@@ -50,7 +50,7 @@ void RunRecording::write_frame(Simulation& simulation, const StepOutput& output)
     chunk.frame = frames_;
     chunk.sim_time = output.time;
     chunk.field = field;
-    fill_chunk(i, frame_.position, frame_.scalar, chunk);
+    fill_chunk(i, frame_.position, frame_.scalar, frame_.solid, chunk);
     writer_.write(chunk, stamp_of(output.time));
   }
   BodyPoses poses = body_poses(simulation.scene(), output);

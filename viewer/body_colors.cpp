@@ -46,6 +46,9 @@ std::shared_ptr<const SceneDescription> with_distinct_colors(std::shared_ptr<con
     std::size_t& next = used[std::min(static_cast<std::size_t>(body.kind), used.size() - 1)];
     body.color = colors[next++ % colors.size()];
     if (body.look.clear) body.look.absorption_per_m = absorption_of(body.color);
+    if (body.changed_color != none) continue;
+    body.changed_color = body.color;
+    if (body.changed_look.clear) body.changed_look.absorption_per_m = absorption_of(body.color);
   }
   return colored;
 }

@@ -35,6 +35,10 @@ ParticleFrame between(const ParticleFrame& a, const ParticleFrame& b, double sim
     p[1] += share * y;
     p[2] += share * z;
   }
+  if (a.solid.size() == b.solid.size()) {
+    for (std::size_t i = 0; i < out.solid.size(); ++i)
+      out.solid[i] = static_cast<std::uint8_t>(std::lround(std::lerp(float(a.solid[i]), float(b.solid[i]), share)));
+  }
   if (a.field != b.field || a.scalars.size() != b.scalars.size()) return out;
   for (std::size_t i = 0; i < out.scalars.size(); ++i) out.scalars[i] += share * (b.scalars[i] - out.scalars[i]);
   return out;

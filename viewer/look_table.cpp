@@ -1,6 +1,7 @@
 #include "viewer/look_table.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <osg/Image>
 
@@ -16,6 +17,21 @@ constexpr float kShortestInHaze = 1e-4f;  // [m]
 osg::Vec4f surface_numbers(const Look& look) {
   const float root = (look.refractive_index - 1) / (look.refractive_index + 1);
   return {look.roughness, look.scattering_length / (look.scattering_length + kSoftOver), root * root, look.metallic};
+}
+
+Look between(const Look& a, const Look& b, float t) {
+  Look look = a;
+  look.roughness = std::lerp(a.roughness, b.roughness, t);
+  look.metallic = std::lerp(a.metallic, b.metallic, t);
+  look.refractive_index = std::lerp(a.refractive_index, b.refractive_index, t);
+  look.grain = std::lerp(a.grain, b.grain, t);
+  for (std::size_t k = 0; k < 3; ++k)
+    look.absorption_per_m[k] = std::lerp(a.absorption_per_m[k], b.absorption_per_m[k], t);
+  // by the square root: the last haze is seen most
+  const auto root_haze = [](const Look& of) { return 1 / std::sqrt(std::max(of.scattering_length, kShortestInHaze)); };
+  const float root = std::lerp(root_haze(a), root_haze(b), t);
+  look.scattering_length = 1 / (root * root);
+  return t > 0 ? look : a;
 }
 
 LookTable::LookTable() : texture_(new osg::Texture2D) {

@@ -18,6 +18,9 @@ inline constexpr unsigned kLooksUnit = 6;
 // nearly 1, is the scattering length against the few millimetres over which a surface turns from the light.
 osg::Vec4f surface_numbers(const Look& look);
 
+// Returns the look a share t, 0 .. 1, of the way from a to b.
+Look between(const Look& a, const Look& b, float t);
+
 // Rows of a texture, one for each look that differs. Calls from the thread that renders, between frames.
 class LookTable {
  public:

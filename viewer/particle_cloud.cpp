@@ -33,6 +33,8 @@ osg::ref_ptr<osg::Image> map_image(ColorMapKind kind) {
 // Coordinates [m] beyond this are faults: nothing so far out is drawn.
 constexpr float kFarthest = 1e5f;
 
+constexpr int kStages = 32;  // between two looks: bodies mix those of their neighbours, so that no step is seen
+
 constexpr float kNoScalar = -3e38f;  // the shader colours such a particle by its body
 
 // Points that are drawn wherever they are, and that nobody asks for their bounds: OSG would go through a million of
@@ -114,8 +116,8 @@ void ParticleCloud::set_scene(const SceneDescription& scene) {
   bodies_.clear();
   looks_.clear();
   for (const BodyDescription& body : scene.bodies) {
-    bodies_.push_back({body.kind, body.first, body.count, body.density, body.color, has_surface(body),
-                       usual_medium(body), looks_.row_of(body.look)});
+    bodies_.push_back(
+        {body.kind, body.first, body.count, body.density, has_surface(body), usual_medium(body), tints_of(body)});
   }
   rest_density_ = 0;
   for (const Body& body : bodies_) {
@@ -130,6 +132,18 @@ void ParticleCloud::set_scene(const SceneDescription& scene) {
   spacing_ = scene.spacing;
   steady_ = {};
   clear();
+}
+
+std::vector<osg::Vec4ub> ParticleCloud::tints_of(const BodyDescription& body) {
+  const bool changes = body.changed_color != body.color || body.changed_look != body.look;
+  std::vector<osg::Vec4ub> tints;
+  for (int k = 0; k < (changes ? kStages : 1); ++k) {
+    const float t = static_cast<float>(k) / (kStages - 1);
+    std::array<float, 3> color{};
+    for (std::size_t c = 0; c < 3; ++c) color[c] = std::lerp(body.color[c], body.changed_color[c], t);
+    tints.push_back(to_bytes(color, looks_.row_of(between(body.look, body.changed_look, t))));
+  }
+  return tints;
 }
 
 void ParticleCloud::set_reading(const Reading& reading, const osg::Vec4d& clip) {
@@ -199,13 +213,16 @@ void ParticleCloud::choose_colors(const ParticleFrame& frame) {
   }
 }
 
-// Finds which places of a body are drawn: not those beyond the cut, nor what is no place.
+// Finds which places of a body are drawn: not those beyond the cut, nor what is no place. And which tint is theirs.
 void ParticleCloud::find_seen(const Body& body, const ParticleFrame& frame) {
   const std::size_t count = frame.positions.size() / 3, first = std::min<std::size_t>(body.first, count);
   const std::size_t end = first + std::min<std::size_t>(body.count, count - first);
   const bool with_scalar = frame.scalars.size() == count && has_field(body.kind, shown_);
   const bool whole = clip_ == kNoClip;
+  const bool changes = body.tints.size() > 1 && frame.solid.size() == count;
+  const auto last_stage = static_cast<unsigned>(body.tints.size() - 1);
   places_.clear();
+  stages_.clear();
   places_.reserve(end - first);
   for (std::size_t i = first; i < end; ++i) {
     const float* p = frame.positions.data() + 3 * i;
@@ -213,6 +230,9 @@ void ParticleCloud::find_seen(const Body& body, const ParticleFrame& frame) {
     if (!is_place || !(whole || keeps(clip_, osg::Vec3d(p[0], p[1], p[2])))) continue;
     const bool has_scalar = with_scalar && std::isfinite(frame.scalars[i]);
     places_.emplace_back(p[0], p[1], p[2], has_scalar ? frame.scalars[i] : kNoScalar);
+    if (!changes) continue;
+    const unsigned changed = body.kind == BodyKind::fluid ? frame.solid[i] : 255u - frame.solid[i];
+    stages_.push_back(static_cast<unsigned char>((changed * last_stage + 127) / 255));
   }
   interior_.find(places_, spacing_);
   drawn_ += end - first;
@@ -226,6 +246,7 @@ void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
   for (std::size_t i = 0; i < places_.size(); ++i) {
     if (interior_.contains(i)) continue;
     set.vertices->push_back(places_[i]);
+    if (!stages_.empty()) set.colors->push_back(body.tints[stages_[i]]);
     boxes_[m].expandBy(osg::Vec3d(places_[i].x(), places_[i].y(), places_[i].z()));
   }
   if (added() == 0) return;
@@ -233,13 +254,30 @@ void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
   set.points[m]->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, first, added()));
   if (medium == Medium::clear) {
     const auto lumps_first = static_cast<GLint>(set.vertices->size());
-    interior_.add_lumps(places_, *set.vertices);
+    if (stages_.empty())
+      interior_.add_lumps(places_, *set.vertices);
+    else
+      add_within(body, set);
     if (const GLsizei lumps = first + added() - lumps_first; lumps > 0)
       set.clear_lumps->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, lumps_first, lumps));
   }
-  const osg::Vec4ub tint = to_bytes(body.color, body.look);
-  set.colors->resize(set.vertices->size(), tint);
-  if (medium == Medium::opaque && std::ranges::find(tints_, tint) == tints_.end()) tints_.push_back(tint);
+  set.colors->resize(set.vertices->size(), body.tints[0]);
+  if (medium != Medium::opaque) return;
+  std::array<bool, kStages> used{};
+  if (stages_.empty()) used[0] = true;
+  for (const unsigned char stage : stages_) used[stage] = true;
+  for (std::size_t k = 0; k < body.tints.size(); ++k)
+    if (used[k] && std::ranges::find(tints_, body.tints[k]) == tints_.end()) tints_.push_back(body.tints[k]);
+}
+
+// Adds the places within one by one, each as a lump of itself: their tints differ.
+void ParticleCloud::add_within(const Body& body, Set& set) {
+  constexpr double kFull = Interior::kLumpOverSpacing * Interior::kLumpOverSpacing * Interior::kLumpOverSpacing;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (!interior_.contains(i)) continue;
+    set.vertices->push_back({places_[i].x(), places_[i].y(), places_[i].z(), static_cast<float>(1 / kFull)});
+    set.colors->push_back(body.tints[stages_[i]]);
+  }
 }
 
 void ParticleCloud::set_frame(const ParticleFrame& frame) {

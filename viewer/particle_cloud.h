@@ -30,7 +30,7 @@ class ParticleCloud {
   // The points drawn as this medium, but for those that others of their body hide; those of Medium::beads draw
   // themselves as shaded spheres.
   osg::Node* points(Medium medium) { return switches_[static_cast<std::size_t>(medium)]; }
-  // What is within bodies that are looked through, lump by lump, as medium.vert takes it.
+  // The inside of bodies that are looked through, lump by lump, as medium.vert takes it.
   osg::Node* clear_lumps() { return lumps_switch_; }
   osg::Texture1D* color_map_texture() { return map_; }
   // The state that passes over points of every medium need: colours by scalar.
@@ -73,10 +73,9 @@ class ParticleCloud {
     BodyKind kind;
     std::uint32_t first, count;  // of its particles
     double density;              // at rest [kg/m^3]
-    std::array<float, 3> color;
     bool has_surface;
-    Medium medium;       // as it usually looks
-    unsigned char look;  // row of looks_
+    Medium medium;                   // as it usually looks
+    std::vector<osg::Vec4ub> tints;  // colour and row of looks_, from as it is at first to wholly changed
   };
   struct Set {
     osg::ref_ptr<osg::Vec4Array> vertices;
@@ -89,8 +88,10 @@ class ParticleCloud {
   void choose_colors(const ParticleFrame& frame);
   std::vector<float> values_for_range(const ParticleFrame& frame) const;
   std::optional<Medium> medium_of(const Body& body) const;
+  std::vector<osg::Vec4ub> tints_of(const BodyDescription& body);
   void find_seen(const Body& body, const ParticleFrame& frame);
   void add_body(const Body& body, Medium medium, Set& set);
+  void add_within(const Body& body, Set& set);
 
   osg::ref_ptr<osg::StateSet> shared_;
   std::array<osg::ref_ptr<osg::Switch>, kMediums> switches_;
@@ -100,9 +101,10 @@ class ParticleCloud {
   LookTable looks_;
   ColorMapKind map_kind_ = ColorMapKind::sequential;
   std::vector<Body> bodies_;
-  double spacing_ = 0;              // [m]
-  std::vector<osg::Vec4f> places_;  // of the body that is taken over: x, y, z and its scalar
-  Interior interior_;               // of those
+  double spacing_ = 0;                 // [m]
+  std::vector<osg::Vec4f> places_;     // of the body that is taken over: x, y, z and its scalar
+  std::vector<unsigned char> stages_;  // of its matter, which of the body's tints; empty: all have the first
+  Interior interior_;                  // of those
   bool draw_all_ = false;
   bool beads_ = false;
   double rest_density_ = 0;

@@ -59,7 +59,9 @@ std::shared_ptr<const ParticleFrame> Recording::frame(std::size_t i) {
     if (chunk->field != out->field) return nullptr;
     out->positions.insert(out->positions.end(), chunk->positions.begin(), chunk->positions.end());
     out->scalars.insert(out->scalars.end(), chunk->scalars.begin(), chunk->scalars.end());
+    out->solid.insert(out->solid.end(), chunk->solid.begin(), chunk->solid.end());
   }
+  if (3 * out->solid.size() != out->positions.size()) out->solid.clear();
   frames_.emplace_front(i, out);
   if (frames_.size() > kMostFrames) frames_.pop_back();
   return out;

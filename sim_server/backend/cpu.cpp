@@ -170,8 +170,8 @@ class Cpu {
   void push(const Mirror<T>&) {}
   template <class T>
   void pull(const Mirror<T>&) {}
-  template <class A>
-  void begin_transfer(const Mirror<A>&, const Mirror<A>&) {}
+  template <class... A>
+  void begin_transfer(const Mirror<A>&...) {}
   bool transfer_done() const { return true; }
 
   // Runs one haptic step of `variants` that differ in their stages; the last one has all stages.

@@ -114,14 +114,16 @@ class Cuda {
   }
 
   // The packed arrays travel on a stream of their own, behind the step that filled them.
-  template <class A>
-  void begin_transfer(const Mirror<A>& a, const Mirror<A>& b) {
+  template <class... A>
+  void begin_transfer(const Mirror<A>&... arrays) {
     check(cudaEventRecord(packed_, stream_), "recording an event");
     check(cudaStreamWaitEvent(copy_stream_, packed_, 0), "waiting for an event");
-    for (const Mirror<A>& m : {a, b})
+    const auto begin = [this](const auto& m) {
       if (m.count > 0)
-        check(cudaMemcpyAsync(m.host, m.device, m.count * sizeof(A), cudaMemcpyDeviceToHost, copy_stream_),
+        check(cudaMemcpyAsync(m.host, m.device, m.count * sizeof *m.host, cudaMemcpyDeviceToHost, copy_stream_),
               "copying a frame");
+    };
+    (begin(arrays), ...);
     check(cudaEventRecord(copied_, copy_stream_), "recording an event");
   }
   bool transfer_done() const {

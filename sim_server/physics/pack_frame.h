@@ -1,4 +1,5 @@
-// Positions and one scalar of every particle in the scene's order, for streaming: 12 or 16 bytes a particle.
+// Positions, one scalar and how solid it is of every particle in the scene's order, for streaming: 12 to 17 bytes a
+// particle.
 #pragma once
 
 #include "sim_server/physics/equation_of_state.h"
@@ -12,13 +13,14 @@ PALP_HD inline real density_of(const Medium& medium, Tag tag, real p) {
   return tag.is_fluid() ? density_at(p, m.density, m.sound_speed) : m.density;
 }
 
-// Writes positions and one scalar into arrays in the scene's order.
+// Writes them into arrays in the scene's order.
 struct PackFrame {
   ParticleView state;
   Medium medium;
   float* position;
   float* scalar;  // unused when none is asked for
   ScalarField field;
+  std::uint8_t* solid;  // in 255ths; null where nothing changes state
 
   PALP_HD float value(std::uint32_t i) const {
     const Packed vp = state.vp[i];
@@ -43,6 +45,11 @@ struct PackFrame {
     position[3 * std::size_t(to) + 1] = static_cast<float>(x.y);
     position[3 * std::size_t(to) + 2] = static_cast<float>(x.z);
     if (field != ScalarField::none) scalar[to] = value(i);
+    if (solid != nullptr) {
+      const real share = state.solid[i].K;
+      solid[to] =
+          static_cast<std::uint8_t>(share > 0 ? (share < 1 ? real(255) * share + real(0.5) : real(255)) : real(0));
+    }
   }
 };
 

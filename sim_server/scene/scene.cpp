@@ -68,6 +68,9 @@ Body start_body(const SceneConfig& config, const BodyConfig& from) {
   const ColoredLook look = look_of(from.type, *material, from.look, from.color);
   body.color = look.color;
   body.look = look.look;
+  const ColoredLook changed = changed_look_of(from.type, *material, look);
+  body.changed_color = changed.color;
+  body.changed_look = changed.look;
   return body;
 }
 

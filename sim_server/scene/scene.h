@@ -42,6 +42,8 @@ struct Body {
   std::vector<std::uint32_t> bonded_to;                        // of an elastic body: bodies it holds on to
   std::array<float, 3> color{};                                // sRGB
   Look look;
+  std::array<float, 3> changed_color{};  // of its matter that has changed state
+  Look changed_look;
   SurfaceMesh surface;  // for the viewer; empty for fluids
   // The shape that rigid_contact.h needs (contact_shape.h); none for fluids, elastic bodies, loose particles, method
   // "paper", and where no solid moves that could meet another.

@@ -127,8 +127,9 @@ struct StageTimes {
 struct Frame {
   double time = 0;
   std::uint64_t step = 0;
-  std::vector<float> position;  // x y z
-  std::vector<float> scalar;    // or empty
+  std::vector<float> position;      // x y z
+  std::vector<float> scalar;        // or empty
+  std::vector<std::uint8_t> solid;  // how much of each particle is, in 255ths; empty when nothing changes state
 };
 
 class Simulation {

@@ -139,9 +139,13 @@ class SimulationOn final : public Simulation {
       frame_scalar_ = back_end_.template mirror<float>("frame scalar", views_.particles);
     if (frame_position_.device == nullptr)
       frame_position_ = back_end_.template mirror<float>("frame position", 3 * std::size_t(views_.particles));
+    if (frame_solid_.device == nullptr && plan_.change)
+      frame_solid_ = back_end_.template mirror<std::uint8_t>("frame solid", views_.particles);
     back_end_.for_each("frame", views_.particles,
-                       PackFrame{views_.state, views_.medium, frame_position_.device, frame_scalar_.device, scalar});
-    back_end_.begin_transfer(frame_position_, scalar == ScalarField::none ? decltype(frame_scalar_){} : frame_scalar_);
+                       PackFrame{views_.state, views_.medium, frame_position_.device, frame_scalar_.device, scalar,
+                                 frame_solid_.device});
+    back_end_.begin_transfer(frame_position_, scalar == ScalarField::none ? decltype(frame_scalar_){} : frame_scalar_,
+                             frame_solid_);
     frame_has_scalar_ = scalar != ScalarField::none;
     frame_time_ = output_.time;
     frame_step_ = output_.step;
@@ -158,6 +162,7 @@ class SimulationOn final : public Simulation {
       out.scalar.assign(frame_scalar_.host, frame_scalar_.host + views_.particles);
     else
       out.scalar.clear();
+    out.solid.assign(frame_solid_.host, frame_solid_.host + frame_solid_.count);
     frame_state_ = FrameState::idle;
     return true;
   }
@@ -268,6 +273,7 @@ class SimulationOn final : public Simulation {
   typename B::template Mirror<BodyState> bodies_;
   typename B::template Mirror<HealthSums> health_;
   typename B::template Mirror<float> frame_position_, frame_scalar_;
+  typename B::template Mirror<std::uint8_t> frame_solid_;
   std::atomic<FrameState> frame_state_{FrameState::idle};
   bool frame_has_scalar_ = false;
   double frame_time_ = 0;

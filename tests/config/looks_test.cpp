@@ -124,6 +124,45 @@ TEST(Looks, FollowFromThePhysicsWhereNothingIsSaid) {
   for (const double viscosity : {1e-3, 0.05, 2.0, 100.0}) EXPECT_NO_THROW(named_look(thick(viscosity)));
 }
 
+ColoredLook changed(BodyKind kind, const MaterialConfig& m) { return changed_look_of(kind, m, look_of(kind, m)); }
+
+TEST(Looks, WhatChangesStateLooksOtherwise) {
+  MaterialConfig m;
+  EXPECT_EQ(changed(BodyKind::fluid, m).look, look_of(BodyKind::fluid, m).look) << "it never does";
+
+  m.cooking_temperature = 345;
+  EXPECT_EQ(changed(BodyKind::fluid, m).look, named_look("crepe").look);
+  EXPECT_EQ(changed(BodyKind::fluid, m).color, named_look("crepe").color);
+  m.look = LookConfig{"water", {}, {}, {}, {}, {}, {}, {}, {}};
+  EXPECT_TRUE(changed(BodyKind::fluid, m).look.clear) << "what is clear stays so, and turns white";
+  EXPECT_LT(changed(BodyKind::fluid, m).look.scattering_length, 0.01f);
+
+  MaterialConfig butter;
+  butter.young_modulus = 2e4;
+  butter.melting_temperature = 305;
+  const ColoredLook solid = look_of(BodyKind::elastic, butter), molten = changed(BodyKind::elastic, butter);
+  EXPECT_LT(molten.look.roughness, 0.3f * solid.look.roughness) << "wet";
+  EXPECT_EQ(molten.color, solid.color);
+
+  MaterialConfig water;
+  water.melting_temperature = 273;
+  const ColoredLook liquid = look_of(BodyKind::fluid, water), frozen = changed(BodyKind::fluid, water);
+  EXPECT_GT(frozen.look.roughness, 2 * liquid.look.roughness) << "frost";
+  EXPECT_LT(frozen.look.scattering_length, 0.2f * liquid.look.scattering_length);
+}
+
+TEST(Looks, AFileSaysHowWhatHasChangedLooks) {
+  const std::string sets = "cooking_temperature = 345\nyoung_modulus = 1e4\nheat_capacity = 3000\n";
+  const SceneConfig s = with_material(sets + "changed_look = {base = \"chocolate\", roughness = 0.7}");
+  const ColoredLook set = changed(BodyKind::fluid, s.materials[0]);
+  EXPECT_EQ(set.color, named_look("chocolate").color);
+  EXPECT_EQ(set.look.roughness, 0.7f);
+
+  const SceneConfig clear = with_material(sets + "look = \"honey\"\nchanged_look = \"chocolate\"");
+  EXPECT_TRUE(changed(BodyKind::fluid, clear.materials[0]).look.clear);
+  EXPECT_THROW(with_material("changed_look = \"ice\""), ConfigError) << "it never changes state";
+}
+
 TEST(Looks, WithoutLookAndColorAViewerChoosesTheColor) {
   EXPECT_EQ(look_of(BodyKind::fluid, MaterialConfig{}).color, kNoColor);
   EXPECT_EQ(look_of(BodyKind::fluid, MaterialConfig{}).look.absorption_per_m, absorption_of(kNoColor));

@@ -85,9 +85,12 @@ const BadRow kBad[] = {
     {"color = \"#102030\"", "look = \"watr\"",
      "32: material 'water': look is \"watr\", expected one of: water, juice, oil, honey, syrup, jelly, ice, glass, "
      "milk, "
-     "cream, batter, custard, butter, chocolate, dough, paste, china, stone, wood, plastic, rubber, steel, iron, "
+     "cream, batter, custard, butter, chocolate, dough, paste, crepe, china, stone, wood, plastic, rubber, steel, "
+     "iron, "
      "aluminium, "
      "copper; did you mean 'water'?"},
+    {"color = \"#102030\"", "changed_look = \"ice\"",
+     "28: material 'water' has a changed_look and never changes state, expected a melting_temperature"},
     {"color = \"#102030\"", "look = 5", "32: material 'water': look is 5, expected one of: water, juice"},
     {"color = \"#102030\"", "look = {base = \"oyl\"}",
      "32: material 'water': [material.look]: base is \"oyl\", expected one of: water"},

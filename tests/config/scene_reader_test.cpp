@@ -236,7 +236,9 @@ std::set<std::string> documented_keys() {
 
 TEST(SceneReader, ReadmeDocumentsExactlyTheKeysThatAreRead) {
   // looks are names elsewhere
-  std::string text = replaced(kScene, "color = \"#102030\"", "color = \"#102030\"\nlook = {base = \"oil\"}");
+  std::string text = replaced(kScene, "color = \"#102030\"",
+                              "color = \"#102030\"\nlook = {base = \"oil\"}\nchanged_look = {base = \"oil\"}\n"
+                              "cooking_temperature = 345\nyoung_modulus = 1e4\nheat_capacity = 3000");
   text = replaced(text, "color = \"#ffffff\"", "color = \"#ffffff\"\nlook = {base = \"wood\"}");
   TomlFile file = TomlFile::parse(text, "all.toml");
   read_scene(file, "all.toml", {});

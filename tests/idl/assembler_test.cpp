@@ -12,6 +12,8 @@
 namespace palp::test::assembler_test {
 namespace {
 
+constexpr std::uint32_t kTwoChunks = 2 * kChunkParticles;
+
 // The value of every float follows from frame and index, so that a wrong one is seen.
 float value_of(std::uint64_t frame, std::size_t index) { return static_cast<float>((frame * 7919 + index) % 1000003); }
 
@@ -48,7 +50,8 @@ void expect_whole(const ParticleFrame& f, std::uint64_t frame, std::uint32_t n, 
 }
 
 TEST(Chunks, CoverEveryParticleOnce) {
-  for (const std::uint32_t n : {0u, 1u, 3999u, 4000u, 4001u, 8000u, 100000u}) {
+  for (const std::uint32_t n :
+       {0u, 1u, kChunkParticles - 1, kChunkParticles, kChunkParticles + 1, 2 * kChunkParticles, 100000u}) {
     std::uint32_t sum = 0;
     for (std::uint32_t i = 0; i < chunks_of(n); ++i) sum += particles_in_chunk(n, i);
     EXPECT_EQ(sum, n);
@@ -75,8 +78,8 @@ TEST(FrameAssembler, TakesParticleCountsAndFieldsThatChange) {
   FrameAssembler assembler;
   ParticleFrame out;
   std::uint64_t frame = 0;
-  for (const std::uint32_t n : {5000u, 1u, 0u, 12001u, 4000u}) {
-    const bool scalars = n != 4000;
+  for (const std::uint32_t n : {5000u, 1u, 0u, 12001u, kChunkParticles}) {
+    const bool scalars = n != kChunkParticles;
     for (const auto& c : chunks_for(++frame, n, scalars ? ScalarField::density : ScalarField::none))
       assembler.add(c, 0);
     ASSERT_TRUE(assembler.take(out));
@@ -84,10 +87,37 @@ TEST(FrameAssembler, TakesParticleCountsAndFieldsThatChange) {
   }
 }
 
+// How solid particles are travels with them, in whatever order chunks come; a frame has it wholly or not at all.
+TEST(FrameAssembler, KeepsHowSolidParticlesAre) {
+  auto chunks = chunks_for(1, kTwoChunks + 5);
+  for (ParticleChunk& c : chunks)
+    for (std::size_t k = 0; k < c.positions.size() / 3; ++k)
+      c.solid.push_back(static_cast<std::uint8_t>((c.first + k) % 251));
+  FrameAssembler assembler;
+  for (const std::size_t i : {2, 0, 1}) assembler.add(chunks[i], 0);
+  ParticleFrame out;
+  ASSERT_TRUE(assembler.take(out));
+  expect_whole(out, 1, kTwoChunks + 5);
+  ASSERT_EQ(out.solid.size(), kTwoChunks + 5);
+  std::size_t wrong = 0;
+  for (std::size_t k = 0; k < out.solid.size(); ++k) wrong += out.solid[k] != k % 251;
+  EXPECT_EQ(wrong, 0u);
+
+  auto next = chunks_for(2, kTwoChunks);
+  next[0].solid.assign(kChunkParticles, 7);
+  assembler.add(next[0], 0);
+  assembler.add(next[1], 0);
+  EXPECT_FALSE(assembler.take(out)) << "one chunk has it, the other has not";
+  EXPECT_EQ(assembler.counts().refused, 1u);
+  next[1].solid.assign(3, 7);
+  assembler.add(next[1], 0);
+  EXPECT_EQ(assembler.counts().refused, 2u) << "of some particles alone";
+}
+
 TEST(FrameAssembler, CountsDuplicatesAndStaleChunks) {
   FrameAssembler assembler;
-  const auto first = chunks_for(1, 8000);
-  const auto second = chunks_for(2, 8000);
+  const auto first = chunks_for(1, kTwoChunks);
+  const auto second = chunks_for(2, kTwoChunks);
   assembler.add(second[0], 0);
   assembler.add(second[0], 0);
   EXPECT_EQ(assembler.counts().duplicate, 1u);
@@ -99,35 +129,35 @@ TEST(FrameAssembler, CountsDuplicatesAndStaleChunks) {
 
 TEST(FrameAssembler, GivesUpAFrameThatANewerOneOvertakes) {
   FrameAssembler assembler;
-  assembler.add(chunks_for(1, 8000)[0], 0);
-  for (const auto& c : chunks_for(2, 8000)) assembler.add(c, 0);
+  assembler.add(chunks_for(1, kTwoChunks)[0], 0);
+  for (const auto& c : chunks_for(2, kTwoChunks)) assembler.add(c, 0);
   ParticleFrame out;
   ASSERT_TRUE(assembler.take(out));
-  expect_whole(out, 2, 8000);
+  expect_whole(out, 2, kTwoChunks);
   EXPECT_EQ(assembler.counts().incomplete, 1u);
 }
 
 TEST(FrameAssembler, FollowsARestartedServerAndIgnoresTheOldOne) {
   FrameAssembler assembler;
   ParticleFrame out;
-  const auto old_frame = chunks_for(1000, 8000, ScalarField::speed, 1);
+  const auto old_frame = chunks_for(1000, kTwoChunks, ScalarField::speed, 1);
   for (const auto& c : old_frame) assembler.add(c, 0);
-  for (const auto& c : chunks_for(1, 8000, ScalarField::speed, 2)) assembler.add(c, 0);
+  for (const auto& c : chunks_for(1, kTwoChunks, ScalarField::speed, 2)) assembler.add(c, 0);
   ASSERT_TRUE(assembler.take(out));
   EXPECT_EQ(out.session, 2u);
-  for (const auto& c : chunks_for(1001, 8000, ScalarField::speed, 1)) EXPECT_FALSE(assembler.add(c, 0));
+  for (const auto& c : chunks_for(1001, kTwoChunks, ScalarField::speed, 1)) EXPECT_FALSE(assembler.add(c, 0));
   EXPECT_FALSE(assembler.take(out));
   // a recording played again: the same session, numbered from the start
-  for (const auto& c : chunks_for(500, 8000, ScalarField::speed, 2)) assembler.add(c, 0);
+  for (const auto& c : chunks_for(500, kTwoChunks, ScalarField::speed, 2)) assembler.add(c, 0);
   ASSERT_TRUE(assembler.take(out));
-  for (const auto& c : chunks_for(1, 8000, ScalarField::speed, 2)) assembler.add(c, 0);
+  for (const auto& c : chunks_for(1, kTwoChunks, ScalarField::speed, 2)) assembler.add(c, 0);
   ASSERT_TRUE(assembler.take(out));
-  expect_whole(out, 1, 8000);
+  expect_whole(out, 1, kTwoChunks);
 }
 
 TEST(FrameAssembler, RefusesChunksThatContradictThemselvesOrTheirFrame) {
   FrameAssembler assembler;
-  const auto good = chunks_for(1, 8000);
+  const auto good = chunks_for(1, kTwoChunks);
   const auto spoilt = [&](auto change) {
     ParticleChunk c = good[0];
     change(c);
@@ -149,16 +179,16 @@ TEST(FrameAssembler, RefusesChunksThatContradictThemselvesOrTheirFrame) {
 
 TEST(FrameAssembler, CannotBeHeldUpByHighFrameNumbers) {
   FrameAssembler assembler;
-  for (std::uint64_t i = 0; i < 10; ++i) assembler.add(chunks_for(~std::uint64_t{0} - i, 8000)[0], 0);
+  for (std::uint64_t i = 0; i < 10; ++i) assembler.add(chunks_for(~std::uint64_t{0} - i, kTwoChunks)[0], 0);
   ParticleFrame out;
-  for (const auto& c : chunks_for(3, 8000)) assembler.add(c, 0);
+  for (const auto& c : chunks_for(3, kTwoChunks)) assembler.add(c, 0);
   ASSERT_TRUE(assembler.take(out));
-  expect_whole(out, 3, 8000);
+  expect_whole(out, 3, kTwoChunks);
 }
 
 TEST(FrameAssembler, TakesMemoryForWhatCameNotForWhatIsClaimed) {
   FrameAssembler assembler;
-  ParticleChunk c = chunks_for(1, 4000)[0];
+  ParticleChunk c = chunks_for(1, kChunkParticles)[0];
   c.particle_count = kMaxParticles;
   c.chunk_count = chunks_of(kMaxParticles);
   for (std::uint64_t frame = 1; frame < 1000; ++frame) {

@@ -55,7 +55,7 @@ TEST(ParticleSender, CutsAFrameIntoSoundChunks) {
   ParticleSender sender(std::make_unique<FakeWriter>(wire));
   submit(sender, 7, 10'000);
   ASSERT_TRUE(eventually([&] { return sender.counts().sent == 1; }));
-  submit(sender, 8, 4'000, ScalarField::none);
+  submit(sender, 8, kChunkParticles, ScalarField::none);
   ASSERT_TRUE(eventually([&] { return sender.counts().sent == 2; }));
   FrameAssembler assembler;
   ParticleFrame out;
@@ -74,7 +74,7 @@ TEST(ParticleSender, CutsAFrameIntoSoundChunks) {
 TEST(ParticleSender, KeepsItsPaceBetweenChunks) {
   const auto wire = std::make_shared<Wire>();
   ParticleSender sender(std::make_unique<FakeWriter>(wire), 2ms);
-  submit(sender, 1, 40'000);
+  submit(sender, 1, 10 * kChunkParticles);
   ASSERT_TRUE(eventually([&] { return sender.counts().sent == 1; }));
   ASSERT_EQ(wire->times_ns.size(), 10u);
   // pauses may be longer on a busy machine, never shorter; a microsecond for the clock

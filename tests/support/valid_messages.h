@@ -42,6 +42,7 @@ inline void make_sound(ParticleChunk& m) {
   m.field = ScalarField::speed;
   m.positions = {1, 2, 3, 4, 5, 6};
   m.scalars = {7, 8};
+  m.solid = {0, 255};
 }
 inline void make_sound(SceneDescription& m) {
   m.name = "tray";
@@ -56,9 +57,18 @@ inline void make_sound(SceneDescription& m) {
   m.bounds_max = {1, 2, 3};
   m.gravity = {0, 0, -9.81};
   m.bodies.resize(2);
-  m.bodies[0] = {
-      "water", BodyKind::fluid, 0, 90, 1000, {0.1f, 0.2f, 1.0f}, {true, 0.05f, 0, 1.333f, {3, 2, 1}, 0.5f, 0}, {}, {}};
-  m.bodies[1] = {"spoon", BodyKind::rigid, 90, 10, 7800, {0, 1, 0}, {}, {0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2}};
+  m.bodies[0] = {"water",
+                 BodyKind::fluid,
+                 0,
+                 90,
+                 1000,
+                 {0.1f, 0.2f, 1.0f},
+                 {true, 0.05f, 0, 1.333f, {3, 2, 1}, 0.5f, 0},
+                 {},
+                 {},
+                 {1, 1, 0.5f},
+                 {true, 0.12f, 0, 1.31f, {1, 2, 3}, 0.02f, 0}};
+  m.bodies[1] = {"spoon", BodyKind::rigid, 90, 10, 7800, {0, 1, 0}, {}, {0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2}, {}, {}};
   m.proxies = {{3, 1, sound_pose()}};
 }
 inline void make_sound(BodyPoses& m) {

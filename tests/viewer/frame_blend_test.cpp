@@ -30,6 +30,15 @@ TEST(FrameBlend, LiesStraightBetween) {
   EXPECT_FLOAT_EQ(between(a, b, 9).positions[0], 1);
 }
 
+TEST(FrameBlend, MeltsEvenly) {
+  ParticleFrame a = frame(0, {0, 0, 0, 1, 1, 1}), b = frame(1, {0, 0, 0, 1, 1, 1});
+  a.solid = {255, 0};
+  b.solid = {0, 100};
+  EXPECT_EQ(between(a, b, 0.25).solid, (std::vector<std::uint8_t>{191, 25}));
+  b.solid.clear();
+  EXPECT_EQ(between(a, b, 0.25).solid, a.solid);
+}
+
 TEST(FrameBlend, WhatWasPutElsewhereOrIsNoNumberHarmsNoOther) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const ParticleFrame a = frame(0, {0, 0, 0, 0, 0, 0, 0, 0, 0}), b = frame(0.01, {9, 0, 0, nan, 0, 0, 0.02f, 0, 0});

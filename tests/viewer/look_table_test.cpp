@@ -22,6 +22,16 @@ TEST(LookTable, ReflectionFollowsFromTheRefractiveIndex) {
   EXPECT_EQ(surface_numbers(look)[2], 0) << "what bends no light reflects none";
 }
 
+TEST(LookTable, BetweenTwoLooksAllNumbersAre) {
+  const Look ice{true, 0.12f, 0, 1.31f, {2.2f, 0.9f, 0.5f}, 0.025f, 0}, water{true, 0.03f, 0, 1.333f, {}, 1e3f, 0};
+  EXPECT_EQ(between(ice, water, 0), ice);
+  const Look half = between(ice, water, 0.5f);
+  EXPECT_FLOAT_EQ(half.roughness, 0.075f);
+  EXPECT_FLOAT_EQ(half.absorption_per_m[0], 1.1f);
+  EXPECT_NEAR(half.scattering_length, 0.1f, 2e-3f) << "half of the root of haze";
+  EXPECT_FLOAT_EQ(between(ice, water, 1).roughness, water.roughness);
+}
+
 TEST(LookTable, LikeLooksShareARow) {
   LookTable table;
   Look honey, metal;

@@ -224,6 +224,49 @@ int largest_difference(const Picture& a, const Picture& b) {
   return most;
 }
 
+// Matter that changes state goes from one look to the other in steps that nobody sees, and ends as the other.
+TEST(MediumImage, MatterPassesFromOneLookToTheOther) {
+  const std::pair<const char*, const char*> changes[] = {{"batter", "crepe"}, {"ice", "water"}};
+  for (const auto& [first, then] : changes) {
+    for (const BodyKind kind : {BodyKind::fluid, BodyKind::elastic}) {
+      SCOPED_TRACE(std::string(first) + (kind == BodyKind::fluid ? ", a fluid" : ", elastic"));
+      SyntheticScene s = block(first, {20, 16, 14}, 0.3);
+      BodyDescription& body = s.scene.bodies[0];
+      body.kind = kind;
+      body.changed_look = named_look(then).look;
+      body.changed_color = named_look(then).color;
+      Stage stage(small_stage());
+      set(stage, s);
+      const auto changed_by = [&](int share) {
+        s.frame.solid.assign(s.scene.particle_count,
+                             static_cast<std::uint8_t>(kind == BodyKind::fluid ? share : 255 - share));
+        stage.scene().set_frame(s.frame);
+        return shoot(stage);
+      };
+      const Picture start = shoot(stage), end = changed_by(255);
+      // of what is clear, what is within counts one by one once it changes, and in lumps before
+      const int lumps = std::string(first) == "ice" ? 12 : 0;
+      EXPECT_LE(largest_difference(start, changed_by(0)), lumps);
+      EXPECT_GT(largest_difference(start, end), 40);
+      Picture before = start;
+      int most = 0;
+      for (int share = 0; share <= 255; share += 5) {
+        const Picture now = changed_by(share);
+        most = std::max(most, largest_difference(before, now));
+        before = now;
+      }
+      EXPECT_LE(most, 24) << "of 255, at a pixel, in a fiftieth of the change";
+      EXPECT_EQ(largest_difference(before, end), 0);
+
+      body.look = body.changed_look;
+      body.color = body.changed_color;
+      s.frame.solid.clear();
+      set(stage, s);
+      EXPECT_LE(largest_difference(shoot(stage), end), lumps) << "as what has always looked so";
+    }
+  }
+}
+
 TEST(MediumImage, ParticlesWithinABodyAreNotMissed) {
   EXPECT_EQ(largest_difference(block_of(true, "batter", true), block_of(false, "batter", true)), 0) << "beads";
   // colours are sums of half floats, in another order
