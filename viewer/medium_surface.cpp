@@ -12,23 +12,24 @@ namespace palp {
 namespace {
 
 // Lengths in particle spacings.
-constexpr double kRadius = 0.78;     // of the spheres: neighbours overlap well
-constexpr double kHalfAbove = 0.5;   // of a sphere above its centre: half of a particle
-constexpr double kTintRadius = 1.2;  // sums over wider spheres have less grain
-constexpr double kReach = 2.4;       // of the smoothing
-constexpr double kRange = 3.0;       // of distances that belong to one surface
-constexpr double kClampRange = 0.8;  // of distances behind a point that it may be pulled back to
-constexpr double kSpread = 0.6;      // of what particles cover, where the outline is looked for
-constexpr double kSkin = 2.0;        // the depth that gives an opaque medium its colour, ever less with depth
-constexpr double kLift = 0.5;        // off the surface, where its light is asked for
-constexpr double kTintShare = 0.5;   // of the surface's size: tints are smooth
+constexpr double kRadius = 0.78;          // of the spheres: neighbours overlap well
+constexpr double kHalfAbove = 0.5;        // of a sphere above its centre: half of a particle
+constexpr double kTintRadius = 1.2;       // sums over wider spheres have less grain
+constexpr double kReach = 2.4;            // of the smoothing
+constexpr double kRange = 3.0;            // of distances that belong to one surface
+constexpr double kClampRange = 0.8;       // of distances behind a point that it may be pulled back to
+constexpr double kSpread = 0.6;           // of what particles cover, where the outline is looked for
+constexpr double kSkin = 2.0;             // the depth that gives an opaque medium its colour, ever less with depth
+constexpr double kLift = 0.5;             // off the surface, where its light is asked for
+constexpr double kTintShare = 0.5;        // of the surface's size: tints are smooth
+constexpr double kThicknessShare = 0.25;  // and sums over all that is clear smoother still
 constexpr double kOutlineShare = 0.5;
 
 // The order of drawing in the picture: after what is solid, before glass.
 constexpr int kOpaqueBin = 2, kClearBin = 4;
 constexpr int kPassesOfOne = 32;
 constexpr unsigned kSurfaceLooksUnit = 8;         // past the units that every shading program has (kShadowUnit)
-constexpr double kLargeFrom = 18, kLargeTo = 14;  // spacings [pixels] that half the texels suit
+constexpr double kLargeFrom = 12, kLargeTo = 10;  // spacings [pixels] that half the texels suit
 constexpr std::size_t kTint = 1, kOutline = 3, kBeforeSmoothing = 4;  // among the passes
 
 double overlap_share() { return 1 / (4.0 / 3.0 * M_PI * kTintRadius * kTintRadius * kTintRadius); }
@@ -102,7 +103,8 @@ void MediumSurface::add_depth_pass(osg::Node* particles) {
 }
 
 void MediumSurface::add_tint_pass(osg::Node* particles) {
-  Pass& pass = add_pass(GL_RGBA16F_ARB, GL_RGBA, false, kTintShare);
+  const double share = medium_ == Medium::clear ? kThicknessShare : kTintShare;
+  Pass& pass = add_pass(GL_RGBA16F_ARB, GL_RGBA, false, share);
   surface_looks_ = float_texture(GL_RGBA16F_ARB, GL_RGBA);
   for (osg::Texture2D* texture : {pass.texture.get(), surface_looks_.get()}) {
     texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
@@ -115,7 +117,7 @@ void MediumSurface::add_tint_pass(osg::Node* particles) {
   state->setTextureAttribute(1, passes_[0].texture);
   state->addUniform(new osg::Uniform("surface", 1));
   state->addUniform(number("chord_share", overlap_share()));
-  state->addUniform(new osg::Uniform("surface_per_target", osg::Vec2f(1 / kTintShare, 1 / kTintShare)));
+  state->addUniform(new osg::Uniform("surface_per_target", osg::Vec2f(1 / share, 1 / share)));
   pass.camera->addChild(particles);
   root_->addChild(pass.camera);
 }
