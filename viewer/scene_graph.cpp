@@ -165,7 +165,8 @@ void SceneGraph::set_picture(int width, int height, bool quick) {
   for (auto& hand : hands_) hand->set_value_size(words);
   quick_ = quick;
   picture_copy_->set_size(width, height);
-  shadow_map_.set_size(quick ? 512 : 2048);
+  // about as many texels as the picture has pixels over the scene
+  shadow_map_.set_size(quick ? 512 : height <= 1024 ? 1024 : 2048);
 }
 
 void SceneGraph::set_view(const osg::Matrixd& view, const osg::Matrixd& projection) {
