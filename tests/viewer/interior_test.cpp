@@ -19,10 +19,10 @@ constexpr float kSpacing = 0.01f;
 
 // A cube of a lattice, from layer to layer; each place moves by up to so many spacings along each axis.
 template <class Move>
-Places cube(Move&& move) {
+Places cube(Move&& move, int side = kSide) {
   Places places;
-  for (int i = 0; i < kSide * kSide * kSide; ++i) {
-    const int at[3] = {i % kSide, i / kSide % kSide, i / (kSide * kSide)};
+  for (int i = 0; i < side * side * side; ++i) {
+    const int at[3] = {i % side, i / side % side, i / (side * side)};
     osg::Vec4f place;
     for (int a = 0; a < 3; ++a) place[a] = kSpacing * static_cast<float>(at[a] + move());
     places.push_back(place);
@@ -31,10 +31,9 @@ Places cube(Move&& move) {
 }
 
 // Layers between a place of the cube and its nearest side.
-int layers_over(int i) {
-  int least = kSide;
-  for (const int at : {i % kSide, i / kSide % kSide, i / (kSide * kSide)})
-    least = std::min({least, at, kSide - 1 - at});
+int layers_over(int i, int side) {
+  int least = side;
+  for (const int at : {i % side, i / side % side, i / (side * side)}) least = std::min({least, at, side - 1 - at});
   return least;
 }
 
@@ -46,14 +45,18 @@ std::vector<bool> within(const Places& places, double spacing = kSpacing) {
   return all;
 }
 
+// The larger cube is worth several threads.
 TEST(Interior, IsWhatLayersCover) {
-  const std::vector<bool> inner = within(cube([] { return 0.0; }));
-  for (int i = 0; i < kSide * kSide * kSide; ++i) {
-    if (layers_over(i) < 2) {
-      EXPECT_FALSE(inner[i]) << i << " is covered by " << layers_over(i) << " layers";
-    }
-    if (layers_over(i) >= 5) {
-      EXPECT_TRUE(inner[i]) << i;
+  for (const int side : {kSide, 64}) {
+    const std::vector<bool> inner = within(cube([] { return 0.0; }, side));
+    for (int i = 0; i < side * side * side; ++i) {
+      const int layers = layers_over(i, side);
+      if (layers < 2) {
+        ASSERT_FALSE(inner[i]) << i << " is covered by " << layers << " layers";
+      }
+      if (layers >= 5) {
+        ASSERT_TRUE(inner[i]) << i;
+      }
     }
   }
 }
@@ -143,7 +146,7 @@ TEST(Interior, BearsParticlesThatAreFarAway) {
     places.push_back(far);
     const std::vector<bool> inner = within(places);
     for (int i = 0; i < kSide * kSide * kSide; ++i) {
-      if (layers_over(i) < 2) {
+      if (layers_over(i, kSide) < 2) {
         ASSERT_FALSE(inner[i]) << i;
       }
     }
