@@ -224,6 +224,32 @@ int largest_difference(const Picture& a, const Picture& b) {
   return most;
 }
 
+// Where all that is opaque has one tint, tints are not drawn; a particle of another one, out of sight, has them drawn.
+TEST(MediumImage, OneTintIsWhatParticlesAddUpTo) {
+  for (const char* name : {"batter", "chocolate"}) {
+    SyntheticScene s = block(name, {20, 16, 14}, 0.3);
+    Picture pictures[2];
+    for (const bool other : {false, true}) {
+      if (other) {
+        BodyDescription speck = s.scene.bodies[0];
+        speck.color = {0, 1, 0};
+        speck.first = speck.count;
+        speck.count = 1;
+        s.scene.bodies.push_back(speck);
+        ++s.scene.particle_count;
+        for (const int layers : {10, 8, 7}) s.frame.positions.push_back(static_cast<float>(layers * kSpacing));
+        s.frame.scalars.push_back(0);
+      }
+      Stage stage(small_stage(640, 480));
+      set(stage, s);
+      EXPECT_EQ(stage.scene().cloud().one_tint().has_value(), !other);
+      pictures[other] = shoot(stage);
+    }
+    // where matter is thin, light comes through by its depth there, and not by that of deeper matter
+    EXPECT_LE(largest_difference(pictures[0], pictures[1]), 8) << name;
+  }
+}
+
 // Matter that changes state goes from one look to the other in steps that nobody sees, and ends as the other.
 TEST(MediumImage, MatterPassesFromOneLookToTheOther) {
   const std::pair<const char*, const char*> changes[] = {{"batter", "crepe"}, {"ice", "water"}};
