@@ -33,7 +33,7 @@ osg::ref_ptr<osg::Image> map_image(ColorMapKind kind) {
 // Coordinates [m] beyond this are faults: nothing so far out is drawn.
 constexpr float kFarthest = 1e5f;
 
-constexpr int kStages = 32;  // between two looks: bodies mix those of their neighbours, so that no step is seen
+constexpr std::size_t kStages = 32;  // between two looks: bodies mix those of their neighbours, so that no step is seen
 
 constexpr float kNoScalar = -3e38f;  // the shader colours such a particle by its body
 
@@ -46,6 +46,10 @@ class Points : public osg::Geometry {
 };
 
 bool deforms(BodyKind kind) { return kind == BodyKind::fluid || kind == BodyKind::elastic; }
+
+bool changes_look(const BodyDescription& body) {
+  return body.changed_color != body.color || body.changed_look != body.look;
+}
 
 // Solids that do not deform have a speed and a temperature, but their density and pressure are aids of the solver.
 bool has_field(BodyKind kind, ScalarField field) {
@@ -115,9 +119,13 @@ ParticleCloud::ParticleCloud() : shared_(new osg::StateSet), map_(new osg::Textu
 void ParticleCloud::set_scene(const SceneDescription& scene) {
   bodies_.clear();
   looks_.clear();
+  // rows that are left when each body has one, shared among those that can change
+  const std::size_t rows = LookTable::kRows - std::min<std::size_t>(LookTable::kRows, scene.bodies.size());
+  const auto changing = static_cast<std::size_t>(std::ranges::count_if(scene.bodies, changes_look));
+  const std::size_t stages = std::clamp<std::size_t>(rows / std::max<std::size_t>(1, changing), 1, kStages);
   for (const BodyDescription& body : scene.bodies) {
-    bodies_.push_back(
-        {body.kind, body.first, body.count, body.density, has_surface(body), usual_medium(body), tints_of(body)});
+    bodies_.push_back({body.kind, body.first, body.count, body.density, has_surface(body), usual_medium(body),
+                       tints_of(body, changes_look(body) ? stages : 1)});
   }
   rest_density_ = 0;
   for (const Body& body : bodies_) {
@@ -134,11 +142,10 @@ void ParticleCloud::set_scene(const SceneDescription& scene) {
   clear();
 }
 
-std::vector<osg::Vec4ub> ParticleCloud::tints_of(const BodyDescription& body) {
-  const bool changes = body.changed_color != body.color || body.changed_look != body.look;
+std::vector<osg::Vec4ub> ParticleCloud::tints_of(const BodyDescription& body, std::size_t stages) {
   std::vector<osg::Vec4ub> tints;
-  for (int k = 0; k < (changes ? kStages : 1); ++k) {
-    const float t = static_cast<float>(k) / (kStages - 1);
+  for (std::size_t k = 0; k < stages; ++k) {
+    const float t = stages > 1 ? static_cast<float>(k) / static_cast<float>(stages - 1) : 0;
     std::array<float, 3> color{};
     for (std::size_t c = 0; c < 3; ++c) color[c] = std::lerp(body.color[c], body.changed_color[c], t);
     tints.push_back(to_bytes(color, looks_.row_of(between(body.look, body.changed_look, t))));

@@ -88,7 +88,7 @@ class ParticleCloud {
   void choose_colors(const ParticleFrame& frame);
   std::vector<float> values_for_range(const ParticleFrame& frame) const;
   std::optional<Medium> medium_of(const Body& body) const;
-  std::vector<osg::Vec4ub> tints_of(const BodyDescription& body);
+  std::vector<osg::Vec4ub> tints_of(const BodyDescription& body, std::size_t stages);
   void find_seen(const Body& body, const ParticleFrame& frame);
   void add_body(const Body& body, Medium medium, Set& set);
   void add_within(const Body& body, Set& set);

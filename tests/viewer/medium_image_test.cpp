@@ -224,6 +224,30 @@ int largest_difference(const Picture& a, const Picture& b) {
   return most;
 }
 
+// However many bodies can change, each keeps the look that it has at first.
+TEST(MediumImage, ManyBodiesThatCanChangeKeepTheirLooks) {
+  SyntheticScene s = block("batter", {20, 16, 14}, 0.3);
+  BodyDescription body = s.scene.bodies[0];
+  const std::uint32_t count = body.count / 20;
+  Picture pictures[2];
+  for (const bool can_change : {false, true}) {
+    s.scene.bodies.clear();
+    for (std::uint32_t k = 0; k < 20; ++k) {
+      body.first = k * count;
+      body.count = count;
+      body.look.roughness = 0.2f + 0.03f * static_cast<float>(k);
+      body.changed_look = body.look;
+      body.changed_color = body.color;
+      if (can_change) body.changed_look.roughness = 0.01f * static_cast<float>(k);
+      s.scene.bodies.push_back(body);
+    }
+    Stage stage(small_stage());
+    set(stage, s);
+    pictures[can_change] = shoot(stage);
+  }
+  EXPECT_EQ(largest_difference(pictures[0], pictures[1]), 0);
+}
+
 // Where all that is opaque has one tint, tints are not drawn; a particle of another one, out of sight, has them drawn.
 TEST(MediumImage, OneTintIsWhatParticlesAddUpTo) {
   for (const char* name : {"batter", "chocolate"}) {
