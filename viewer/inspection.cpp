@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "viewer/medium.h"
 #include "viewer/mesh.h"
 
 namespace palp {
@@ -94,7 +95,7 @@ std::optional<PickedLines> describe(const Stage& stage, const Session& session, 
       out.lines.emplace_back(field.name, fmt::format("{:.6g} {}", frame.scalars[*picked.particle], field.unit));
     }
   }
-  if (picked.particle && *picked.particle < session.frame()->solid.size() && body.changed_look != body.look)
+  if (picked.particle && *picked.particle < session.frame()->solid.size() && changes_look(body))
     out.lines.emplace_back("solid", fmt::format("{:.0f} %", session.frame()->solid[*picked.particle] / 2.55));
   describe_body(stage, body, picked.body, out);
   return out;

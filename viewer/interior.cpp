@@ -8,7 +8,6 @@
 namespace palp {
 namespace {
 
-constexpr double kCellOverSpacing = Interior::kLumpOverSpacing;
 constexpr int kDepth = 2;             // cells
 constexpr double kMostCells = 6e7;    // where there would be more they are larger, and fewer particles are within
 constexpr std::size_t kFewest = 125;  // particles that can surround one
@@ -30,7 +29,7 @@ void Interior::lay_grid(std::span<const osg::Vec4f> places, double spacing) {
       low_[a] = std::min(low_[a], place[a]);
       high[a] = std::max(high[a], place[a]);
     }
-  double cell = kCellOverSpacing * spacing;
+  double cell = kLumpOverSpacing * spacing;
   const auto along = [&](int a) { return std::floor((double(high[a]) - low_[a]) / cell) + 2; };
   const auto words = [&] { return std::ceil(along(0) / 64); };
   while (64 * words() * along(1) * along(2) > kMostCells) cell *= 1.5;
@@ -106,11 +105,10 @@ void Interior::add_lumps(std::span<const osg::Vec4f> places, osg::Vec4Array& to)
     lumps[before[word] + static_cast<std::uint32_t>(std::popcount(bits_[word] & lower))] +=
         osg::Vec4f(place.x(), place.y(), place.z(), 1);
   }
-  constexpr double kFull = kLumpOverSpacing * kLumpOverSpacing * kLumpOverSpacing;
   for (const osg::Vec4f& lump : lumps) {
     if (lump.w() == 0) continue;
     const osg::Vec4f middle = lump / lump.w() + low;
-    to.push_back({middle.x(), middle.y(), middle.z(), static_cast<float>(lump.w() / kFull)});
+    to.push_back({middle.x(), middle.y(), middle.z(), static_cast<float>(lump.w() / kParticlesOfLump)});
   }
 }
 

@@ -15,7 +15,8 @@ namespace palp {
 // where all cells around its own, two deep, have particles: at least two layers of particles lie over it.
 class Interior {
  public:
-  static constexpr double kLumpOverSpacing = 1.5;  // the side of a lump, where cells are not larger than usual
+  static constexpr double kLumpOverSpacing = 1.5;  // the side of a lump, which is a cell
+  static constexpr double kParticlesOfLump = kLumpOverSpacing * kLumpOverSpacing * kLumpOverSpacing;  // that fill it
   // Finds which of these places are within. x, y, z: finite [m]; w is not looked at. spacing: of the particles [m];
   // where it is no length, nothing is within.
   void find(std::span<const osg::Vec4f> places, double spacing);
@@ -25,7 +26,7 @@ class Interior {
   }
 
   // Adds those within of the places that were given last as lumps, one a cell: their middle, and how many they are over
-  // how many would fill a cell of kLumpOverSpacing.
+  // kParticlesOfLump.
   void add_lumps(std::span<const osg::Vec4f> places, osg::Vec4Array& to) const;
 
  private:

@@ -20,6 +20,7 @@ osg::Vec4f surface_numbers(const Look& look) {
 }
 
 Look between(const Look& a, const Look& b, float t) {
+  if (t == 0) return a;
   Look look = a;
   look.roughness = std::lerp(a.roughness, b.roughness, t);
   look.metallic = std::lerp(a.metallic, b.metallic, t);
@@ -31,7 +32,7 @@ Look between(const Look& a, const Look& b, float t) {
   const auto root_haze = [](const Look& of) { return 1 / std::sqrt(std::max(of.scattering_length, kShortestInHaze)); };
   const float root = std::lerp(root_haze(a), root_haze(b), t);
   look.scattering_length = 1 / (root * root);
-  return t > 0 ? look : a;
+  return look;
 }
 
 LookTable::LookTable() : texture_(new osg::Texture2D) {

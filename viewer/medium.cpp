@@ -7,4 +7,8 @@ Medium usual_medium(const BodyDescription& body) {
   return body.look.clear ? Medium::clear : Medium::opaque;
 }
 
+bool changes_look(const BodyDescription& body) {
+  return body.changed_color != body.color || body.changed_look != body.look;
+}
+
 }  // namespace palp

@@ -23,4 +23,7 @@ struct OneTint {
 // beads.
 Medium usual_medium(const BodyDescription& body);
 
+// Returns whether the body's matter looks otherwise when it has changed state.
+bool changes_look(const BodyDescription& body);
+
 }  // namespace palp

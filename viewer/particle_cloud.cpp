@@ -47,10 +47,6 @@ class Points : public osg::Geometry {
 
 bool deforms(BodyKind kind) { return kind == BodyKind::fluid || kind == BodyKind::elastic; }
 
-bool changes_look(const BodyDescription& body) {
-  return body.changed_color != body.color || body.changed_look != body.look;
-}
-
 // Solids that do not deform have a speed and a temperature, but their density and pressure are aids of the solver.
 bool has_field(BodyKind kind, ScalarField field) {
   return deforms(kind) || (field != ScalarField::density && field != ScalarField::pressure);
@@ -279,10 +275,10 @@ void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
 
 // Adds the places within one by one, each as a lump of itself: their tints differ.
 void ParticleCloud::add_within(const Body& body, Set& set) {
-  constexpr double kFull = Interior::kLumpOverSpacing * Interior::kLumpOverSpacing * Interior::kLumpOverSpacing;
+  constexpr auto kShare = static_cast<float>(1 / Interior::kParticlesOfLump);
   for (std::size_t i = 0; i < places_.size(); ++i) {
     if (!interior_.contains(i)) continue;
-    set.vertices->push_back({places_[i].x(), places_[i].y(), places_[i].z(), static_cast<float>(1 / kFull)});
+    set.vertices->push_back({places_[i].x(), places_[i].y(), places_[i].z(), kShare});
     set.colors->push_back(body.tints[stages_[i]]);
   }
 }

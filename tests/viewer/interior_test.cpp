@@ -107,11 +107,10 @@ TEST_F(DisturbedInterior, IsLumpedWithoutLoss) {
     });
     EXPECT_TRUE(near) << i;
   }
-  constexpr double kFull = Interior::kLumpOverSpacing * Interior::kLumpOverSpacing * Interior::kLumpOverSpacing;
   for (const osg::Vec4f& lump : *lumps) {
     EXPECT_LT(lump.w(), 3) << "eight of a lattice fit where they are pressed together, 3.4 fill it";
-    middle_of_lumps += osg::Vec3d(lump.x(), lump.y(), lump.z()) * (lump.w() * kFull);
-    count_of_lumps += lump.w() * kFull;
+    middle_of_lumps += osg::Vec3d(lump.x(), lump.y(), lump.z()) * (lump.w() * Interior::kParticlesOfLump);
+    count_of_lumps += lump.w() * Interior::kParticlesOfLump;
   }
   ASSERT_GT(count, 0);
   EXPECT_LT(static_cast<double>(lumps->size()), count / 2);
