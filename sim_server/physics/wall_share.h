@@ -23,6 +23,7 @@
 #pragma once
 
 #include "sim_server/physics/distance.h"
+#include "sim_server/physics/smoothing.h"
 
 namespace palp {
 
