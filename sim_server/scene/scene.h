@@ -51,6 +51,8 @@ struct Body {
   // The box around the centres of the particles that fill it, or around its surface where it is too thin for particles,
   // along the body's axes [m]; empty where none is left out.
   Eigen::AlignedBox3d extent;
+  // Of a fluid whose particles were packed: the box around the places that they had before, along the world's axes [m].
+  Eigen::AlignedBox3d unpacked;
 };
 
 struct Proxy {
