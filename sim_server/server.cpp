@@ -15,6 +15,7 @@
 #include "idl/clock.h"
 #include "sim_server/bus_links.h"
 #include "sim_server/device_tracker.h"
+#include "sim_server/gpu_turns.h"
 #include "sim_server/messages_from_state.h"
 #include "sim_server/solver/changeable_parameters.h"
 #include "sim_server/status_reporter.h"
@@ -28,6 +29,11 @@ using State = ServerState;
 constexpr int kCommandsAStep = 16;  // so that no flood of them keeps the simulation, or the end, waiting
 constexpr int kMostSingleSteps = 1000;
 
+void sleep_until(std::int64_t t_ns) {
+  const timespec until = to_timespec(t_ns);
+  if (t_ns > now_ns()) clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+}
+
 // Real-time factor over the last second or so of running.
 class Pace {
  public:
@@ -37,13 +43,18 @@ class Pace {
     window_ns_ = now_ns();
     window_steps_ = 0;
   }
+  // When the next step is due.
+  std::int64_t next_ns() const { return next_ns_; }
   // Sleeps until the next step is due. A step that came late is made up for within a few periods; beyond that time is
   // let go: slow motion, not a burst.
-  void wait(bool paced) {
+  void wait(bool paced, GpuTurns& gpu) {
     const std::int64_t now = now_ns();
     if (paced && now < next_ns_) {
-      const timespec until = to_timespec(next_ns_);
-      clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+      if (gpu.viewer_draws(now)) {
+        sleep_until(next_ns_ - kTurnToServer);
+        gpu.take_back();
+      }
+      sleep_until(next_ns_);
     }
     next_ns_ = std::max(next_ns_ + period_ns_, now - kMakeUp * period_ns_);
     ++window_steps_;
@@ -60,6 +71,14 @@ class Pace {
   std::int64_t period_ns_, next_ns_, window_ns_ = now_ns(), window_steps_ = 0;
   double factor_ = 1;
 };
+
+StepShare share_of(const Histogram& steps) {
+  return {steps.count(), steps.quantile_us(0.5), steps.quantile_us(0.99), steps.max_us()};
+}
+
+Json json_of(const StepShare& s) {
+  return {{"steps", s.steps}, {"step_p50_us", s.p50_us}, {"step_p99_us", s.p99_us}, {"step_max_us", s.max_us}};
+}
 
 Effort effort_of(const Simulation& simulation, const ServerOptions& options) {
   const Scene& scene = simulation.scene();
@@ -97,10 +116,10 @@ class Server {
       for (int k = 0; k < kCommandsAStep && !quit_ && control_.take(command); ++k) obey(command);
       const std::int64_t t0 = now_ns();
       if (gauges_.state == State::running || single_steps_ > 0)
-        advance(t0);
+        advance(t0, options_.as_fast_as_possible ? t0 : pace.next_ns());
       else
         publish();
-      pace.wait(!options_.as_fast_as_possible);
+      pace.wait(!options_.as_fast_as_possible, gpu_);
       gauges_.real_time_factor = pace.factor();
       if (gauges_.state == State::running) wall_ns_ += now_ns() - t0;
     }
@@ -108,22 +127,26 @@ class Server {
   }
 
  private:
-  void advance(std::int64_t t0) {
+  // next_ns: when the step after this one is due.
+  void advance(std::int64_t t0, std::int64_t next_ns) {
     for (std::size_t p = 0; p < simulation_.scene().proxies.size(); ++p) {
       TimedDeviceSample sample;
       if (haptic_.take(p, sample)) trackers_[p].receive(sample.sample, sample.t_receive_ns);
       input_[p] = trackers_[p].input(t0, step_, output_->proxies[p].state);
     }
     const std::int64_t t1 = now_ns();
+    gpu_.begin_step(t1);
     output_ = &simulation_.step(input_);
     const std::int64_t t2 = now_ns();
     if (single_steps_ > 0) --single_steps_;
     gauges_.step_time.add(t2 - t1);
+    (gpu_.viewer_draws(t2) ? beside_viewers_ : without_viewers_).add(t2 - t1);
     if (t2 - t1 > static_cast<std::int64_t>(1e9 * step_)) ++gauges_.slow_steps;
     ++gauges_.steps;
     judge();
     publish();
     frames_.offer(*output_, t2);
+    gpu_.end_step(now_ns(), next_ns);  // of which the packing of a frame is a part
     gauges_.handover.add((t1 - t0) + (now_ns() - t2));
   }
 
@@ -269,6 +292,8 @@ class Server {
     s.step_p50_us = gauges_.step_time.quantile_us(0.5);
     s.step_p99_us = gauges_.step_time.quantile_us(0.99);
     s.step_max_us = gauges_.step_time.max_us();
+    s.beside_viewers = share_of(beside_viewers_);
+    s.without_viewers = share_of(without_viewers_);
     s.handover_p50_us = gauges_.handover.quantile_us(0.5);
     s.handover_p99_us = gauges_.handover.quantile_us(0.99);
     s.slow_steps = gauges_.slow_steps;
@@ -288,6 +313,8 @@ class Server {
   ControlLink control_;
   std::unique_ptr<Writer<SceneDescription>> scene_writer_;
   std::array<DeviceTracker, kMaxProxies> trackers_;
+  GpuTurns gpu_{simulation_};
+  Histogram beside_viewers_, without_viewers_;  // time of steps while a viewer draws on the same GPU, and of the others
   StepInput input_{};
   int single_steps_ = 0;
   bool quit_ = false;
@@ -317,6 +344,8 @@ Json json_of(const ServerSummary& s, const Simulation& simulation) {
            {"step_p99_us", s.step_p99_us},
            {"step_max_us", s.step_max_us},
            {"slow_steps", s.slow_steps},
+           {"beside_viewers", json_of(s.beside_viewers)},
+           {"without_viewers", json_of(s.without_viewers)},
            {"handover_p50_us", s.handover_p50_us},
            {"handover_p99_us", s.handover_p99_us},
            {"frames", s.frames},

@@ -18,11 +18,18 @@ struct ServerOptions {
   bool start_paused = false;
 };
 
+// Some of a run's steps.
+struct StepShare {
+  std::uint64_t steps = 0;
+  double p50_us = 0, p99_us = 0, max_us = 0;
+};
+
 // The figures of a run, for the summary and for the exit status.
 struct ServerSummary {
   std::uint64_t steps = 0;
   double sim_time = 0, wall_time = 0;  // [s] stepped, across resets; and of the clock, while not paused
   double step_p50_us = 0, step_p99_us = 0, step_max_us = 0;
+  StepShare beside_viewers, without_viewers;        // while a viewer drew on the same GPU, and while none did
   double handover_p50_us = 0, handover_p99_us = 0;  // what talking to the bus costs the simulation's thread, per step
   std::uint64_t slow_steps = 0;                     // that took longer than the haptic period
   std::uint64_t frames = 0;

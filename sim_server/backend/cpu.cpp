@@ -139,6 +139,8 @@ class Cpu {
     return fmt::format("cpu ({}), {} thread{}, {}", kInstructions, team_.threads(), team_.threads() > 1 ? "s" : "",
                        sizeof(real) == 4 ? "float" : "double");
   }
+  std::string gpu() const { return {}; }
+  void take_gpu() {}
   const std::vector<std::pair<std::string, std::size_t>>& arrays() const { return arrays_; }
   const std::vector<std::string>& launches() const { return launches_; }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "idl/gpu_page.h"
 #include "sim_server/backend/cuda_lists.cuh"
 #include "sim_server/solver/stage_times.h"
 
@@ -40,6 +41,7 @@ class Cuda {
     processors_ = properties.multiProcessorCount;
     early_launch_ = properties.major >= 9;
     name_ = std::string("cuda, ") + properties.name + ", float";
+    gpu_ = gpu_identity(properties.uuid.bytes);
     check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "creating a stream");
     check(cudaStreamCreateWithFlags(&copy_stream_, cudaStreamNonBlocking), "creating a stream");
     check(cudaStreamCreateWithFlags(&side_stream_, cudaStreamNonBlocking), "creating a stream");
@@ -64,6 +66,13 @@ class Cuda {
   }
 
   std::string name() const { return name_; }
+  std::string gpu() const { return gpu_; }
+  // A GPU works for one process at a time, and turns to one when that has work for it: a kernel that does nothing is
+  // enough.
+  void take_gpu() {
+    run_each<<<1, 1, 0, stream_>>>(0, Nothing{}, nullptr);
+    check(cudaGetLastError(), "taking the GPU");
+  }
   const std::vector<std::pair<std::string, std::size_t>>& arrays() const { return arrays_; }
   const std::vector<std::string>& launches() const { return launches_; }
 
@@ -367,7 +376,7 @@ class Cuda {
     const char* name = "";
   };
 
-  std::string name_;
+  std::string name_, gpu_;
   cudaStream_t stream_ = nullptr, copy_stream_ = nullptr, side_stream_ = nullptr;
   cudaEvent_t packed_ = nullptr, copied_ = nullptr, forked_ = nullptr, joined_ = nullptr;
   std::vector<cudaGraphExec_t> graphs_;  // by variant

@@ -187,6 +187,10 @@ __global__ void run_each(std::uint32_t n, F f, const Tag* sleepers) {
   if (i < n && (sleepers == nullptr || !sleepers[i].asleep())) f(i);
 }
 
+struct Nothing {
+  __device__ void operator()(std::uint32_t) const {}
+};
+
 template <int L, class F>
 __global__ void __launch_bounds__(kTeamThreads<L>, L == 4 ? 6 : 1) run_team(std::uint32_t n, DeviceLists lists, F f) {
   wait_for_previous_kernel();

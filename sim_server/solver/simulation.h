@@ -136,15 +136,18 @@ class Simulation {
  public:
   virtual ~Simulation() = default;
   virtual const Scene& scene() const = 0;
-  virtual std::string backend_name() const = 0;  // "cpu (AVX2), 2 threads, float", "cuda, NVIDIA H100, float"
-  virtual std::string numerics() const = 0;      // one line: the numbers that the accuracy level expanded to
-  virtual double support_radius() const = 0;     // H [m]
-  virtual int sub_steps() const = 0;             // sub-steps of a haptic step
-  virtual int fluid_interval() const = 0;        // haptic steps that fluids take at once: one of so many costs more
+  virtual std::string backend_name() const = 0;   // "cpu (AVX2), 2 threads, float", "cuda, NVIDIA H100, float"
+  virtual std::string gpu() const { return {}; }  // whose memory it uses (idl/gpu_page.h); empty on a CPU
+  virtual std::string numerics() const = 0;       // one line: the numbers that the accuracy level expanded to
+  virtual double support_radius() const = 0;      // H [m]
+  virtual int sub_steps() const = 0;              // sub-steps of a haptic step
+  virtual int fluid_interval() const = 0;         // haptic steps that fluids take at once: one of so many costs more
 
   // Runs one haptic step of 1 / rate_hz seconds. The result is valid until the next call. No allocation after the first
   // step.
   virtual const StepOutput& step(const StepInput& input) = 0;
+  // Has a GPU turn to this process, so that the next step need not wait for that. Never waits.
+  virtual void take_gpu() {}
   // Returns the result of the last step, or the initial state before the first.
   virtual const StepOutput& output() const = 0;
   // Goes back to the initial state; the step count and time begin again.

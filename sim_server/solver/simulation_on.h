@@ -33,6 +33,8 @@ class SimulationOn final : public Simulation {
 
   const Scene& scene() const override { return scene_; }
   std::string backend_name() const override { return back_end_.name(); }
+  std::string gpu() const override { return back_end_.gpu(); }
+  void take_gpu() override { back_end_.take_gpu(); }
   std::string numerics() const override { return describe(plan_, scene_); }
 
   double support_radius() const override { return plan_.support; }
