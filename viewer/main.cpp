@@ -120,9 +120,22 @@ osg::ref_ptr<KeyHandler> take_keys(Stage& stage) {
   return keys;
 }
 
+// How pictures waited for steps of a simulation on the same GPU.
+struct GpuWaits {
+  DrawTimes times;
+  std::uint64_t late_pieces = 0;  // drawn without a gap between two steps
+  int late_pictures = 0;          // with such pieces
+  void add(const GpuPacing& pacing) {
+    times.add(1e-9 * static_cast<double>(pacing.waited_ns()));
+    constexpr int kMany = 60;
+    if (pacing.late_pieces() > std::exchange(late_pieces, pacing.late_pieces()) && ++late_pictures == kMany)
+      spdlog::warn("the simulation leaves this GPU hardly any time to draw: pictures come slowly and delay its steps");
+  }
+};
+
 // Says how it ended and returns the exit status.
 int conclude(const ViewerOptions& options, const Session& session, Recorder& recorder, const FeedView& view,
-             const DrawTimes& draw_times) {
+             const DrawTimes& draw_times, const GpuWaits& waits) {
   if (!session.surfaces_complete()) spdlog::warn("ended before all surfaces of the scene were built");
   const bool whole = recorder.finish();
   const bool captured = !options.png.empty() || !options.video.empty();
@@ -141,6 +154,9 @@ int conclude(const ViewerOptions& options, const Session& session, Recorder& rec
                                                     {"pictures", draw_times.count()},
                                                     {"draw_p50_ms", draw_times.share_ms(0.5)},
                                                     {"draw_p99_ms", draw_times.share_ms(0.99)},
+                                                    {"gpu_wait_p50_ms", waits.times.share_ms(0.5)},
+                                                    {"gpu_wait_p99_ms", waits.times.share_ms(0.99)},
+                                                    {"late_pieces", waits.late_pieces},
                                                     {"healthy", healthy}});
   return healthy && told ? 0 : 1;
 }
@@ -173,6 +189,7 @@ int show(const ViewerOptions& options) {
   auto next = start;
   double reported = -1;
   DrawTimes draw_times;
+  GpuWaits waits;
   for (bool last = false; !last;) {
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
     last = stop_asked() || stage.viewer().done() || (options.seconds > 0 && seconds >= options.seconds);
@@ -189,6 +206,7 @@ int show(const ViewerOptions& options) {
     }
     session.shown(now_ns());
     draw_times.add(1e-9 * static_cast<double>(now_ns() - begun_ns));
+    if (stage.pacing()) waits.add(*stage.pacing());
     obey(keys->take(), session, panels);
     obey(panels.take_requests(), session, panels);
     settings.keep(panels.settings(), now_ns());
@@ -201,7 +219,7 @@ int show(const ViewerOptions& options) {
     if (!last) std::this_thread::sleep_until(next);
   }
   settings.keep(panels.settings(), now_ns(), true);
-  return conclude(options, session, recorder, feed.view(), draw_times);
+  return conclude(options, session, recorder, feed.view(), draw_times, waits);
 }
 
 int run(ViewerOptions options) {

@@ -7,6 +7,7 @@
 #include <osg/PointSprite>
 #include <osg/PrimitiveSet>
 
+#include "viewer/gpu_pacing.h"
 #include "viewer/mesh.h"
 #include "viewer/shaders.h"
 
@@ -41,8 +42,35 @@ constexpr float kNoScalar = -3e38f;  // the shader colours such a particle by it
 // them in each picture.
 class Points : public osg::Geometry {
  public:
+  Points(StreamedArray<osg::Vec4Array>* vertices, StreamedArray<osg::Vec4ubArray>* colors)
+      : vertices_(vertices), colors_(colors) {
+    setUseDisplayList(false);
+    setUseVertexBufferObjects(true);
+    setCullingActive(false);
+    setVertexArray(vertices);
+    setColorArray(colors, osg::Array::BIND_PER_VERTEX);
+  }
   osg::BoundingBox computeBoundingBox() const override { return {}; }
   osg::BoundingSphere computeBound() const override { return {}; }
+  // Each piece has its share of every range.
+  void drawImplementation(osg::RenderInfo& info) const override {
+    vertices_->copy(info);
+    colors_->copy(info);
+    drawVertexArraysImplementation(info);
+    in_pieces(info, kMostPieces, [&](int k, int n) {
+      for (const auto& primitives : getPrimitiveSetList()) {
+        const auto& range = static_cast<const osg::DrawArrays&>(*primitives);
+        const auto from = range.getCount() * std::int64_t{k} / n, to = range.getCount() * std::int64_t{k + 1} / n;
+        glDrawArrays(GL_POINTS, range.getFirst() + static_cast<GLint>(from), static_cast<GLsizei>(to - from));
+      }
+    });
+    info.getState()->unbindVertexBufferObject();
+  }
+
+ private:
+  static constexpr int kMostPieces = 64;
+  osg::ref_ptr<StreamedArray<osg::Vec4Array>> vertices_;
+  osg::ref_ptr<StreamedArray<osg::Vec4ubArray>> colors_;
 };
 
 bool deforms(BodyKind kind) { return kind == BodyKind::fluid || kind == BodyKind::elastic; }
@@ -90,20 +118,11 @@ ParticleCloud::ParticleCloud() : shared_(new osg::StateSet), map_(new osg::Textu
   state->setRenderBinDetails(1, "RenderBin");
 
   for (Set& set : sets_) {
-    set.vertices = new osg::Vec4Array;
-    set.colors = new osg::Vec4ubArray;
+    set.vertices = new StreamedArray<osg::Vec4Array>;
+    set.colors = new StreamedArray<osg::Vec4ubArray>;
     set.colors->setNormalize(true);
-    set.vertices->setVertexBufferObject(new osg::VertexBufferObject);
-    set.vertices->getVertexBufferObject()->setUsage(GL_STREAM_DRAW);
-    set.colors->setVertexBufferObject(new osg::VertexBufferObject);
-    set.colors->getVertexBufferObject()->setUsage(GL_STREAM_DRAW);
     const auto add_points = [&set](osg::Switch& to) {
-      osg::ref_ptr<osg::Geometry> geometry = new Points;
-      geometry->setUseDisplayList(false);
-      geometry->setUseVertexBufferObjects(true);
-      geometry->setCullingActive(false);
-      geometry->setVertexArray(set.vertices);
-      geometry->setColorArray(set.colors, osg::Array::BIND_PER_VERTEX);
+      osg::ref_ptr<osg::Geometry> geometry = new Points(set.vertices, set.colors);
       to.addChild(geometry, false);
       return geometry;
     };
@@ -299,8 +318,8 @@ void ParticleCloud::set_frame(const ParticleFrame& frame) {
     find_seen(body, frame);
     add_body(body, *medium, set);
   }
-  set.vertices->dirty();
-  set.colors->dirty();
+  set.vertices->changed();
+  set.colors->changed();
   for (auto& node : switches_) node->setSingleChildOn(newest);
   lumps_switch_->setSingleChildOn(newest);
 }

@@ -19,6 +19,7 @@
 #include "viewer/look_table.h"
 #include "viewer/medium.h"
 #include "viewer/reading.h"
+#include "viewer/streamed_array.h"
 
 namespace palp {
 
@@ -78,8 +79,8 @@ class ParticleCloud {
     std::vector<osg::Vec4ub> tints;  // colour and row of looks_, from as it is at first to wholly changed
   };
   struct Set {
-    osg::ref_ptr<osg::Vec4Array> vertices;
-    osg::ref_ptr<osg::Vec4ubArray> colors;
+    osg::ref_ptr<StreamedArray<osg::Vec4Array>> vertices;
+    osg::ref_ptr<StreamedArray<osg::Vec4ubArray>> colors;
     // of the same arrays
     std::array<osg::ref_ptr<osg::Geometry>, kMediums> points;
     osg::ref_ptr<osg::Geometry> clear_lumps;

@@ -1,6 +1,9 @@
 #include "viewer/render_targets.h"
 
+#include <array>
+
 #include "viewer/arrays.h"
+#include "viewer/gpu_pacing.h"
 
 namespace palp {
 namespace {
@@ -13,6 +16,40 @@ void set_plain_sampling(osg::Texture2D& texture, osg::Texture::FilterMode filter
   texture.setResizeNonPowerOfTwoHint(false);
   texture.setTextureSize(1, 1);
 }
+
+constexpr int kMostStrips = 32;
+constexpr int kMostOfCopy = 4;  // each costs a GPU more than the texels in it
+
+// Confines drawing to the k-th of n strips of what it is confined to already, for as long as this lives.
+class Strip {
+ public:
+  Strip(int k, int n) : confined_(glIsEnabled(GL_SCISSOR_TEST) == GL_TRUE) {
+    glGetIntegerv(confined_ ? GL_SCISSOR_BOX : GL_VIEWPORT, box_.data());
+    const int from = box_[3] * k / n, to = box_[3] * (k + 1) / n;
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(box_[0], box_[1] + from, box_[2], to - from);
+  }
+  ~Strip() {
+    glScissor(box_[0], box_[1], box_[2], box_[3]);
+    if (!confined_) glDisable(GL_SCISSOR_TEST);
+  }
+  Strip(const Strip&) = delete;
+  Strip& operator=(const Strip&) = delete;
+
+ private:
+  bool confined_;
+  std::array<GLint, 4> box_{};
+};
+
+class Strips : public osg::Geometry {
+ public:
+  void drawImplementation(osg::RenderInfo& info) const override {
+    in_pieces(info, kMostStrips, [&](int k, int n) {
+      const Strip strip(k, n);
+      osg::Geometry::drawImplementation(info);
+    });
+  }
+};
 
 }  // namespace
 
@@ -51,8 +88,10 @@ void resize_pass(osg::Camera& pass, osg::Texture2D& texture, int width, int heig
   pass.dirtyAttachmentMap();
 }
 
+osg::ref_ptr<osg::Geometry> geometry_in_strips() { return new Strips; }
+
 osg::ref_ptr<osg::Geometry> screen_rectangle() {
-  osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
+  osg::ref_ptr<osg::Geometry> geometry = geometry_in_strips();
   geometry->setUseVertexBufferObjects(true);
   geometry->setVertexArray(array_of<osg::Vec3Array>({{-1, -1, 0}, {1, -1, 0}, {-1, 1, 0}, {1, 1, 0}}));
   geometry->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLE_STRIP, 0, 4));
@@ -85,8 +124,11 @@ void PictureCopy::drawImplementation(osg::RenderInfo& info) const {
   osg::State& state = *info.getState();
   state.setActiveTextureUnit(0);
   for (osg::Texture2D* texture : {color_.get(), depth_.get()}) {
-    texture->apply(state);
-    glCopyTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 0, 0, texture->getTextureWidth(), texture->getTextureHeight());
+    in_pieces(info, kMostOfCopy, [&](int k, int n) {
+      const int height = texture->getTextureHeight(), from = height * k / n, to = height * (k + 1) / n;
+      texture->apply(state);
+      glCopyTexSubImage2D(GL_TEXTURE_2D, 0, 0, from, 0, from, texture->getTextureWidth(), to - from);
+    });
     state.haveAppliedTextureAttribute(0, texture);
   }
 }

@@ -19,6 +19,9 @@ osg::ref_ptr<osg::Camera> pass_into(osg::Texture2D* texture, int order, bool wit
 // Makes a pass and its texture this large. All textures of a pass are attached to it alone.
 void resize_pass(osg::Camera& pass, osg::Texture2D& texture, int width, int height);
 
+// A geometry, empty at first, that is drawn in strips of its target where pictures are drawn in pieces (gpu_pacing.h).
+osg::ref_ptr<osg::Geometry> geometry_in_strips();
+
 // A rectangle over the whole target, for a vertex shader that takes its corners as they are.
 osg::ref_ptr<osg::Geometry> screen_rectangle();
 

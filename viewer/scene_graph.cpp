@@ -27,7 +27,7 @@ void blend_over(osg::StateSet* state) {
 }
 
 osg::ref_ptr<osg::Geometry> quad(const osg::Vec2f& low, const osg::Vec2f& high, float z) {
-  osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
+  osg::ref_ptr<osg::Geometry> geometry = geometry_in_strips();
   geometry->setUseVertexBufferObjects(true);
   geometry->setVertexArray(array_of<osg::Vec3Array>(
       {{low.x(), low.y(), z}, {high.x(), low.y(), z}, {low.x(), high.y(), z}, {high.x(), high.y(), z}}));

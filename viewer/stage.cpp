@@ -16,9 +16,11 @@ namespace palp {
 class Stage::ReadBack : public osg::Camera::DrawCallback {
  public:
   void operator()(osg::RenderInfo& info) const override {
-    if (overlay && overlay_in_pictures) overlay();
-    if (wanted) read(info);
-    if (overlay && !overlay_in_pictures) overlay();
+    in_pieces(info, 1, [&](int, int) {
+      if (overlay && overlay_in_pictures) overlay();
+      if (wanted) read(info);
+      if (overlay && !overlay_in_pictures) overlay();
+    });
   }
   const std::function<void(Picture&&)>* wanted = nullptr;
   std::function<void()> overlay;
@@ -107,6 +109,7 @@ Stage::Stage(const StageOptions& options)
   renderer_ = name != nullptr ? name : "unknown";
   if (on_gl_error_ && !listen_to_gl_errors(on_gl_error_))
     spdlog::warn("this OpenGL cannot tell of its errors as they happen");
+  if (!software_rendered()) pace(pacing_of_current_gpu().get());
   window_->releaseContext();
   go_home();
 }
@@ -158,7 +161,13 @@ void Stage::keep_tools_in_picture() {
   go_home();
 }
 
+void Stage::pace(GpuPacing* pacing) {
+  pacing_ = pacing;
+  window_->setUserData(pacing_);
+}
+
 void Stage::draw(const std::function<void(Picture&&)>& read) {
+  if (pacing_) pacing_->begin_picture();
   hud_.set_size(width(), height());
   const bool automatic = surfaces_ == Surfaces::automatic;
   scene_.set_picture(width(), height(), automatic ? software_rendered() : surfaces_ == Surfaces::quick);

@@ -11,6 +11,7 @@
 #include <osgViewer/Viewer>
 
 #include "viewer/gl_errors.h"
+#include "viewer/gpu_pacing.h"
 #include "viewer/home_view.h"
 #include "viewer/hud.h"
 #include "viewer/picking.h"
@@ -81,6 +82,9 @@ class Stage {
   double pixels_of(double length, const osg::Vec3d& at) const;
   // Draws one picture. read, when given, receives it before it is shown.
   void draw(const std::function<void(Picture&&)>& read = nullptr);
+  // Has all that follows drawn by it; null: at once. A stage on a GPU begins with that GPU's own.
+  void pace(GpuPacing* pacing);
+  const GpuPacing* pacing() const { return pacing_; }
   // Returns where a world point [m] falls, in pixels from the lower left corner of the picture drawn last.
   osg::Vec2d project(const osg::Vec3d& point) const;
 
@@ -94,6 +98,7 @@ class Stage {
   osg::ref_ptr<osgViewer::Viewer> viewer_;
   osg::ref_ptr<osgViewer::GraphicsWindow> window_;
   osg::ref_ptr<ReadBack> read_back_;
+  osg::ref_ptr<GpuPacing> pacing_;
   std::string renderer_;
   Surfaces surfaces_;
   GlErrorListener on_gl_error_;
