@@ -45,7 +45,7 @@ struct Lists {
   std::size_t count_of(std::size_t k) const { return end[k] - (k % kPointsAtOnce == 0 ? 0 : end[k - 1]); }
 };
 
-// What a moving point does next.
+// The next move of a point.
 struct Next {
   Vector3f shift;
   float volume, uneven;  // uneven: |sum V gradW|

@@ -9,7 +9,7 @@
 
 namespace palp {
 
-// What solids are to a place, world axes.
+// The solids as a place has them, world axes.
 struct WallsHere {
   Eigen::Vector3d slope = Eigen::Vector3d::Zero();   // as in WallShare, of all of them [1/m]
   double share = 0;                                  // in sum V W

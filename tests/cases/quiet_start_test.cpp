@@ -1,4 +1,4 @@
-// What a hand feels in the first moments of a scene whose tool stands in a fluid: nothing but the lift.
+// The first moments of a scene whose tool stands in a fluid: a hand feels nothing but the lift.
 #include <algorithm>
 
 #include <gtest/gtest.h>
