@@ -172,8 +172,8 @@ struct FluidKernelOf {
 using FluidKernel = FluidKernelOf<real>;
 
 // Calls f with the kernel that fluids have, of its own type: what asks for it in each pair is made for any one of them.
-template <class S, class F>
-void with_type(const FluidKernelOf<S>& kernel, F&& f) {
+template <class F>
+void with_type(const FluidKernel& kernel, F&& f) {
   if (kernel.type == KernelType::wendland)
     f(kernel.wendland);
   else if (kernel.type == KernelType::quartic)

@@ -23,7 +23,6 @@
 #pragma once
 
 #include "sim_server/physics/distance.h"
-#include "sim_server/physics/smoothing.h"
 
 namespace palp {
 

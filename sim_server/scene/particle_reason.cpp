@@ -4,7 +4,6 @@
 
 #include "sim_server/geometry/point_grid.h"
 #include "sim_server/scene/scene_heat.h"
-#include "sim_server/scene/support_radii.h"
 
 namespace palp {
 
@@ -110,6 +109,16 @@ const char* describe(ParticleReason reason) {
       return "an elastic body holds on to it";
   }
   return "";
+}
+
+double elastic_support(const Scene& scene) {
+  // Where gradients are taken from the 26 nearest bonds alone (elastic_stencil.h), a longer kernel would but weaken the
+  // force against hourglass modes. What tears has all bonds.
+  const double ratio = scene.config.numerics.support_over_spacing.value_or(2.0);
+  for (const Body& body : scene.bodies)
+    if (body.type == BodyKind::elastic && scene.config.materials[body.material].tear_strain)
+      return ratio * scene.spacing;
+  return std::min(ratio, 2.0) * scene.spacing;
 }
 
 void leave_out_particles(Scene& scene) {

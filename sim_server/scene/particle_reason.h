@@ -27,6 +27,9 @@ ParticleReason particle_reason(const Scene& scene, std::size_t body);
 // Returns a few words that complete "it has particles because": "a fluid of the scene clings to them".
 const char* describe(ParticleReason reason);
 
+// Returns the support radius H of elastic bodies with method "accurate" [m].
+double elastic_support(const Scene& scene);
+
 // Takes the particles out of the scene that nothing needs, with what the plan needs to know of them kept in
 // Body::extent and Scene::left_out. Forces come out as with them.
 void leave_out_particles(Scene& scene);

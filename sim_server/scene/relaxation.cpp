@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "sim_server/physics/smoothing.h"
 
@@ -13,20 +14,23 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 // All lengths in spacings.
-constexpr float kListSkin = 0.3F;    // that a point moves at most with one list of neighbours
-constexpr int kMaxStages = 3;        // of movement
-constexpr int kShiftsPerStage = 20;  // points move this often with one list
-constexpr float kShift = 0.1F;       // of the displacement, over H^2 sum V gradW
-// By how much points a spacing apart are pushed harder, nearer ones more (Monaghan 2000): without it the kernel does
-// not tell pairs from even places; it leaves sum V gradW uneven itself, so that in the end there is little of it.
-constexpr float kRepulsion = 0.5F, kLastRepulsion = 0.05F;
-constexpr float kMaxShift = 0.05F;       // a displacement at most
-constexpr float kEven = 2e-3F;           // a largest sum V gradW at which points rest
-constexpr float kSettled = 5e-4F;        // and a largest change of volumes
-constexpr float kLeastDistance = 0.35F;  // that a point is moved to from a wall: past the reach of its guard (walls.h)
-constexpr float kLeastSlope = 0.1F;      // squared sine of a wall to a held direction, to move along the surface
-constexpr float kMaxVolumeChange = 0.25F;   // change of a point's volume
+constexpr double kSupport = 2.2;     // of the kernel
+constexpr double kListSkin = 0.3;    // that a point moves at most with one list of neighbours
+constexpr int kMinStages = 3;        // of movement, at least
+constexpr int kMaxStages = 12;       // and where two points are nearer than kMinDistance, at most
+constexpr double kCrowd = 5;         // points this near to one of the two go on, too
+constexpr int kShiftsPerStage = 20;  // points move this often in a stage
+constexpr float kRelist = 0.1F;      // a largest displacement after which neighbours are listed anew
+constexpr float kMinDistance = 0.88F;
+constexpr double kShiftCoefficient = 0.2;  // of the displacement, over spacing^2 sum V gradW
+constexpr float kMaxShift = 0.1F;          // a displacement at most
+constexpr float kConvergedShift = 2e-3F;   // a largest displacement at which they rest
+constexpr double kMaxVolumeChange = 0.25;  // change of a point's volume
+constexpr int kVolumeRounds = 4;
 constexpr std::size_t kPointsAtOnce = 256;  // points that a thread takes at once
+
+// Kernels W and F of q = r / H over the value of W at 0. u is not negative, so that points out of reach count nothing.
+constexpr auto kKernel = WendlandC2Of<float>::unit();
 
 // All points in single precision, from the middle of the domain on: what each moving one reads of its neighbours.
 struct Cloud {
@@ -34,32 +38,21 @@ struct Cloud {
   Vector3f period, inv_period;  // 0 along an axis that is not periodic
 };
 
-// Neighbours, within the support and twice the skin, of the moving points.
+// Neighbours, within the support and twice the skin, of the points that go on.
 struct Lists {
   std::vector<std::vector<std::int32_t>> part;  // by chunk of the points
   std::vector<std::size_t> end;                 // by point: of its neighbours in its chunk's part
 
-  const std::int32_t* begin_of(std::size_t k) const {
-    return part[k / kPointsAtOnce].data() + (k % kPointsAtOnce == 0 ? 0 : end[k - 1]);
+  const std::int32_t* begin_of(std::size_t g) const {
+    return part[g / kPointsAtOnce].data() + (g % kPointsAtOnce == 0 ? 0 : end[g - 1]);
   }
-  std::size_t count_of(std::size_t k) const { return end[k] - (k % kPointsAtOnce == 0 ? 0 : end[k - 1]); }
-};
-
-// The next move of a point.
-struct Next {
-  Vector3f shift;
-  float volume, uneven;  // uneven: |sum V gradW|
+  std::size_t count_of(std::size_t g) const { return end[g] - (g % kPointsAtOnce == 0 ? 0 : end[g - 1]); }
 };
 
 class Relaxing {
  public:
   Relaxing(Relaxation& points, ThreadTeam& team)
-      : points_(points),
-        team_(team),
-        middle_((points.box.min + points.box.max) / 2),
-        support_(static_cast<float>(points.support / points.spacing)),
-        full_(static_cast<float>(
-            lattice_sum(FluidKernelOf<double>::with_support(points.support, points.spacing), points.spacing))) {
+      : points_(points), team_(team), middle_((points.box.min + points.box.max) / 2) {
     const std::size_t n = points.place.size();
     cloud_.x.resize(n);
     cloud_.y.resize(n);
@@ -78,29 +71,46 @@ class Relaxing {
     }
     for (const std::uint32_t i : fixed_) fixed_place_.push_back(points.place[i]);
     moved_.assign(points.moving.size(), Vector3f::Zero());
-    next_.resize(points.moving.size());
+    listed_.assign(points.moving.size(), Vector3f::Zero());
+    shift_.assign(points.moving.size(), Vector3f::Zero());
+    all_go();
   }
 
   void run() {
-    const PointGrid fixed(fixed_place_, points_.box, reach());
+    const PointGrid fixed(fixed_place_, points_.box, (kSupport + 2 * kListSkin) * points_.spacing);
     for (int stage = 0; stage < kMaxStages; ++stage) {
-      if (points_.progress) points_.progress(static_cast<double>(stage) / (kMaxStages + 1));
-      list(fixed);
+      if (points_.progress) points_.progress(static_cast<double>(stage) / kMaxStages);
+      if (stage >= kMinStages) keep_crowded();
+      if (going_.empty()) break;
+      if (stage == 0 || stage >= kMinStages || farthest_since_listing() > kRelist) list(fixed);
       if (run_stage()) break;
     }
-    // as soon as volumes follow, nothing drives points from where they are crowded any more
-    volumes_follow_ = true;
+    all_go();
     list(fixed);
-    run_stage();
-    for (std::size_t k = 0; k < moved_.size(); ++k) {
-      const std::uint32_t i = points_.moving[k];
-      points_.place[i] = points_.box.wrapped(place_of(k));
-      points_.volume[i] = static_cast<double>(cloud_.volume[i]);
-    }
+    assign_volumes();
+    for (std::size_t k = 0; k < moved_.size(); ++k) points_.place[points_.moving[k]] = points_.box.wrapped(place_of(k));
   }
 
  private:
-  double reach() const { return static_cast<double>(support_ + 2 * kListSkin) * points_.spacing; }
+  // Shares the space out: V = V0 / sum V W, relative to what a lattice has for the sum.
+  void assign_volumes() {
+    const double full = lattice_sum();
+    std::vector<float> next(moved_.size());
+    for (int round = 0; round < kVolumeRounds; ++round) {
+      team_.for_each(moved_.size(), kPointsAtOnce, [&](std::size_t k) {
+        const float own = cloud_.volume[points_.moving[k]];
+        next[k] = static_cast<float>(std::clamp(own * full / (static_cast<double>(own) + weight_around(k)),
+                                                1 - kMaxVolumeChange, 1 + kMaxVolumeChange));
+      });
+      for (std::size_t k = 0; k < next.size(); ++k) cloud_.volume[points_.moving[k]] = next[k];
+    }
+    for (const std::uint32_t i : points_.moving) points_.volume[i] = static_cast<double>(cloud_.volume[i]);
+  }
+
+  void all_go() {
+    going_.resize(moved_.size());
+    std::iota(going_.begin(), going_.end(), 0u);
+  }
   void put(std::size_t i, const Vector3d& place) {
     const Vector3f x = ((place - middle_) / points_.spacing).cast<float>();
     cloud_.x[i] = x.x();
@@ -114,114 +124,151 @@ class Relaxing {
   void list(const PointGrid& fixed) {
     std::vector<Vector3d> now(moved_.size());
     for (std::size_t k = 0; k < now.size(); ++k) now[k] = place_of(k);
-    const double reach2 = reach() * reach();
-    const PointGrid moving(now, points_.box, reach());
-    lists_.part.resize(now.size() / kPointsAtOnce + 1);
+    const double reach = (kSupport + 2 * kListSkin) * points_.spacing, reach2 = reach * reach;
+    const PointGrid moving(now, points_.box, reach);
+    lists_.part.resize(going_.size() / kPointsAtOnce + 1);
     for (std::vector<std::int32_t>& part : lists_.part) part.clear();
-    lists_.end.resize(now.size());
-    const auto sees = [&](const Vector3d& x, const Vector3d& y) {
-      return points_.box.between(y, x).squaredNorm() < reach2 &&
-             (!points_.walls.some_thin() || points_.walls.in_sight(x, y));
-    };
-    team_.in_chunks(now.size(), kPointsAtOnce, [&](std::size_t begin, std::size_t end) {
+    lists_.end.resize(going_.size());
+    team_.in_chunks(going_.size(), kPointsAtOnce, [&](std::size_t begin, std::size_t end) {
       std::vector<std::int32_t>& part = lists_.part[begin / kPointsAtOnce];
-      for (std::size_t k = begin; k < end; ++k) {
+      for (std::size_t g = begin; g < end; ++g) {
+        const std::uint32_t k = going_[g];
         moving.near(now[k], [&](std::uint32_t m) {
-          if (m != k && sees(now[k], now[m])) part.push_back(static_cast<std::int32_t>(points_.moving[m]));
+          if (m != k && points_.box.between(now[m], now[k]).squaredNorm() < reach2)
+            part.push_back(static_cast<std::int32_t>(points_.moving[m]));
         });
         fixed.near(now[k], [&](std::uint32_t m) {
-          if (sees(now[k], fixed_place_[m])) part.push_back(static_cast<std::int32_t>(fixed_[m]));
+          if (points_.box.between(fixed_place_[m], now[k]).squaredNorm() < reach2)
+            part.push_back(static_cast<std::int32_t>(fixed_[m]));
         });
-        lists_.end[k] = part.size();
+        lists_.end[g] = part.size();
       }
     });
     listed_ = moved_;
   }
 
-  // Returns sum V gradW, upwards, and sum V W over the neighbours of a point and itself, lengths in spacings.
-  template <class Kernel>
-  std::pair<Vector3f, float> sums_of(const Kernel& kernel, std::size_t k) const {
-    const std::int32_t* list = lists_.begin_of(k);
-    const auto count = static_cast<std::int32_t>(lists_.count_of(k));
-    const std::uint32_t i = points_.moving[k];
+  // Returns the displacement of a point that goes on, down the gradient of sum V W, in spacings.
+  Vector3f shift_of(std::size_t g) const {
+    constexpr auto inv_support = static_cast<float>(1 / kSupport);
+    const auto scale = static_cast<float>(kShiftCoefficient * 21 / (2 * EIGEN_PI * std::pow(kSupport, 4)));
+    const auto near = static_cast<float>(0.2 / std::pow(WendlandC2Of<double>::unit().W(1 / kSupport), 4));
+    const std::int32_t* list = lists_.begin_of(g);
+    const auto count = static_cast<std::int32_t>(lists_.count_of(g));
+    const std::uint32_t i = points_.moving[going_[g]];
     const float *X = cloud_.x.data(), *Y = cloud_.y.data(), *Z = cloud_.z.data(), *V = cloud_.volume.data();
     const float xi = X[i], yi = Y[i], zi = Z[i];
     const Vector3f L = cloud_.period, inv_L = cloud_.inv_period;
-    const float apart = volumes_follow_ ? kLastRepulsion : kRepulsion, inv_near = 1 / kernel.W(1.0F);
-    float sx = 0, sy = 0, sz = 0, sum = 0;
-#pragma omp simd reduction(+ : sx, sy, sz, sum)
+    float sx = 0, sy = 0, sz = 0;
+#pragma omp simd reduction(+ : sx, sy, sz)
     for (std::int32_t e = 0; e < count; ++e) {
       const std::int32_t j = list[e];
       float x = xi - X[j], y = yi - Y[j], z = zi - Z[j];
       x -= L.x() * __builtin_rintf(x * inv_L.x());
       y -= L.y() * __builtin_rintf(y * inv_L.y());
       z -= L.z() * __builtin_rintf(z * inv_L.z());
-      const float r = std::sqrt(x * x + y * y + z * z), W = kernel.W(r), near = W * inv_near, near2 = near * near;
-      const float s = V[j] * (1 + apart * near2 * near2) * kernel.F(r);
-      sx -= s * x;
-      sy -= s * y;
-      sz -= s * z;
-      sum += V[j] * W;
+      const float q = std::min(1.0F, std::sqrt(x * x + y * y + z * z) * inv_support);
+      const float W = kKernel.W(q), W2 = W * W;
+      // Monaghan 2000: points nearer than a spacing are pushed harder
+      const float s = V[j] * (1 + near * W2 * W2) * kKernel.F(q);
+      sx += s * x;
+      sy += s * y;
+      sz += s * z;
     }
-    return {Vector3f(sx, sy, sz), sum + V[i] * kernel.W(0.0F)};
+    const Vector3f shift = scale * inv_support * Vector3f(sx, sy, sz);
+    return shift * std::min(1.0F, kMaxShift / std::max(shift.norm(), 1e-30F));
   }
 
-  template <class Kernel>
-  Next next_of(const Kernel& kernel, std::size_t k) const {
-    auto [gradient, sum] = sums_of(kernel, k);
-    const WallsHere walls = points_.walls.at(place_of(k));
-    gradient -= (points_.spacing * walls.slope).cast<float>();
-    sum += static_cast<float>(walls.share);
-    Next next;
-    const Vector3f& held = points_.held[k];
-    gradient -= gradient.dot(held) * held;
-    next.uneven = gradient.norm();
-    next.shift = -kShift * support_ * support_ * gradient;
-    next.shift *= std::min(1.0F, kMaxShift / std::max(next.shift.norm(), 1e-30F));
-    const Vector3f normal = walls.normal.cast<float>(), off = normal - normal.dot(held) * held;
-    const float deep = kLeastDistance - static_cast<float>(walls.distance / points_.spacing) - next.shift.dot(normal);
-    if (deep > 0 && off.squaredNorm() > kLeastSlope) next.shift += deep / off.squaredNorm() * off;
-    const float volume = cloud_.volume[points_.moving[k]] * full_ / sum;
-    next.volume = !volumes_follow_ ? cloud_.volume[points_.moving[k]]
-                                   : std::clamp(volume, 1 - kMaxVolumeChange, 1 + kMaxVolumeChange);
-    return next;
-  }
-
-  // Moves the points kShiftsPerStage times. Returns true when they have come to rest.
-  bool run_stage() {
-    bool rests = false;
-    with_type(FluidKernelOf<float>::with_support(support_, 1.0F), [&](const auto& kernel) {
-      for (int round = 0; round < kShiftsPerStage && !rests; ++round) {
-        team_.for_each(next_.size(), kPointsAtOnce, [&](std::size_t k) { next_[k] = next_of(kernel, k); });
-        float worst = 0, change = 0;
-        for (std::size_t k = 0; k < next_.size(); ++k) {
-          const Vector3f since = moved_[k] + next_[k].shift - listed_[k];
-          moved_[k] = listed_[k] + since * std::min(1.0F, kListSkin / std::max(since.norm(), 1e-30F));
-          put(points_.moving[k], place_of(k));
-          float& volume = cloud_.volume[points_.moving[k]];
-          change = std::max(change, std::abs(next_[k].volume - volume));
-          volume = next_[k].volume;
-          worst = std::max(worst, next_[k].uneven);
-        }
-        rests = worst < kEven && change < kSettled;
-      }
+  // Returns sum V W over the neighbours of a point.
+  double weight_around(std::size_t k) const {
+    constexpr auto inv_support = static_cast<float>(1 / kSupport);
+    double sum = 0;
+    for_neighbors(k, [&](std::uint32_t j, float r) {
+      sum += static_cast<double>(cloud_.volume[j] * kKernel.W(r * inv_support));
     });
-    return rests;
+    return sum;
+  }
+
+  template <class F>
+  void for_neighbors(std::size_t g, const F& f) const {
+    const std::int32_t* list = lists_.begin_of(g);
+    const std::size_t count = lists_.count_of(g);
+    const std::uint32_t i = points_.moving[going_[g]];
+    for (std::size_t e = 0; e < count; ++e) {
+      const auto j = static_cast<std::uint32_t>(list[e]);
+      Vector3f d(cloud_.x[i] - cloud_.x[j], cloud_.y[i] - cloud_.y[j], cloud_.z[i] - cloud_.z[j]);
+      for (int a = 0; a < 3; ++a) d[a] -= cloud_.period[a] * std::rint(d[a] * cloud_.inv_period[a]);
+      f(j, d.norm());
+    }
+  }
+
+  // Moves the points that go on kShiftsPerStage times. Returns true when they have come to rest.
+  bool run_stage() {
+    for (int round = 0; round < kShiftsPerStage; ++round) {
+      team_.for_each(going_.size(), kPointsAtOnce, [&](std::size_t g) { shift_[going_[g]] = shift_of(g); });
+      team_.for_each(going_.size(), kPointsAtOnce, [&](std::size_t g) {
+        const std::uint32_t k = going_[g];
+        const Vector3f since = moved_[k] + shift_[k] - listed_[k];
+        moved_[k] = listed_[k] + since * std::min(1.0F, static_cast<float>(kListSkin) / std::max(since.norm(), 1e-30F));
+        put(points_.moving[k], place_of(k));
+      });
+      float farthest = 0;
+      for (const std::uint32_t k : going_) farthest = std::max(farthest, shift_[k].squaredNorm());
+      if (farthest < kConvergedShift * kConvergedShift) return true;
+    }
+    return false;
+  }
+
+  float farthest_since_listing() const {
+    float farthest = 0;
+    for (const std::uint32_t k : going_) farthest = std::max(farthest, (moved_[k] - listed_[k]).norm());
+    return farthest;
+  }
+
+  // Lets only those points go on that are near a pair that is too close.
+  void keep_crowded() {
+    std::vector<std::uint8_t> mark(going_.size(), 0);
+    team_.for_each(going_.size(), kPointsAtOnce, [&](std::size_t g) {
+      for_neighbors(g, [&](std::uint32_t, float r) { mark[g] = r < kMinDistance ? 1 : mark[g]; });
+    });
+    std::vector<Vector3d> crowded;
+    for (std::size_t g = 0; g < going_.size(); ++g)
+      if (mark[g] != 0) crowded.push_back(place_of(going_[g]));
+    const double reach = kCrowd * points_.spacing;
+    const PointGrid grid(crowded, points_.box, reach);
+    team_.for_each(going_.size(), kPointsAtOnce, [&](std::size_t g) {
+      const Vector3d x = place_of(going_[g]);
+      mark[g] = 0;
+      grid.near(x, [&](std::uint32_t c) {
+        if (points_.box.between(crowded[c], x).squaredNorm() < reach * reach) mark[g] = 1;
+      });
+    });
+    std::size_t kept = 0;
+    for (std::size_t g = 0; g < going_.size(); ++g)
+      if (mark[g] != 0) going_[kept++] = going_[g];
+    going_.resize(kept);
+  }
+
+  // Returns sum W over the neighbourhood of a particle of a whole cubic lattice, itself included.
+  static double lattice_sum() {
+    constexpr auto kernel = WendlandC2Of<double>::unit();
+    double sum = 0;
+    for (int x = -3; x <= 3; ++x)
+      for (int y = -3; y <= 3; ++y)
+        for (int z = -3; z <= 3; ++z) sum += kernel.W(Vector3d(x, y, z).norm() / kSupport);
+    return sum;
   }
 
   Relaxation& points_;
   ThreadTeam& team_;
-  Vector3d middle_;              // of the domain [m]
-  float support_;                // of the kernel, in spacings
-  float full_;                   // sum V W in a lattice
-  bool volumes_follow_ = false;  // as points move
+  Vector3d middle_;  // of the domain [m]
   Cloud cloud_;
   Lists lists_;
+  std::vector<std::uint32_t> going_;   // indices in points_.moving of those that go on
   std::vector<std::uint32_t> fixed_;   // indices of the points that do not move
   std::vector<Vector3d> fixed_place_;  // [m]
   std::vector<Vector3f> moved_;        // by moving point: displacement since the start, in spacings
   std::vector<Vector3f> listed_;       // the same when neighbours were last listed
-  std::vector<Next> next_;
+  std::vector<Vector3f> shift_;
 };
 
 }  // namespace
@@ -229,15 +276,6 @@ class Relaxing {
 void relax(Relaxation& points, ThreadTeam& team) {
   Relaxing relaxing(points, team);
   relaxing.run();
-}
-
-double lattice_sum(const FluidKernelOf<double>& kernel, double spacing) {
-  const int reach = static_cast<int>(kernel.support / spacing);
-  double sum = 0;
-  for (int x = -reach; x <= reach; ++x)
-    for (int y = -reach; y <= reach; ++y)
-      for (int z = -reach; z <= reach; ++z) sum += kernel.W(spacing * Vector3d(x, y, z).norm());
-  return spacing * spacing * spacing * sum;
 }
 
 }  // namespace palp

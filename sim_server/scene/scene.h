@@ -51,9 +51,6 @@ struct Body {
   // The box around the centres of the particles that fill it, or around its surface where it is too thin for particles,
   // along the body's axes [m]; empty where none is left out.
   Eigen::AlignedBox3d extent;
-  // The box around the places that a fluid's particles had before they were packed, along the world's axes [m]; else
-  // empty.
-  Eigen::AlignedBox3d unpacked;
 };
 
 struct Proxy {

@@ -73,9 +73,7 @@ std::vector<double> hydrostatic_start(const Scene& scene, const Plan& plan) {
   std::vector<double> pressure(scene.position.size(), 0.0);
   if (plan.method != Method::accurate || scene.config.gravity_ramp != 0) return pressure;
   std::vector<Eigen::AlignedBox3d> bounds;
-  // packing moves single particles above what is the surface
-  for (const Body& body : scene.bodies)
-    bounds.push_back(body.unpacked.isEmpty() ? body_bounds(scene, body) : body.unpacked);
+  for (const Body& body : scene.bodies) bounds.push_back(body_bounds(scene, body));
   for (std::size_t b = 0; b < scene.bodies.size(); ++b)
     if (scene.bodies[b].type == BodyKind::fluid && scene.bodies[b].count > 0) press(scene, bounds, b, pressure);
   return pressure;

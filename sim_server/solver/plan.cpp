@@ -10,14 +10,13 @@
 #include "config/quantity.h"
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/rigid.h"
-#include "sim_server/scene/levels.h"
 #include "sim_server/scene/particle_reason.h"
 #include "sim_server/scene/scene_heat.h"
-#include "sim_server/scene/support_radii.h"
 #include "sim_server/solver/body_bounds.h"
 #include "sim_server/solver/elastic_plan.h"
 #include "sim_server/solver/fluid_room.h"
 #include "sim_server/solver/heat_plan.h"
+#include "sim_server/solver/levels.h"
 #include "sim_server/solver/plan_checks.h"
 #include "sim_server/solver/sleep_plan.h"
 #include "sim_server/solver/state_change_plan.h"
@@ -198,6 +197,13 @@ void plan_cells(const Scene& scene, int cells_per_reach, Plan& plan) {
   }
 }
 
+bool has_cohesion(const Scene& scene) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) {
+    const MaterialConfig& m = scene.config.materials[body.material];
+    return body.type == BodyKind::fluid && (m.surface_tension > 0 || m.adhesion > 0);
+  });
+}
+
 }  // namespace
 
 SolidContact contact_between(const Scene& scene, const Plan& plan, std::size_t i, std::size_t j) {
@@ -250,7 +256,9 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   check_densities(scene, plan);
   plan.temperature = !scene.temperature.empty();
   plan.cohesion = has_cohesion(scene);
-  plan.support = fluid_support(scene);
+  // with two spacings attraction freezes the particles on their lattice: a cube does not become a ball
+  const double lowest = plan.cohesion ? 3 : 0;
+  plan.support = n.support_over_spacing.value_or(std::max(lowest, level.support_over_spacing)) * scene.spacing;
   plan.elastic_support = plan.method == Method::paper ? plan.support : elastic_support(scene);
   plan.max_speed = n.max_speed.value_or(std::max(kLeastSpeed, expected_speed(scene)));
   plan.sound_speed = n.sound_speed.value_or(std::max(level.mach * plan.max_speed, carrying_sound_speed(scene)));

@@ -6,7 +6,6 @@
 
 #include "tests/support/backend.h"
 #include "tests/support/tolerance.h"
-#include "tests/support/tool_in_tray.h"
 
 namespace palp::test::resting_noise_test {
 namespace {
@@ -15,7 +14,20 @@ namespace {
 // half of their height in a second and are a millinewton after six. A tool that no hand holds is held where it is, so
 // that the force on it is the fluid's alone.
 TEST(RestingFluid, IsStillInTheHand) {
-  const Scene scene = sample_scene(tool_in_tray(Accuracy::fast, 0.13), 100000);
+  SceneOverrides overrides;
+  overrides.accuracy = Accuracy::fast;
+  SceneConfig config = load_scene(PALP_SOURCE_DIR "/config/scenes/tray_fluid.toml", overrides);
+  for (BodyConfig& body : config.bodies) {
+    if (body.type == BodyKind::rigid) body.position.z() = 0.13;
+    if (body.type != BodyKind::fluid) continue;
+    ShapeConfig hole;
+    hole.type = ShapeType::sphere;
+    hole.radius = 0.05;
+    hole.position.z() = 0.13 - body.position.z();
+    hole.subtract = true;
+    body.shapes.push_back(hole);
+  }
+  const Scene scene = sample_scene(config, 100000);
   const auto simulation = simulate(scene);
   std::vector<double> force;
   while (simulation->output().time < 16) {

@@ -17,7 +17,7 @@ set(physics_sources
   ../cases/buoyancy_test.cpp ../cases/crepe_scene_test.cpp ../cases/cuboid_scenes_test.cpp
   ../cases/dam_break_test.cpp ../cases/density_ratio_test.cpp ../cases/elastic_scenes_test.cpp
   ../cases/film_test.cpp ../cases/hydrostatics_test.cpp ../cases/kitchen_scene_test.cpp ../cases/lid_corner_test.cpp
-  ../cases/melting_scenes_test.cpp ../cases/quiet_start_test.cpp ../cases/rest_test.cpp ../cases/resting_noise_test.cpp
+  ../cases/melting_scenes_test.cpp ../cases/rest_test.cpp ../cases/resting_noise_test.cpp
   ../cases/shear_flow_test.cpp ../cases/sleep_test.cpp ../cases/staged_viscosity_flow_test.cpp
   ../cases/stirred_volume_test.cpp ../cases/switches_test.cpp ../cases/thin_walls_test.cpp ../cases/turning_test.cpp physics/cohesion_test.cpp
   physics/rigid_contact_motion_test.cpp physics/rolling_test.cpp physics/elastic_contact_test.cpp physics/elastic_indentation_test.cpp physics/elastic_motion_test.cpp physics/elastic_sections_test.cpp

@@ -125,12 +125,6 @@ inline constexpr Tolerance kDropFall{
     0.1, 0.1, "of the way in 0.1 s; the fluid below has a thousandth of its weight, and nowhere to go"};
 inline constexpr Tolerance kRestingNoise{0.002, 0.002,
                                          "N, rms: 0.05 % of the lift of 4.4 N, half of it the waves of the start"};
-inline constexpr Tolerance kStartAcceleration{
-    6.0, 6.0,
-    "m/s^2, of any particle in the first sub-step: measured 4.2; up to 42 where fluids were packed otherwise"};
-inline constexpr Tolerance kStartForce{
-    0.12, 0.12,
-    "of the lift, from least to most in the first 0.1 s: measured 0.08; 0.8 where fluids were packed otherwise"};
 // heat, reference C and D17
 inline constexpr Tolerance kHeatProfile{0.02, 0.02, "of the temperature difference that drives it"};
 inline constexpr Tolerance kRoundHeat{0.04, 0.04, "as above, over a curved surface made of cells"};

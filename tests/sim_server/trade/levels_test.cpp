@@ -1,6 +1,6 @@
 // Tests the accuracy levels against what was measured: a level that another setting beats at its cost fails. The tables
 // are config/trade/*.json; those of machines that palp was never measured on do not exist.
-#include "sim_server/scene/levels.h"
+#include "sim_server/solver/levels.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

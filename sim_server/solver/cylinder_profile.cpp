@@ -1,4 +1,4 @@
-#include "sim_server/scene/cylinder_profile.h"
+#include "sim_server/solver/cylinder_profile.h"
 
 #include <algorithm>
 #include <cmath>
