@@ -12,12 +12,6 @@ namespace {
 
 constexpr std::int64_t kIdleNs = 100'000'000;
 
-void sleep_until(std::int64_t t_ns) {
-  const timespec t = to_timespec(t_ns);
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
-  }
-}
-
 // Returns when posted, or after kIdleNs.
 void wait_for_post(sem_t& semaphore) {
   const timespec t = to_timespec(now_ns() + kIdleNs);

@@ -29,11 +29,6 @@ using State = ServerState;
 constexpr int kCommandsAStep = 16;  // so that no flood of them keeps the simulation, or the end, waiting
 constexpr int kMostSingleSteps = 1000;
 
-void sleep_until(std::int64_t t_ns) {
-  const timespec until = to_timespec(t_ns);
-  if (t_ns > now_ns()) clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
-}
-
 // Real-time factor over the last second or so of running.
 class Pace {
  public:

@@ -117,11 +117,7 @@ Lateness measure_lateness(const RealtimeOptions& options, std::int64_t period_ns
 
 std::int64_t RealClock::now_ns() noexcept { return palp::now_ns(); }
 
-void RealClock::sleep_until(std::int64_t t_ns) noexcept {
-  const timespec t = to_timespec(t_ns);
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
-  }
-}
+void RealClock::sleep_until(std::int64_t t_ns) noexcept { palp::sleep_until(t_ns); }
 
 std::int64_t RealClock::cpu_ns() noexcept {
   timespec t{};
