@@ -1,6 +1,9 @@
 #include "sim_server/threads/thread_team.h"
 
 #include <sched.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -29,6 +32,8 @@ void pause_briefly() {
 #endif
 }
 
+int niceness() { return getpriority(PRIO_PROCESS, 0); }
+
 double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 }  // namespace
@@ -45,7 +50,7 @@ int available_threads() {
   return std::clamp(threads > 0 ? threads : usable_processors(), 1, 1024);
 }
 
-ThreadTeam::ThreadTeam(int threads) : invited_(threads - 1), next_pause_(kFirstPause) {
+ThreadTeam::ThreadTeam(int threads) : invited_(threads - 1), niceness_(niceness()), next_pause_(kFirstPause) {
   for (int k = 0; k + 1 < threads; ++k) helpers_.emplace_back(&ThreadTeam::help, this, k);
 }
 
@@ -79,7 +84,12 @@ bool ThreadTeam::run_chunk() {
 }
 
 void ThreadTeam::help(int index) {
+  int own_niceness = niceness();
   while (true) {
+    if (const int wanted = niceness_.load(std::memory_order_relaxed); wanted != own_niceness) {
+      own_niceness = wanted;
+      setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), wanted);  // where that is allowed
+    }
     const int invited = invited_.load(std::memory_order_acquire);
     if (index >= invited) {
       invited_.wait(invited, std::memory_order_acquire);
@@ -136,6 +146,7 @@ void ThreadTeam::wait_for_helpers(std::uint32_t chunks) {
 void ThreadTeam::adapt() {
   const int all = static_cast<int>(helpers_.size()), invited = invited_.load(std::memory_order_relaxed);
   if (all == 0) return;
+  niceness_.store(niceness(), std::memory_order_relaxed);
   if (invited > 0 && lost_ > kBearable * gained_) {
     invited_.store(invited / 2, std::memory_order_release);
     pause_ = next_pause_;

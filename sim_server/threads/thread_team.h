@@ -53,7 +53,8 @@ class ThreadTeam {
   }
 
   // To be called now and then, as after each step: judges by the loops since the last call how many helpers are worth
-  // their cost.
+  // their cost, and makes them as nice as the caller is, for whose work it waits when something else runs in their
+  // place.
   void adapt();
 
  private:
@@ -75,6 +76,7 @@ class ThreadTeam {
   std::atomic<std::uint32_t> loop_{0};    // number of the loop; helpers sleep on it
   std::atomic<std::uint32_t> helped_{0};  // chunks of this loop that helpers have done
   std::atomic<int> invited_{0};           // helpers that take part
+  std::atomic<int> niceness_{0};          // of the caller
   std::atomic<bool> stop_{false};
   std::mutex failure_mutex_;
   std::exception_ptr failure_;

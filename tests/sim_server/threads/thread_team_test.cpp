@@ -1,6 +1,9 @@
 // Threads that share out loops.
 #include <gtest/gtest.h>
 #include <sched.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -51,6 +54,26 @@ TEST(ThreadTeam, DoesEachOnceWhateverTheChunks) {
       team.adapt();
     }
   }
+}
+
+// Else the caller waits for a helper that waits for a processor.
+TEST(ThreadTeam, HelpersAreAsNiceAsTheirCaller) {
+  std::thread caller([] {
+    const int nicer = std::min(getpriority(PRIO_PROCESS, 0) + 3, 19);
+    ThreadTeam team(3);
+    ASSERT_EQ(setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nicer), 0);
+    const std::thread::id own = std::this_thread::get_id();
+    EXPECT_TRUE(eventually([&] {
+      std::atomic<int> alike{0};
+      team.for_each(8, 1, [&](std::size_t) {
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
+        if (std::this_thread::get_id() != own && getpriority(PRIO_PROCESS, 0) == nicer) ++alike;
+      });
+      team.adapt();
+      return alike > 0;
+    }));
+  });
+  caller.join();
 }
 
 TEST(ThreadTeam, HelpersTakePart) {
