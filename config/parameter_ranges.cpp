@@ -31,7 +31,7 @@ const std::vector<ParameterRow> kParameters{
     {"numerics.region_of_interest", {"m", 0, 1e6, true}, 1, false, "0 would leave nothing to compute"},
     {"numerics.safety", {"", 0.05, 1}, 1, false, "above 1 a sub-step is unstable, far below only slow"},
     {"stream.particle_rate_hz", {"Hz", 0, 1000}, 1, true, "0 sends none; nothing draws faster than steps are made"},
-    {"stream.scalar", {}, 0, true, "a name: none, speed, density, pressure or temperature"},
+    {"stream.scalar", {}, 0, true, "a name: none, speed, density, pressure, temperature, density_error or state"},
     {"material.density", {"kg/m^3", 1e-6, 1e6}, 1, false, "from thin gas to past all matter on earth"},
     {"material.viscosity", {"Pa s", 0, 1e9}, 1, true, "pitch has 2e8 Pa s; more does not flow in a lifetime"},
     {"material.surface_tension", {"N/m", 0, 1e6}, 1, false, kOnlySign},

@@ -73,7 +73,7 @@ bool is_sound(const ProxySample& m) {
 }
 
 bool is_sound(const ParticleChunk& m) {
-  return m.particle_count <= kMaxParticles && m.field <= ScalarField::temperature && well_placed(m) && m.sim_time >= 0;
+  return m.particle_count <= kMaxParticles && m.field <= ScalarField::state && well_placed(m) && m.sim_time >= 0;
 }
 
 bool is_sound(const Look& look) {

@@ -16,7 +16,17 @@ enum class BodyKind : std::uint32_t { fluid = 0, rigid = 1, fixed = 2, elastic =
 // word of C++.
 inline constexpr std::array<std::string_view, 4> kBodyKindNames{"fluid", "rigid", "static", "elastic"};
 
-enum class ScalarField : std::uint32_t { none = 0, speed = 1, density = 2, pressure = 3, temperature = 4 };
+// density_error: by how much the density is above that at rest, over that at rest. state: how much of a particle is
+// solid, 0 to 1.
+enum class ScalarField : std::uint32_t {
+  none = 0,
+  speed = 1,
+  density = 2,
+  pressure = 3,
+  temperature = 4,
+  density_error = 5,
+  state = 6
+};
 
 struct ScalarFieldRow {
   std::string_view name;  // in scene files and on command lines
@@ -24,8 +34,13 @@ struct ScalarFieldRow {
 };
 
 // The name and unit of each scalar, by value.
-inline constexpr std::array<ScalarFieldRow, 5> kScalarFields{
-    {{"none", ""}, {"speed", "m/s"}, {"density", "kg/m³"}, {"pressure", "Pa"}, {"temperature", "K"}}};
+inline constexpr std::array<ScalarFieldRow, 7> kScalarFields{{{"none", ""},
+                                                              {"speed", "m/s"},
+                                                              {"density", "kg/m³"},
+                                                              {"pressure", "Pa"},
+                                                              {"temperature", "K"},
+                                                              {"density_error", "share"},
+                                                              {"state", "share solid"}}};
 
 constexpr const ScalarFieldRow& row_of(ScalarField field) { return kScalarFields[static_cast<std::size_t>(field)]; }
 
@@ -36,7 +51,7 @@ constexpr std::optional<ScalarField> scalar_field_from(std::string_view name) {
   return std::nullopt;
 }
 
-// Returns the names of all fields as a sentence lists them: "none, speed, density, pressure or temperature".
+// Returns the names of all fields as a sentence lists them: "none, speed, density ... or state".
 inline std::string names_of_scalar_fields() {
   std::string text;
   for (std::size_t i = 0; i < kScalarFields.size(); ++i) {

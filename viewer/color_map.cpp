@@ -92,7 +92,8 @@ std::string_view legend_name(ScalarField field) {
 }
 
 ColorMapKind color_map_of(ScalarField field) {
-  return field == ScalarField::density ? ColorMapKind::diverging : ColorMapKind::sequential;
+  const bool about_rest = field == ScalarField::density || field == ScalarField::density_error;
+  return about_rest ? ColorMapKind::diverging : ColorMapKind::sequential;
 }
 
 double nice_ceiling(double value) {
@@ -121,6 +122,11 @@ ValueRange suitable_range(ScalarField field, std::span<const float> values, doub
     const double half = nice_ceiling(off);
     return {rest_density - half, rest_density + half};
   }
+  if (field == ScalarField::density_error) {
+    const double half = nice_ceiling(std::max({high, -low, 1e-3}));
+    return {-half, half};
+  }
+  if (field == ScalarField::state) return {0, 1};
   // about a field that is the same everywhere; differences below this [Pa], [K] mean nothing
   const double least = std::max(1.0, 1e-6 * std::abs(high)), wider = std::max(0.0, least - (high - low)) / 2;
   const double step = nice_ceiling((high - low + 2 * wider) / 5);

@@ -97,8 +97,9 @@ void add_picture_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   for (std::size_t i = 0; i < kScalarFields.size(); ++i)
     colors.emplace(legend_name(static_cast<ScalarField>(i)), static_cast<ScalarField>(i));
   app.add_option("--color", o.color,
-                 "what the colours of particles show: body, which is how things look, speed, density, pressure or "
-                 "temperature. The server sends one field to all viewers: the one that was asked for last, here or "
+                 "what the colours of particles show: body, which is how things look, speed, density, pressure, "
+                 "temperature, density_error (over that at rest) or state (the share that is solid). The server sends "
+                 "one field to all viewers: the one that was asked for last, here or "
                  "by key c of any viewer. A viewer that asked for another one says so and shows how things look")
       ->capture_default_str()
       ->transform(CLI::CheckedTransformer(colors).description(""))

@@ -77,7 +77,9 @@ bool deforms(BodyKind kind) { return kind == BodyKind::fluid || kind == BodyKind
 
 // Solids that do not deform have a speed and a temperature, but their density and pressure are aids of the solver.
 bool has_field(BodyKind kind, ScalarField field) {
-  return deforms(kind) || (field != ScalarField::density && field != ScalarField::pressure);
+  const bool of_density =
+      field == ScalarField::density || field == ScalarField::density_error || field == ScalarField::pressure;
+  return deforms(kind) || !of_density;
 }
 
 // The fourth byte says which look it has.

@@ -33,10 +33,23 @@ struct PackFrame {
         return static_cast<float>(acting_pressure(medium, vp.w));
       case ScalarField::temperature:
         return state.temperature != nullptr ? static_cast<float>(state.temperature[i]) : 0.0f;
+      case ScalarField::density_error: {
+        const Tag tag = state.tag[i];
+        return static_cast<float>(density_of(medium, tag, vp.w) / medium.material[tag.material()].density - real(1));
+      }
+      case ScalarField::state:
+        return state.tag[i].is_fluid() || state.tag[i].kind() == BodyKind::elastic ? static_cast<float>(solid_share(i))
+                                                                                   : 1.0f;
       case ScalarField::none:
         break;
     }
     return 0.0f;
+  }
+  // Returns how much of a particle of a fluid or an elastic body is solid, 0 to 1.
+  PALP_HD real solid_share(std::uint32_t i) const {
+    if (solid == nullptr) return state.tag[i].is_fluid() ? real(0) : real(1);
+    const real share = state.solid[i].K;
+    return share > 0 ? (share < 1 ? share : real(1)) : real(0);
   }
   PALP_HD void operator()(std::uint32_t i) const {
     const std::uint32_t to = state.id[i];
@@ -45,11 +58,7 @@ struct PackFrame {
     position[3 * std::size_t(to) + 1] = static_cast<float>(x.y);
     position[3 * std::size_t(to) + 2] = static_cast<float>(x.z);
     if (field != ScalarField::none) scalar[to] = value(i);
-    if (solid != nullptr) {
-      const real share = state.solid[i].K;
-      solid[to] =
-          static_cast<std::uint8_t>(share > 0 ? (share < 1 ? real(255) * share + real(0.5) : real(255)) : real(0));
-    }
+    if (solid != nullptr) solid[to] = static_cast<std::uint8_t>(real(255) * solid_share(i) + real(0.5));
   }
 };
 

@@ -79,7 +79,8 @@ const BadRow kBad[] = {
      "22: numerics: skin_over_spacing is 0, expected a number from 0.02 to 1"},
     {"tension = false", "tension = 0", "22: numerics: tension is 0, expected true or false"},
     {"scalar = \"density\"", "scalar = \"colour\"",
-     "27: stream: scalar is \"colour\", expected one of: none, speed, density, pressure, temperature"},
+     "27: stream: scalar is \"colour\", expected one of: none, speed, density, pressure, temperature, "
+     "density_error, state"},
     {"color = \"#102030\"", "color = \"red\"",
      "32: material 'water': color is \"red\", expected a colour as \"#rrggbb\""},
     {"color = \"#102030\"", "look = \"watr\"",

@@ -74,7 +74,7 @@ TEST(Validate, ParticleChunk) {
   SPOIL(ParticleChunk, malformed, m.positions.push_back(0));
   SPOIL(ParticleChunk, malformed, m.positions.clear());
   SPOIL(ParticleChunk, malformed, m.scalars.pop_back());
-  SPOIL(ParticleChunk, malformed, m.field = static_cast<ScalarField>(5));
+  SPOIL(ParticleChunk, malformed, m.field = static_cast<ScalarField>(kScalarFields.size()));
   SPOIL(ParticleChunk, malformed, m.field = ScalarField::none);
   SPOIL(ParticleChunk, not_finite, m.positions.back() = std::nanf(""));
   SPOIL(ParticleChunk, not_finite, m.scalars.front() = static_cast<float>(kInf));

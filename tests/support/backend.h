@@ -21,4 +21,13 @@ inline std::unique_ptr<Simulation> simulate(const Scene& scene, Backend backend 
   return simulation;
 }
 
+// Returns a frame of the simulation as it is now. None other may be on its way.
+inline Frame frame_of(Simulation& simulation, ScalarField field) {
+  EXPECT_TRUE(simulation.begin_frame(field));
+  Frame frame;
+  while (!simulation.take_frame(frame)) {
+  }
+  return frame;
+}
+
 }  // namespace palp::test

@@ -83,6 +83,10 @@ TEST(ColorMap, RangesEndAtRoundNumbersAndHoldTheValues) {
   const std::vector<float> pressures{-120, 15, 430};
   const ValueRange range = suitable_range(ScalarField::pressure, pressures, 0);
   EXPECT_EQ(range, (ValueRange{-200, 600}));
+  EXPECT_EQ(suitable_range(ScalarField::density_error, std::vector<float>{-0.001f, 0.004f}, 1000),
+            (ValueRange{-0.005, 0.005}));
+  EXPECT_EQ(suitable_range(ScalarField::density_error, std::vector<float>(5, 0.0f), 1000), (ValueRange{-0.001, 0.001}));
+  EXPECT_EQ(suitable_range(ScalarField::state, std::vector<float>(5, 0.5f), 1000), (ValueRange{0, 1}));
   const std::vector<float> bad{std::nanf(""), INFINITY};
   const ValueRange none = suitable_range(ScalarField::speed, bad, 0);
   EXPECT_LT(none.low, none.high);

@@ -63,7 +63,8 @@ TEST_F(SessionTest, TheColorKeyReachesEveryField) {
   Session& session = start(ScalarField::none);
   session.update(view_, now_);
   for (std::size_t i = 0; i < kScalarFields.size(); ++i) session.act({Action::next_color});
-  EXPECT_EQ(asked_, (std::vector<std::string>{"speed", "density", "pressure", "temperature"}));
+  EXPECT_EQ(asked_,
+            (std::vector<std::string>{"speed", "density", "pressure", "temperature", "density_error", "state"}));
 }
 
 TEST_F(SessionTest, AFieldThatAnotherViewerAskedForIsNamed) {

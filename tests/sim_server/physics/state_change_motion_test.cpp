@@ -215,12 +215,12 @@ TEST(StateChange, WhatHasSetStaysSo) {
   Snapshot s = snapshot_of(*simulation);
   for (std::size_t i = 0; i < scene.position.size(); ++i)
     EXPECT_NEAR(s.solid[i], scene.body[i] == 1 && scene.position[i].x() > 0 ? 0.5 : 0, 1e-6);
-  ASSERT_TRUE(simulation->begin_frame(ScalarField::none));
-  Frame frame;
-  while (!simulation->take_frame(frame)) {
-  }
+  Frame frame = frame_of(*simulation, ScalarField::none);
   ASSERT_EQ(frame.solid.size(), s.solid.size());
   for (std::size_t i = 0; i < s.solid.size(); ++i) EXPECT_NEAR(frame.solid[i], 255 * s.solid[i], 0.51) << i;
+  frame = frame_of(*simulation, ScalarField::state);
+  ASSERT_EQ(frame.scalar.size(), s.solid.size());
+  for (std::size_t i = 0; i < s.solid.size(); ++i) EXPECT_EQ(frame.scalar[i], scene.body[i] == 1 ? s.solid[i] : 1) << i;
   run_until(*simulation, 0.7);
   s = snapshot_of(*simulation);
   for (std::size_t i = 0; i < scene.position.size(); ++i) {

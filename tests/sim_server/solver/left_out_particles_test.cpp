@@ -123,11 +123,7 @@ TEST(LeftOutParticles, ASceneOfBodiesAlonePaysForNone) {
   Snapshot snapshot;
   simulation->snapshot(snapshot);
   EXPECT_TRUE(snapshot.position.empty());
-  ASSERT_TRUE(simulation->begin_frame(ScalarField::speed));
-  Frame frame;
-  while (!simulation->take_frame(frame)) {
-  }
-  EXPECT_TRUE(frame.position.empty());
+  EXPECT_TRUE(frame_of(*simulation, ScalarField::speed).position.empty());
 }
 
 TEST(LeftOutParticles, ABondedBodyKeepsThoseWithinReach) {
