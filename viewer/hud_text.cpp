@@ -102,6 +102,7 @@ void read_status(const std::map<std::string, Status>& newest, HudData& d) {
       if (status.state == "paused") d.paused = true;
       d.real_time_factor = metric(status, "real_time_factor");
       d.step_time = metric(status, "step_p50_us", 1e-6);
+      d.kinetic_energy = metric(status, "kinetic_energy_J");
     } else if (process.starts_with("haptic_bridge")) {
       d.hand_state = d.bridge_rate_hz ? "" : status.state;
       const bool held_back = status.state == "locked" || status.state == "fault" || status.state == "stale";

@@ -23,7 +23,8 @@ struct HudData {
   std::size_t particles = 0;        // drawn
   std::optional<double> sim_time;   // [s]
   std::optional<double> real_time_factor;
-  std::optional<double> step_time;  // [s] of the wall clock per haptic step, median
+  std::optional<double> step_time;       // [s] of the wall clock per haptic step, median
+  std::optional<double> kinetic_energy;  // [J] of all that moves
   std::optional<double> bridge_rate_hz;
   std::optional<double> bridge_late;      // [s] behind its deadline, 99th percentile
   std::optional<double> bridge_data_age;  // [s] of the samples that the bridge renders from, 99th percentile

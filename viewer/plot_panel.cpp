@@ -113,6 +113,7 @@ void draw_plots(const Plots& plots, double now) {
   draw("age of the hand's data", plots.bridge_age, format_time);
   draw("step", plots.step_time, format_time);
   draw("real-time factor", plots.real_time_factor, [](double value) { return fmt::format("×{:.2f}", value); });
+  draw("kinetic energy", plots.kinetic_energy, [](double value) { return fmt::format("{:.3g} J", value); });
 }
 
 }  // namespace palp

@@ -20,6 +20,7 @@ void Plots::add(const FeedView& view, const HudData& figures, std::int64_t now_n
   if (figures.step_time) step_time.add(now, *figures.step_time);
   if (figures.paused || figures.real_time_factor)
     real_time_factor.add(now, figures.paused ? 0 : *figures.real_time_factor);
+  if (figures.kinetic_energy) kinetic_energy.add(now, *figures.kinetic_energy);
 }
 
 }  // namespace palp

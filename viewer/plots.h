@@ -21,6 +21,7 @@ struct Plots {
   History bridge_age;        // [s] of the samples that the worst bridge renders from
   History step_time;         // [s] of the wall clock per haptic step
   History real_time_factor;  // simulated over wall-clock time
+  History kinetic_energy;    // [J] of all that moves
 
   // Takes what is known at a time [ns]; call once a picture.
   void add(const FeedView& view, const HudData& figures, std::int64_t now_ns);

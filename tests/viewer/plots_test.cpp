@@ -47,12 +47,14 @@ TEST(Plots, TakeForcesAgesAndPace) {
   HudData figures;
   plots.add(view, figures, 1'000'000'000);
   EXPECT_TRUE(plots.step_time.empty() && plots.frame_age.empty() && plots.real_time_factor.empty());
+  EXPECT_TRUE(plots.kinetic_energy.empty());
   view.proxies[2].emplace().wrench = {{1, 2, 3}, {4, 5, 6}};
   view.frame = std::make_shared<const ParticleFrame>();
   view.frame_time_ns = 1'900'000'000;
   figures.step_time = 4e-4;
   figures.real_time_factor = 0.5;
   figures.bridge_data_age = 2e-3;
+  figures.kinetic_energy = 0.7;
   plots.add(view, figures, 2'000'000'000);
   EXPECT_TRUE(plots.hands[0].force[0].empty());
   EXPECT_EQ(plots.hands[2].force[2].newest().value, 3);
@@ -61,6 +63,7 @@ TEST(Plots, TakeForcesAgesAndPace) {
   EXPECT_EQ(plots.step_time.newest().value, 4e-4);
   EXPECT_EQ(plots.bridge_age.newest().value, 2e-3);
   EXPECT_EQ(plots.real_time_factor.newest().value, 0.5);
+  EXPECT_EQ(plots.kinetic_energy.newest().value, 0.7);
   figures.paused = true;
   plots.add(view, figures, 3'000'000'000);
   EXPECT_EQ(plots.real_time_factor.newest().value, 0);
