@@ -189,8 +189,11 @@ enum class CommandKind : std::uint32_t {
   reset = 3,
   quit = 4,
   set_parameter = 5,
-  get_parameter = 6  // name empty: all of them
+  get_parameter = 6  // name empty: all of them; kBillName: the bill
 };
+
+// By this name get_parameter asks for the bill of the plan, what is computed and why, as lines for people.
+inline constexpr const char* kBillName = "bill";
 
 // A request that anyone may send to the server. Reliable. The reply carries the same session and sequence.
 struct Command {

@@ -88,8 +88,10 @@ std::string text_of(const Bill& bill) {
   std::string out =
       fmt::format("{} on {}: {}\n\n{}\nModules\n", bill.scene, bill.backend, bill.numerics, body_lines(bill));
   for (const BillModule& module : bill.modules) out += fmt::format("  {:24} {}\n", module.name, module.why);
-  out +=
-      "\n" + limit_lines(bill) + "\n" + stage_lines(bill) + "\n" + array_lines(bill) + "\nWhat would make it cheaper\n";
+  out += "\n" + limit_lines(bill) + "\n";
+  if (bill.measured_steps > 0) out += stage_lines(bill) + "\n";
+  out += array_lines(bill);
+  if (!bill.hints.empty()) out += "\nWhat would make it cheaper\n";
   for (const std::string& hint : bill.hints) out += fmt::format("  - {}\n", hint);
   return out;
 }

@@ -8,7 +8,7 @@
 
 namespace palp {
 
-// Returns the bill as lines for people.
+// Returns the bill as lines for people; what it has nothing of is left out.
 std::string text_of(const Bill& bill);
 
 // Returns the bill as JSON. times: with what was measured; else only what follows from the scene and the back end.

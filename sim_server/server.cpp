@@ -13,10 +13,13 @@
 #include "config/error.h"
 #include "config/parameter_ranges.h"
 #include "idl/clock.h"
+#include "idl/validate.h"
 #include "sim_server/bus_links.h"
 #include "sim_server/device_tracker.h"
+#include "sim_server/explain.h"
 #include "sim_server/gpu_turns.h"
 #include "sim_server/messages_from_state.h"
+#include "sim_server/solver/bill.h"
 #include "sim_server/solver/changeable_parameters.h"
 #include "sim_server/status_reporter.h"
 #include "sim_server/trade/choice.h"
@@ -97,6 +100,7 @@ class Server {
       throw std::runtime_error("the bus refused the scene's description: its meshes are too large for one message");
     for (const std::string& warning : simulation.warnings()) control_.event(Severity::warning, 0, warning);
     if (options.start_paused) gauges_.state = State::paused;
+    bill();
   }
 
   ServerSummary run(const std::atomic<int>& stop) {
@@ -243,7 +247,7 @@ class Server {
       case CommandKind::set_parameter:
         return set_parameter(c.name, c.value);
       case CommandKind::get_parameter:
-        return list_parameters(c.name);
+        return c.name == kBillName ? bill() : list_parameters(c.name);
     }
     throw ConfigError("unknown command");
   }
@@ -257,9 +261,17 @@ class Server {
       frames_.set_rate(parse_parameter(parameter_row(name), name, value).at(0));
     } else {
       simulation_.set_parameter(name, value);
+      bill_.clear();
       return name + " is " + value + "; " + simulation_.numerics();
     }
     return name + " is " + value;
+  }
+
+  // Returns the bill of the plan as it is now (solver/bill.h), for people: as many of its lines as a message holds.
+  const std::string& bill() {
+    if (bill_.empty()) bill_ = text_of(planned_bill(simulation_));
+    if (bill_.size() > kMaxText) bill_.resize(bill_.rfind('\n', kMaxText - 1) + 1);
+    return bill_;
   }
 
   // Returns a line for each parameter, or for the one of that name.
@@ -302,6 +314,7 @@ class Server {
   const ServerOptions options_;
   const StepOutput* output_;
   const double step_;  // [s]
+  std::string bill_;   // empty: a parameter has changed since
   Gauges gauges_;
   HapticLink haptic_;
   FrameLink frames_;

@@ -116,7 +116,7 @@ int command(const Arguments& a, CommandKind kind) {
   std::string value;
   for (const std::string& word : a.value) value += (value.empty() ? "" : " ") + word;
   const auto replies = client.ask(kind, a.name, value, to_ms(a.timeout));
-  const bool is_list = kind == CommandKind::get_parameter;
+  const bool is_list = kind == CommandKind::get_parameter && a.name != kBillName;
   bool ok = true;
   Json json = Json::array();
   for (const auto& [session, name] : servers) {
@@ -153,7 +153,7 @@ void declare(CLI::App& app, Arguments& a) {
       sub->add_option("name", a.name, "of the parameter; get lists them")->required();
       sub->add_option("value", a.value, "as a scene file would state it; a vector as three numbers")->required();
     } else if (verb.kind == CommandKind::get_parameter) {
-      sub->add_option("name", a.name, "of the parameter; without it, all");
+      sub->add_option("name", a.name, "of the parameter; without it, all; bill: what is computed, and why");
     }
   }
 }

@@ -124,6 +124,8 @@ class Feed::Impl {
       if (!commands_->publish(command)) spdlog::warn("the command could not be sent");
       if (command.kind == CommandKind::get_parameter && command.name.empty())
         state_.expect_parameters(command.header.sequence);
+      else if (command.kind == CommandKind::get_parameter && command.name == kBillName)
+        state_.expect_bill(command.header.sequence);
     }
     if (status) status_->publish(*status);
   }

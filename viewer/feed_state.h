@@ -27,6 +27,7 @@ struct FeedView {
   std::string notice;                    // the server's last refusal of a command or fault, while it is news
   std::string two_servers;               // which server is shown and which is passed over; empty where there is one
   std::shared_ptr<const std::string> parameters;  // the server's newest list of them, as its reply has it; null: none
+  std::shared_ptr<const std::string> bill;        // of the server's plan, as its reply has it; null: none
   std::string refusal;                            // the server's answer to the newest command, where that was refused
   std::uint64_t answers = 0;                      // of the server to commands of this viewer, lists aside
   std::uint64_t frames = 0;                       // complete ones received
@@ -50,8 +51,9 @@ class FeedState {
   void add(const Received<Status>& received);
   void add(const Received<Event>& received);
   void add(const Received<CommandReply>& received);
-  // Takes note that a command of ours with this sequence asks for the list of all parameters.
+  // Take note that a command of ours with this sequence asks for the list of all parameters, or for the bill.
   void expect_parameters(std::uint64_t sequence) { list_sequence_ = sequence; }
+  void expect_bill(std::uint64_t sequence) { bill_sequence_ = sequence; }
   // Forgets what is too old to be believed: forces after 1 s, figures after 3 s, notices after 6 s.
   void forget(std::int64_t now_ns);
 
@@ -77,6 +79,7 @@ class FeedState {
   std::map<std::string, std::int64_t> status_at_ns_;
   std::int64_t notice_at_ns_ = 0;
   std::uint64_t list_sequence_ = 0;  // of the newest command that asks for the list of parameters
+  std::uint64_t bill_sequence_ = 0;  // of the newest command that asks for the bill
 };
 
 }  // namespace palp

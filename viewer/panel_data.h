@@ -2,6 +2,7 @@
 // becomes of it is decided elsewhere (panels.h).
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -36,6 +37,7 @@ struct PanelData {
   bool beads = false, draws_all = false, following = false, figures_shown = true;
   std::string refusal;  // of the newest command, in the server's words
   std::optional<PickedLines> picked;
+  std::shared_ptr<const std::string> bill;  // of the server's plan, for people; null: none has come
   const Plots* plots = nullptr;
   double now = 0;  // [s], on the clock of the plots
   // what is changed in place

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <sstream>
 #include <string>
 
 #include <fmt/format.h>
@@ -138,6 +139,27 @@ void draw_picked(PanelData& d) {
   ImGui::Separator();
 }
 
+// Lines that are indented tell of the one before them; long ones go on below.
+void draw_bill(const std::string& bill) {
+  std::istringstream lines(bill);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t first = line.find_first_not_of(' ');
+    if (first == std::string::npos) {
+      ImGui::Spacing();
+      continue;
+    }
+    std::string words = line.substr(first);
+    const auto both_blank = [](char a, char b) { return a == ' ' && b == ' '; };
+    words.erase(std::unique(words.begin(), words.end(), both_blank), words.end());
+    const float indent = first > 0 ? ImGui::GetFontSize() : 0;
+    if (indent > 0) ImGui::Indent(indent);
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextUnformatted(words.c_str());
+    ImGui::PopTextWrapPos();
+    if (indent > 0) ImGui::Unindent(indent);
+  }
+}
+
 // A panel under a bar that opens and closes it; returns whether it is open.
 bool section(const char* name, bool& open) {
   ImGui::SetNextItemOpen(open);
@@ -190,6 +212,7 @@ void draw_column(PanelData& data, float top, float width, bool all) {
       draw_clip(data);
     }
     if (section("Plots", data.settings.plots) && data.plots != nullptr) draw_plots(*data.plots, data.now);
+    if (section("Bill", data.settings.bill)) draw_bill(data.bill ? *data.bill : "the server has told none yet");
   }
   ImGui::PopItemWidth();
   ImGui::End();

@@ -11,7 +11,7 @@
 namespace palp {
 namespace {
 
-constexpr std::int64_t kAskAgainNs = 1'000'000'000;   // while no list of parameters has come
+constexpr std::int64_t kAskAgainNs = 1'000'000'000;   // while no answer has come
 constexpr std::int64_t kLookAgainNs = 5'000'000'000;  // others may change parameters, too
 constexpr float kColumnLetters = 24;                  // the width of the column, in heights of letters
 constexpr float kNarrowestLetters = 14;
@@ -52,18 +52,26 @@ void Panels::apply_settings() {
   stage_.hud().set_text_scale(static_cast<float>(data_.settings.text_scale));
 }
 
-void Panels::read_parameters(const FeedView& view, std::int64_t now_ns) {
+void Panels::read_answers(const FeedView& view) {
   data_.refusal = view.refusal;
+  data_.bill = view.bill;
   if (view.parameters != listed_ && !ImGui::IsAnyItemActive()) {
     listed_ = view.parameters;
     data_.parameters = listed_ ? read_parameter_list(*listed_) : std::vector<ListedParameter>();
   }
-  const bool wanted = view.scene && data_.settings.panels == PanelDetail::all && data_.settings.control;
+}
+
+// Asks for what open panels show: at once where a command may have changed it, else now and then.
+void Panels::ask_server(const FeedView& view, std::int64_t now_ns) {
   const bool answered = std::exchange(answers_, view.answers) != view.answers;
-  if (wanted && (answered || now_ns - asked_at_ns_ > (view.parameters ? kLookAgainNs : kAskAgainNs))) {
-    asked_at_ns_ = now_ns;
-    send_(CommandKind::get_parameter, "", "");
-  }
+  const bool open = view.scene && data_.settings.panels == PanelDetail::all;
+  const auto ask = [&](const char* name, bool wanted, bool known, std::int64_t& asked_ns) {
+    if (!open || !wanted || (!answered && now_ns - asked_ns <= (known ? kLookAgainNs : kAskAgainNs))) return;
+    asked_ns = now_ns;
+    send_(CommandKind::get_parameter, name, "");
+  };
+  ask("", data_.settings.control, view.parameters != nullptr, asked_list_ns_);
+  ask(kBillName, data_.settings.bill, view.bill != nullptr, asked_bill_ns_);
 }
 
 void Panels::update(const FeedView& view, std::int64_t now_ns) {
@@ -83,7 +91,8 @@ void Panels::update(const FeedView& view, std::int64_t now_ns) {
   data_.reading = told_reading_ = session_.reading();
   data_.settings.map = data_.reading.map;
   data_.settings.held = data_.reading.held;
-  read_parameters(view, now_ns);
+  read_answers(view);
+  ask_server(view, now_ns);
   if (picked_ && picked_in_ != session_.scene()) picked_.reset();
   data_.picked = picked_ ? describe(stage_, session_, *picked_) : std::nullopt;
   // the help stands alone

@@ -47,7 +47,8 @@ class Panels {
  private:
   void build();
   void draw_marks();
-  void read_parameters(const FeedView& view, std::int64_t now_ns);
+  void read_answers(const FeedView& view);
+  void ask_server(const FeedView& view, std::int64_t now_ns);
   void apply_settings();
 
   Stage& stage_;
@@ -61,9 +62,9 @@ class Panels {
   std::shared_ptr<const SceneDescription> picked_in_;  // the scene that picked_ is of
   std::shared_ptr<const std::string> listed_;          // what data_.parameters was read from
   std::uint64_t answers_ = 0;
-  std::int64_t asked_at_ns_ = 0;  // for the list of parameters
-  float column_width_ = 0;        // [pixels]
-  ImguiLayer layer_;              // last: it draws from the others
+  std::int64_t asked_list_ns_ = 0, asked_bill_ns_ = 0;
+  float column_width_ = 0;  // [pixels]
+  ImguiLayer layer_;        // last: it draws from the others
 };
 
 // Does what was asked for, in order.

@@ -42,8 +42,8 @@ struct ViewerSettings {
   std::array<std::optional<ValueRange>, kScalarFields.size()> held;  // ranges of colours that stay, by field
   Theme theme = Theme::dark;
   PanelDetail panels = PanelDetail::menu;
-  bool control = true, reading = true, plots = true;  // which panels are open
-  double text_scale = 1;                              // kSmallestTextScale .. kLargestTextScale
+  bool control = true, reading = true, plots = true, bill = false;  // which panels are open
+  double text_scale = 1;                                            // kSmallestTextScale .. kLargestTextScale
   std::vector<SceneView> views;
   bool operator==(const ViewerSettings&) const = default;
 

@@ -220,12 +220,10 @@ std::vector<BillLimit> bill_limits(const Scene& scene, const Plan& plan) {
   return out;
 }
 
-Bill make_bill(Simulation& simulation, double seconds) {
+namespace {
+
+Bill bill_of(const Simulation& simulation, const Plan& plan, const Footprint& footprint) {
   const Scene& scene = simulation.scene();
-  const Plan plan = make_plan(scene);
-  simulation.step({});  // so that no first-time work is measured
-  const StageTimes times = simulation.time_stages({}, seconds);
-  const Footprint footprint = simulation.footprint();
   Bill bill;
   bill.scene = scene.config.name;
   bill.numerics = simulation.numerics();
@@ -238,9 +236,24 @@ Bill make_bill(Simulation& simulation, double seconds) {
   bill.dt = plan.dt;
   bill.limits = bill_limits(scene, plan);
   bill.arrays = footprint.arrays;
+  return bill;
+}
+
+}  // namespace
+
+Bill planned_bill(const Simulation& simulation) {
+  return bill_of(simulation, make_plan(simulation.scene()), simulation.footprint());
+}
+
+Bill make_bill(Simulation& simulation, double seconds) {
+  const Plan plan = make_plan(simulation.scene());
+  simulation.step({});  // so that no first-time work is measured
+  const StageTimes times = simulation.time_stages({}, seconds);
+  const Footprint footprint = simulation.footprint();
+  Bill bill = bill_of(simulation, plan, footprint);
   bill.stages = stages_of(footprint, times);
   bill.measured_steps = times.steps;
-  bill.hints = bill_hints(scene, plan, bill);
+  bill.hints = bill_hints(simulation.scene(), plan, bill);
   return bill;
 }
 

@@ -56,6 +56,9 @@ struct Bill {
   double stage_seconds() const;  // of a haptic step, as measured
 };
 
+// Makes what follows from the scene and its plan: a bill without stages and hints, with no measured steps.
+Bill planned_bill(const Simulation& simulation);
+
 // Makes the bill of a simulation, which it steps for at least so long [s of wall time] to measure its stages.
 Bill make_bill(Simulation& simulation, double seconds);
 

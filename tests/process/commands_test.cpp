@@ -64,6 +64,7 @@ TEST_P(Commands, ParametersAreSetOrRefusedAndQuitEndsTheServer) {
   EXPECT_TRUE(ask(CommandKind::set_parameter, "gravity", "0 0 -5").ok);
   EXPECT_TRUE(ask(CommandKind::set_parameter, "material.oil.viscosity", "0.1").ok);
   EXPECT_TRUE(ask(CommandKind::set_parameter, "stream.scalar", "density").ok);
+  EXPECT_NE(ask(CommandKind::get_parameter, kBillName).text.find("\nModules\n"), std::string::npos);
   EXPECT_TRUE(refuses(CommandKind::set_parameter, "gravity", "down", "expected 3 numbers, each a number in m/s^2"));
   EXPECT_TRUE(refuses(CommandKind::set_parameter, "gravity", "0 0 nan", "expected 3 numbers, each a number in m/s^2"));
   EXPECT_TRUE(

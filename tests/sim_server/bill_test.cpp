@@ -119,6 +119,17 @@ TEST(Bill, AFluidAloneIsChargedForNothingElse) {
   EXPECT_TRUE(has_module(bill, "fluid") && has_module(bill, "neighbour lists"));
 }
 
+TEST(Bill, ThePlannedOneIsTheMeasuredOneWithoutItsStages) {
+  const auto simulation = make_cpu_simulation(scene_file("tray_fluid"));
+  const Bill planned = planned_bill(*simulation);
+  EXPECT_EQ(simulation->output().step, 0u) << "a server asks for it while it runs";
+  Bill measured = make_bill(*simulation, 0);
+  EXPECT_EQ(text_of(measured).find(text_of(planned).substr(0, text_of(planned).find("\nMemory"))), 0u);
+  EXPECT_EQ(text_of(planned).find("Launches"), std::string::npos);
+  EXPECT_EQ(text_of(planned).find("What would"), std::string::npos);
+  EXPECT_EQ(planned.arrays, measured.arrays);
+}
+
 TEST(Bill, AWallOfAFluidSaysSoAndCountsWhatNoFluidReaches) {
   Scene scene = pool_of_water();
   add_tray(scene, 0, {-0.2, -0.2, 0}, {0.2, 0.2, 0.4}, 0.5);  // ten layers, of which a support of two meets three

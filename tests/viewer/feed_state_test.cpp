@@ -257,6 +257,15 @@ TEST(FeedState, ListsOfParametersAndRefusalsAreKeptApart) {
   EXPECT_EQ(*state.view().parameters, "a list");
   EXPECT_EQ(state.view().refusal, "gravity is no number") << "a list takes back nothing";
   EXPECT_EQ(state.view().notice, "gravity is no number");
+  state.expect_bill(6);
+  answer(6, false, "there is no parameter 'bill'");
+  EXPECT_EQ(state.view().bill, nullptr);
+  EXPECT_EQ(state.view().notice, "gravity is no number") << "a server of before has no bill, which is no news";
+  state.expect_bill(7);
+  answer(7, true, "a bill");
+  ASSERT_TRUE(state.view().bill);
+  EXPECT_EQ(*state.view().bill, "a bill");
+  EXPECT_EQ(state.view().answers, 1u);
   answer(5, true, "gravity is 0 0 -5");
   EXPECT_EQ(state.view().refusal, "");
   EXPECT_EQ(state.view().answers, 2u);

@@ -177,6 +177,23 @@ TEST_F(PanelsTest, AFieldThatIsDraggedSetsItsParameterOnce) {
   EXPECT_FALSE(panels_->picked());
 }
 
+TEST_F(PanelsTest, TheBillIsAskedForWhereItsPanelIsOpen) {
+  const auto asked = [this] { return std::ranges::count(sent_, std::string(kBillName), &Sent::name); };
+  ViewerSettings settings;
+  settings.control = settings.reading = settings.plots = false;
+  settings.bill = true;
+  start(PanelDetail::all, true, settings);
+  EXPECT_GE(asked(), 1);
+  const Picture none = picture();
+  view_.bill = std::make_shared<const std::string>("tray on cpu: 900 particles\n\nModules\n  fluid        water\n");
+  EXPECT_GT(differing(none, picture()), 100) << "its words are shown";
+}
+
+TEST_F(PanelsTest, NobodyAsksForABillThatNobodySees) {
+  start(PanelDetail::all);
+  EXPECT_EQ(std::ranges::count(sent_, std::string(kBillName), &Sent::name), 0);
+}
+
 TEST_F(PanelsTest, AClickSaysWhatItMeetsUntilEscape) {
   start(PanelDetail::menu);
   const auto& pose = view_.poses->pose[0].position;
