@@ -4,6 +4,7 @@
 #include <array>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -139,6 +140,18 @@ void draw_picked(PanelData& d) {
   ImGui::Separator();
 }
 
+// Returns a line with a dot in place of each run of blanks, by which the bill sets its columns.
+std::string with_dots(std::string_view line) {
+  std::string out;
+  while (!line.empty()) {
+    const std::size_t gap = line.find("  ");
+    out += line.substr(0, gap);
+    line.remove_prefix(std::min(line.find_first_not_of(' ', std::min(gap, line.size())), line.size()));
+    if (!line.empty()) out += " · ";
+  }
+  return out;
+}
+
 // Lines that are indented tell of the one before them; long ones go on below.
 void draw_bill(const std::string& bill) {
   std::istringstream lines(bill);
@@ -148,9 +161,7 @@ void draw_bill(const std::string& bill) {
       ImGui::Spacing();
       continue;
     }
-    std::string words = line.substr(first);
-    const auto both_blank = [](char a, char b) { return a == ' ' && b == ' '; };
-    words.erase(std::unique(words.begin(), words.end(), both_blank), words.end());
+    const std::string words = with_dots(std::string_view(line).substr(first));
     const float indent = first > 0 ? ImGui::GetFontSize() : 0;
     if (indent > 0) ImGui::Indent(indent);
     ImGui::PushTextWrapPos(0);
