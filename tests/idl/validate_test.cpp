@@ -24,7 +24,7 @@ void expect_fault(Fault fault, const std::function<void(T&)>& spoil, int line) {
 }
 #define SPOIL(T, fault, ...) \
   expect_fault<T>(           \
-      Fault::fault, [](T& m) { __VA_ARGS__; }, __LINE__)
+      Fault::fault, [&](T& m) { __VA_ARGS__; }, __LINE__)
 
 TEST(Validate, LooksAtTheHeaderOfEveryMessage) {
 #define PALP_CHECK(T)                                               \
@@ -76,6 +76,9 @@ TEST(Validate, ParticleChunk) {
   SPOIL(ParticleChunk, malformed, m.scalars.pop_back());
   SPOIL(ParticleChunk, malformed, m.field = static_cast<ScalarField>(kScalarFields.size()));
   SPOIL(ParticleChunk, malformed, m.field = ScalarField::none);
+  for (std::size_t field = 1; field < kScalarFields.size(); ++field) {
+    SPOIL(ParticleChunk, none, m.field = static_cast<ScalarField>(field));
+  }
   SPOIL(ParticleChunk, not_finite, m.positions.back() = std::nanf(""));
   SPOIL(ParticleChunk, not_finite, m.scalars.front() = static_cast<float>(kInf));
   SPOIL(ParticleChunk, not_finite, m.sim_time = kNan);

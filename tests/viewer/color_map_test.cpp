@@ -86,7 +86,7 @@ TEST(ColorMap, RangesEndAtRoundNumbersAndHoldTheValues) {
   EXPECT_EQ(suitable_range(ScalarField::density_error, std::vector<float>{-0.001f, 0.004f}, 1000),
             (ValueRange{-0.005, 0.005}));
   EXPECT_EQ(suitable_range(ScalarField::density_error, std::vector<float>(5, 0.0f), 1000), (ValueRange{-0.001, 0.001}));
-  EXPECT_EQ(suitable_range(ScalarField::state, std::vector<float>(5, 0.5f), 1000), (ValueRange{0, 1}));
+  EXPECT_EQ(suitable_range(ScalarField::state, std::vector<float>(5, 0.9f), 1000), (ValueRange{0, 1}));
   const std::vector<float> bad{std::nanf(""), INFINITY};
   const ValueRange none = suitable_range(ScalarField::speed, bad, 0);
   EXPECT_LT(none.low, none.high);
