@@ -73,7 +73,8 @@ bool is_sound(const ProxySample& m) {
 }
 
 bool is_sound(const ParticleChunk& m) {
-  return m.particle_count <= kMaxParticles && m.field <= ScalarField::state && well_placed(m) && m.sim_time >= 0;
+  return m.particle_count <= kMaxParticles && static_cast<std::size_t>(m.field) < kScalarFields.size() &&
+         well_placed(m) && m.sim_time >= 0;
 }
 
 bool is_sound(const Look& look) {

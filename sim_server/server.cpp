@@ -4,8 +4,6 @@
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -106,7 +104,7 @@ class Server {
   ServerSummary run(const std::atomic<int>& stop) {
     prctl(PR_SET_TIMERSLACK, 1000);
     // ahead of pictures and recordings where that is allowed, behind the bridge's real-time loop
-    setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), -10);
+    setpriority(PRIO_PROCESS, 0, -10);
     const std::int64_t begin = now_ns();
     Pace pace(static_cast<std::int64_t>(std::llround(1e9 * step_)));
     Command command;

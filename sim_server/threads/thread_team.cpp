@@ -2,8 +2,6 @@
 
 #include <sched.h>
 #include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -88,7 +86,7 @@ void ThreadTeam::help(int index) {
   while (true) {
     if (const int wanted = niceness_.load(std::memory_order_relaxed); wanted != own_niceness) {
       own_niceness = wanted;
-      setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), wanted);  // where that is allowed
+      setpriority(PRIO_PROCESS, 0, wanted);  // where that is allowed
     }
     const int invited = invited_.load(std::memory_order_acquire);
     if (index >= invited) {

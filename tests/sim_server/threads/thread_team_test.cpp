@@ -2,8 +2,6 @@
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -61,7 +59,7 @@ TEST(ThreadTeam, HelpersAreAsNiceAsTheirCaller) {
   std::thread caller([] {
     const int nicer = std::min(getpriority(PRIO_PROCESS, 0) + 3, 19);
     ThreadTeam team(3);
-    ASSERT_EQ(setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nicer), 0);
+    ASSERT_EQ(setpriority(PRIO_PROCESS, 0, nicer), 0);
     const std::thread::id own = std::this_thread::get_id();
     EXPECT_TRUE(eventually([&] {
       std::atomic<int> alike{0};
