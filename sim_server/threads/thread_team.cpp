@@ -13,7 +13,10 @@
 namespace palp {
 namespace {
 
-constexpr int kSpins = 300;  // pauses before a thread sleeps, some microseconds: longer than from one loop to the next
+// How long a thread looks for what it waits for before it sleeps [s]. To sleep and be woken takes as long as a small
+// loop, and while a thread of a step sleeps, something modest that computes takes its processor for a whole slice of
+// the scheduler's, some milliseconds: so within a step threads only sleep when one of them has lost its processor.
+constexpr double kPatience = 1e-3, kPatienceBetweenSteps = 2e-5;
 constexpr int kFirstPause = 16;  // calls of adapt() for which helpers sleep when they are first found to be in the way
 constexpr int kLongestPause = 4096;
 // The share of the time gained that may be lost by waiting. At 1 helpers and caller are as fast as the caller alone,
@@ -33,6 +36,20 @@ void pause_briefly() {
 int niceness() { return getpriority(PRIO_PROCESS, 0); }
 
 double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+// Returns whether done() becomes true while this thread's patience() [s] lasts.
+template <class Done, class Patience>
+bool comes_soon(const Done& done, const Patience& patience) {
+  constexpr int kPausesALook = 32;  // at the clock
+  const double begin = now_s();
+  while (true) {
+    for (int k = 0; k < kPausesALook; ++k) {
+      if (done()) return true;
+      pause_briefly();
+    }
+    if (now_s() - begin > patience()) return false;
+  }
+}
 
 }  // namespace
 
@@ -99,8 +116,10 @@ void ThreadTeam::help(int index) {
       helped_.fetch_add(1, std::memory_order_release);
       helped_.notify_one();
     }
-    for (int spin = 0; spin < kSpins && loop_.load(std::memory_order_relaxed) == loop; ++spin) pause_briefly();
-    loop_.wait(loop, std::memory_order_acquire);
+    const bool soon = comes_soon(
+        [&] { return loop_.load(std::memory_order_relaxed) != loop; },
+        [&] { return within_step_.load(std::memory_order_relaxed) ? kPatience : kPatienceBetweenSteps; });
+    if (!soon) loop_.wait(loop, std::memory_order_acquire);
   }
 }
 
@@ -116,6 +135,7 @@ void ThreadTeam::share_out(const Job& job) {
   job_.mode = float_mode();
   helped_.store(0, std::memory_order_relaxed);
   const std::uint64_t number = loop_.load(std::memory_order_relaxed) + 1u;
+  within_step_.store(true, std::memory_order_relaxed);
   left_.store(number << 32 | chunks, std::memory_order_release);
   loop_.store(static_cast<std::uint32_t>(number), std::memory_order_release);
   loop_.notify_all();
@@ -132,10 +152,8 @@ void ThreadTeam::share_out(const Job& job) {
 }
 
 void ThreadTeam::wait_for_helpers(std::uint32_t chunks) {
-  for (int spin = 0; spin < kSpins; ++spin) {
-    if (helped_.load(std::memory_order_acquire) == chunks) return;
-    pause_briefly();
-  }
+  const auto all_done = [&] { return helped_.load(std::memory_order_acquire) == chunks; };
+  if (comes_soon(all_done, [] { return kPatience; })) return;
   for (std::uint32_t done = helped_.load(std::memory_order_acquire); done != chunks;
        done = helped_.load(std::memory_order_acquire))
     helped_.wait(done, std::memory_order_acquire);
@@ -144,6 +162,7 @@ void ThreadTeam::wait_for_helpers(std::uint32_t chunks) {
 void ThreadTeam::adapt() {
   const int all = static_cast<int>(helpers_.size()), invited = invited_.load(std::memory_order_relaxed);
   if (all == 0) return;
+  within_step_.store(false, std::memory_order_relaxed);
   niceness_.store(niceness(), std::memory_order_relaxed);
   if (invited > 0 && lost_ > kBearable * gained_) {
     invited_.store(invited / 2, std::memory_order_release);

@@ -52,9 +52,9 @@ class ThreadTeam {
     });
   }
 
-  // To be called now and then, as after each step: judges by the loops since the last call how many helpers are worth
-  // their cost, and makes them as nice as the caller is, for whose work it waits when something else runs in their
-  // place.
+  // To be called after each step: judges by the loops since the last call how many helpers are worth their cost, and
+  // makes them as nice as the caller is, for whose work it waits when something else runs in their place. Until the
+  // next loop helpers may sleep; within a step they stay awake from one loop to the next.
   void adapt();
 
  private:
@@ -77,6 +77,7 @@ class ThreadTeam {
   std::atomic<std::uint32_t> helped_{0};  // chunks of this loop that helpers have done
   std::atomic<int> invited_{0};           // helpers that take part
   std::atomic<int> niceness_{0};          // of the caller
+  std::atomic<bool> within_step_{false};  // a loop has begun since the last call of adapt()
   std::atomic<bool> stop_{false};
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
