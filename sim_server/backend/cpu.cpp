@@ -70,17 +70,11 @@ class NeighborLists {
         if (tag_i.inactive() || tag_i.asleep()) continue;
         for_each_run(grid, sorted.xV[i].xyz(), reach, SerialTeam{},
                      [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
-                       // without branches, because a processor cannot predict which candidates are in reach
                        if (list.size() < size + (end - begin)) list.resize(2 * (size + (end - begin)));
                        const Vec3 x = sorted.xV[i].xyz() - shift;
-                       for (std::uint32_t j = begin; j < end; ++j) {
-                         list[size] = j;
-                         const bool near = (x - sorted.xV[j].xyz()).squaredNorm() < reach * reach;
-                         size +=
-                             static_cast<std::size_t>(near) & static_cast<std::size_t>(interacts(tag_i, sorted.tag[j]));
-                       }
+                       size += list_near(sorted.xV, begin, end, x, reach, list.data() + size);
                      });
-        size = keep_seen(sorted, grid, i, list.data(), i % run_ == 0 ? 0 : end_[i - 1], size, interacts);
+        size = keep_pairs(sorted, grid, i, list.data(), i % run_ == 0 ? 0 : end_[i - 1], size, interacts);
         end_[i] = static_cast<std::uint32_t>(size);
       }
     });
@@ -93,16 +87,45 @@ class NeighborLists {
   }
 
  private:
-  // Keeps of the entries [begin, end) of a list, the neighbours of particle i, those in sight, and returns their end.
+  // Writes those of the particles [begin, end) that are within reach of x to a list with room for all of them, and
+  // returns how many they are. Distances come by lanes and choices without branches, because a processor cannot predict
+  // which candidates are in reach.
+  static std::size_t list_near(const Packed* xV, std::uint32_t begin, std::uint32_t end, const Vec3& x, real reach,
+                               std::uint32_t* list) {
+    const Vec3Of<Lanes> from = x.cast<Lanes>();
+    std::size_t size = 0;
+    std::uint32_t j = begin;
+    for (; end - j >= kLanes; j += kLanes) {
+      LaneIndex at;
+      for (std::uint32_t k = 0; k < kLanes; ++k) at.of[k] = j + k;
+      real r2[kLanes];
+      Lanes((from - fetch<Lanes>(xV, at).xyz()).squaredNorm()).v.copy_to(r2, std::experimental::element_aligned);
+      for (std::uint32_t k = 0; k < kLanes; ++k) {
+        list[size] = j + k;
+        size += r2[k] < reach * reach ? 1 : 0;
+      }
+    }
+    for (; j < end; ++j) {
+      list[size] = j;
+      size += (x - xV[j].xyz()).squaredNorm() < reach * reach ? 1 : 0;
+    }
+    return size;
+  }
+
+  // Keeps of the entries [begin, end) of a list, near particle i, those that interact with it and are in its sight, and
+  // returns their end.
   template <class Pair>
-  static std::size_t keep_seen(const ParticleView& sorted, const CellGrid& grid, std::uint32_t i, std::uint32_t* list,
-                               std::size_t begin, std::size_t end, const Pair& interacts) {
+  static std::size_t keep_pairs(const ParticleView& sorted, const CellGrid& grid, std::uint32_t i, std::uint32_t* list,
+                                std::size_t begin, std::size_t end, const Pair& interacts) {
     const Vec3 x = sorted.xV[i].xyz();
-    const real clear = interacts.clear_around(sorted.tag[i], x);
+    const Tag tag_i = sorted.tag[i];
+    const real clear = interacts.clear_around(tag_i, x);
     std::size_t kept = begin;
     for (std::size_t k = begin; k < end; ++k) {
       const std::uint32_t j = list[k];
-      if (interacts.in_sight(sorted.tag[j], x, separation(grid, x, sorted.xV[j]), clear)) list[kept++] = j;
+      const Tag tag_j = sorted.tag[j];
+      if (interacts(tag_i, tag_j) && interacts.in_sight(tag_j, x, separation(grid, x, sorted.xV[j]), clear))
+        list[kept++] = j;
     }
     return kept;
   }

@@ -143,22 +143,22 @@ PALP_HD inline bool far_from_body(const WallViews& walls, const CellGrid& grid, 
 // Returns what a body is to a particle at x. a: the acceleration of WallShare::pull, world axes.
 PALP_HD inline NearBody near_body(const WallViews& walls, const CellGrid& grid, const Medium& medium,
                                   const BodyState& body, std::uint32_t k, const Vec3& x, const Vec3& a) {
-  NearBody out = not_near();
   const ContactBody& shape = walls.shape[k];
-  if (far_from_body(walls, grid, medium, body, k, x)) return out;
-  out.r = nearest_image(grid, x - body.x);
+  if (far_from_body(walls, grid, medium, body, k, x)) return not_near();
+  const Vec3 r = nearest_image(grid, x - body.x);
   const Mat3 R = body.q.toRotationMatrix();
-  const Vec3 y = R.transpose() * out.r;
-  if (outside_bounds(shape, y, medium.kernel.support)) return out;
+  const Vec3 y = R.transpose() * r;
+  if (outside_bounds(shape, y, medium.kernel.support)) return not_near();
   const Distance at = solid_distance(shape, walls.piece, walls.grid, y);
-  if (!(at.d < medium.kernel.support)) return out;
+  if (!(at.d < medium.kernel.support)) return not_near();
+  const WallKernel kernel = wall_kernel(medium.kernel, medium.spacing, R.transpose() * a);
+  const WallShare share = wall_share(shape, walls.piece, walls.grid, kernel, raised(kernel, at, y));
+  NearBody out = not_near();
+  out.r = r;
   out.d = at.d;
   out.n = R * at.n;
+  out.wall = {share.share, R * share.slope, R * share.pull, share.shear};
   complete(out, body);
-  const WallKernel kernel = wall_kernel(medium.kernel, medium.spacing, R.transpose() * a);
-  out.wall = wall_share(shape, walls.piece, walls.grid, kernel, raised(kernel, at, y));
-  out.wall.slope = R * out.wall.slope;
-  out.wall.pull = R * out.wall.pull;
   return out;
 }
 
