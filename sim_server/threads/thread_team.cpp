@@ -116,9 +116,9 @@ void ThreadTeam::help(int index) {
       helped_.fetch_add(1, std::memory_order_release);
       helped_.notify_one();
     }
-    const bool soon = comes_soon(
-        [&] { return loop_.load(std::memory_order_relaxed) != loop; },
-        [&] { return within_step_.load(std::memory_order_relaxed) ? kPatience : kPatienceBetweenSteps; });
+    const bool soon =
+        comes_soon([&] { return loop_.load(std::memory_order_relaxed) != loop; },
+                   [&] { return within_step_.load(std::memory_order_relaxed) ? kPatience : kPatienceBetweenSteps; });
     if (!soon) loop_.wait(loop, std::memory_order_acquire);
   }
 }

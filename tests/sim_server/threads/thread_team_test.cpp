@@ -74,6 +74,42 @@ TEST(ThreadTeam, HelpersAreAsNiceAsTheirCaller) {
   caller.join();
 }
 
+void keep_busy(std::chrono::microseconds time) {
+  const auto end = std::chrono::steady_clock::now() + time;
+  while (std::chrono::steady_clock::now() < end) {
+  }
+}
+
+// The share of the loops that a helper took part in before which it had slept. step_ends: after each loop.
+double share_slept(bool step_ends) {
+  ThreadTeam team(2);
+  const std::thread::id own = std::this_thread::get_id();
+  int loops = 0;
+  long first = -1, last = 0;  // how often it had slept
+  for (int loop = 0; loop < 200; ++loop) {
+    bool helped = false;
+    team.for_each(8, 1, [&](std::size_t) {
+      keep_busy(std::chrono::microseconds(20));
+      if (std::this_thread::get_id() == own) return;
+      helped = true;
+      rusage used;
+      getrusage(RUSAGE_THREAD, &used);
+      last = used.ru_nvcsw;
+      if (first < 0) first = last;
+    });
+    loops += helped ? 1 : 0;
+    if (step_ends) team.adapt();
+    keep_busy(std::chrono::microseconds(200));  // longer than threads are patient between steps
+  }
+  return loops > 50 ? static_cast<double>(last - first) / loops : 0.5;
+}
+
+// To be woken takes as long as a small loop, and what computes beside a step comes in when one of its threads sleeps.
+TEST(ThreadTeam, HelpersSleepBetweenStepsAndNotWithinThem) {
+  EXPECT_TRUE(eventually([] { return share_slept(false) < 0.2; }));
+  EXPECT_TRUE(eventually([] { return share_slept(true) > 0.8; }));
+}
+
 TEST(ThreadTeam, HelpersTakePart) {
   ThreadTeam team(3);
   EXPECT_TRUE(eventually([&] { return nap_in_helpers(team, false); }));
