@@ -189,17 +189,20 @@ enum class CommandKind : std::uint32_t {
   reset = 3,
   quit = 4,
   set_parameter = 5,
-  get_parameter = 6  // name empty: all of them; kBillName: the bill
+  get_parameter = 6,  // name empty: all of them; kBillName: the bill; kScenesName: the scenes
+  load_scene = 7      // name empty: the one that is served, read anew
 };
 
 // By this name get_parameter asks for the bill of the plan, what is computed and why, as lines for people.
 inline constexpr const char* kBillName = "bill";
+// By this name it asks for the names of the scenes that load_scene takes, a line each.
+inline constexpr const char* kScenesName = "scenes";
 
 // A request that anyone may send to the server. Reliable. The reply carries the same session and sequence.
 struct Command {
   Header header;
   CommandKind kind = CommandKind::pause;
-  std::string name;   // of the parameter
+  std::string name;   // of the parameter or the scene
   std::string value;  // as written in a scene file
 };
 

@@ -132,7 +132,7 @@ bool is_sound(const Event& m) {
   return is_name(m.process) && m.severity <= Severity::fault && m.sim_time >= 0 && is_text(m.text);
 }
 
-bool is_sound(const Command& m) { return m.kind <= CommandKind::get_parameter && is_text(m.name) && is_text(m.value); }
+bool is_sound(const Command& m) { return m.kind <= CommandKind::load_scene && is_text(m.name) && is_text(m.value); }
 
 bool is_sound(const CommandReply& m) { return is_text(m.text); }
 

@@ -1,10 +1,12 @@
 #include "sim_server/server.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -83,9 +85,10 @@ Effort effort_of(const Simulation& simulation, const ServerOptions& options) {
 
 class Server {
  public:
-  Server(Simulation& simulation, Bus& bus, const ServerOptions& options)
+  Server(Simulation& simulation, Bus& bus, const ServerOptions& options, const SceneChoice& scenes)
       : simulation_(simulation),
         options_(options),
+        scenes_(scenes),
         output_(&simulation.output()),
         step_(1.0 / simulation.scene().config.rate_hz),
         haptic_(bus, simulation.scene()),
@@ -101,16 +104,16 @@ class Server {
     bill();
   }
 
-  ServerSummary run(const std::atomic<int>& stop) {
+  Served run(const std::atomic<int>& stop) {
     prctl(PR_SET_TIMERSLACK, 1000);
     // ahead of pictures and recordings where that is allowed, behind the bridge's real-time loop
     setpriority(PRIO_PROCESS, 0, -10);
     const std::int64_t begin = now_ns();
     Pace pace(static_cast<std::int64_t>(std::llround(1e9 * step_)));
     Command command;
-    while (!stop && !quit_ &&
+    while (!stop && !quit_ && !next_ &&
            (options_.seconds <= 0 || 1e-9 * static_cast<double>(now_ns() - begin) < options_.seconds)) {
-      for (int k = 0; k < kCommandsAStep && !quit_ && control_.take(command); ++k) obey(command);
+      for (int k = 0; k < kCommandsAStep && !quit_ && !next_ && control_.take(command); ++k) obey(command);
       const std::int64_t t0 = now_ns();
       if (gauges_.state == State::running || single_steps_ > 0)
         advance(t0, options_.as_fast_as_possible ? t0 : pace.next_ns());
@@ -120,7 +123,7 @@ class Server {
       gauges_.real_time_factor = pace.factor();
       if (gauges_.state == State::running) wall_ns_ += now_ns() - t0;
     }
-    return summary();
+    return {summary(), std::move(next_), gauges_.state == State::paused};
   }
 
  private:
@@ -245,9 +248,30 @@ class Server {
       case CommandKind::set_parameter:
         return set_parameter(c.name, c.value);
       case CommandKind::get_parameter:
+        if (c.name == kScenesName) return fmt::format("{}", fmt::join(scenes_.names, "\n"));
         return c.name == kBillName ? bill() : list_parameters(c.name);
+      case CommandKind::load_scene:
+        return load_scene(c.name);
     }
     throw ConfigError("unknown command");
+  }
+
+  // Opens the scene that this run ends for. Only names that were told of are opened: a path from the bus is no scene.
+  std::string load_scene(const std::string& name) {
+    if (!name.empty() && std::ranges::find(scenes_.names, name) == scenes_.names.end())
+      throw ConfigError(
+          fmt::format("there is no scene '{}'; expected one of {}", name, fmt::join(scenes_.names, ", ")));
+    const State before = gauges_.state;
+    if (before == State::running) gauges_.state = State::paused;
+    publish();  // the hand is let go before the simulation falls silent
+    try {
+      next_ = scenes_.open(name);
+    } catch (...) {
+      gauges_.state = before;
+      throw;
+    }
+    gauges_.state = before;
+    return fmt::format("'{}' follows", next_->scene().config.name);
   }
 
   std::string set_parameter(const std::string& name, const std::string& value) {
@@ -310,6 +334,7 @@ class Server {
 
   Simulation& simulation_;
   const ServerOptions options_;
+  const SceneChoice& scenes_;
   const StepOutput* output_;
   const double step_;  // [s]
   std::string bill_;   // empty: a parameter has changed since
@@ -324,6 +349,7 @@ class Server {
   StepInput input_{};
   int single_steps_ = 0;
   bool quit_ = false;
+  std::unique_ptr<Simulation> next_;
   bool told_of_loss_ = false, told_of_doubt_ = false, told_of_notice_ = false;
   std::int64_t wall_ns_ = 0;
   std::string cause_;            // of the first fault
@@ -333,8 +359,9 @@ class Server {
 
 }  // namespace
 
-ServerSummary serve(Simulation& simulation, Bus& bus, const ServerOptions& options, const std::atomic<int>& stop) {
-  return Server(simulation, bus, options).run(stop);
+Served serve(Simulation& simulation, Bus& bus, const ServerOptions& options, const SceneChoice& scenes,
+             const std::atomic<int>& stop) {
+  return Server(simulation, bus, options, scenes).run(stop);
 }
 
 Json json_of(const ServerSummary& s, const Simulation& simulation) {

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "config/json_file.h"
 #include "idl/bus.h"
@@ -24,6 +26,13 @@ struct StepShare {
   double p50_us = 0, p99_us = 0, max_us = 0;
 };
 
+// The scenes that a server goes over to when it is told to.
+struct SceneChoice {
+  std::vector<std::string> names;
+  // Opens one of them, or, with an empty name, the scene that is served, read anew. Throws what says why it cannot.
+  std::function<std::unique_ptr<Simulation>(const std::string& name)> open;
+};
+
 // The figures of a run, for the summary and for the exit status.
 struct ServerSummary {
   std::uint64_t steps = 0;
@@ -38,9 +47,17 @@ struct ServerSummary {
   double real_time_factor() const { return wall_time > 0 ? sim_time / wall_time : 0; }
 };
 
-// Runs until stop, a quit command or the time is up. A diverging simulation stops stepping, says why in an event, and
-// waits for reset or quit; the summary keeps it.
-ServerSummary serve(Simulation& simulation, Bus& bus, const ServerOptions& options, const std::atomic<int>& stop);
+struct Served {
+  ServerSummary summary;
+  std::unique_ptr<Simulation> next;  // of the scene to go over to; null: the run is over
+  bool paused = false;               // the simulation stood still at the end
+};
+
+// Runs until stop, a quit command, the time is up or another scene has been opened. A diverging simulation stops
+// stepping, says why in an event, and waits for reset, another scene or quit; the summary keeps it. While a scene is
+// opened the simulation stands still.
+Served serve(Simulation& simulation, Bus& bus, const ServerOptions& options, const SceneChoice& scenes,
+             const std::atomic<int>& stop);
 
 Json json_of(const ServerSummary& summary, const Simulation& simulation);
 

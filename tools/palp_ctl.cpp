@@ -31,7 +31,7 @@ struct Verb {
   const char* help;
   CommandKind kind;
 };
-constexpr std::array<Verb, 7> kVerbs{{
+constexpr std::array<Verb, 8> kVerbs{{
     {"pause", "let the simulation stand still", CommandKind::pause},
     {"resume", "let it run again", CommandKind::resume},
     {"step", "do one haptic step while it is paused", CommandKind::step},
@@ -39,6 +39,7 @@ constexpr std::array<Verb, 7> kVerbs{{
     {"quit", "end the server", CommandKind::quit},
     {"set", "change a parameter while the simulation runs", CommandKind::set_parameter},
     {"get", "say what parameters are, all or one", CommandKind::get_parameter},
+    {"load", "go over to another scene, or read the same one anew", CommandKind::load_scene},
 }};
 
 std::chrono::milliseconds to_ms(double seconds) { return std::chrono::milliseconds(std::llround(1e3 * seconds)); }
@@ -116,7 +117,7 @@ int command(const Arguments& a, CommandKind kind) {
   std::string value;
   for (const std::string& word : a.value) value += (value.empty() ? "" : " ") + word;
   const auto replies = client.ask(kind, a.name, value, to_ms(a.timeout));
-  const bool is_list = kind == CommandKind::get_parameter && a.name != kBillName;
+  const bool is_list = kind == CommandKind::get_parameter && a.name != kBillName && a.name != kScenesName;
   bool ok = true;
   Json json = Json::array();
   for (const auto& [session, name] : servers) {
@@ -153,7 +154,11 @@ void declare(CLI::App& app, Arguments& a) {
       sub->add_option("name", a.name, "of the parameter; get lists them")->required();
       sub->add_option("value", a.value, "as a scene file would state it; a vector as three numbers")->required();
     } else if (verb.kind == CommandKind::get_parameter) {
-      sub->add_option("name", a.name, "of the parameter; without it, all; bill: what is computed, and why");
+      sub->add_option(
+          "name", a.name,
+          "of the parameter; without it, all; bill: what is computed, and why; scenes: those that load takes");
+    } else if (verb.kind == CommandKind::load_scene) {
+      sub->add_option("name", a.name, "of the scene; get scenes lists them; without it, the same scene anew");
     }
   }
 }

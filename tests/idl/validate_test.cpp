@@ -136,7 +136,7 @@ TEST(Validate, Texts) {
   SPOIL(Event, malformed, m.severity = static_cast<Severity>(3));
   SPOIL(Event, not_finite, m.sim_time = kNan);
   SPOIL(Event, malformed, m.text = std::string(kMaxText + 1, 'x'));
-  SPOIL(Command, malformed, m.kind = static_cast<CommandKind>(7));
+  SPOIL(Command, malformed, m.kind = static_cast<CommandKind>(8));
   SPOIL(Command, malformed, m.value = std::string(kMaxText + 1, 'x'));
   SPOIL(CommandReply, malformed, m.text = std::string(kMaxText + 1, 'x'));
 }

@@ -86,6 +86,35 @@ TEST_P(Commands, ParametersAreSetOrRefusedAndQuitEndsTheServer) {
   EXPECT_NE(summary("palp-sim-server").find("\"healthy\": true"), std::string::npos) << summary("palp-sim-server");
 }
 
+// Another scene is served as by a server that was started anew, and the bridge's hand finds it.
+TEST_P(Commands, GoesOverToAnotherSceneAndReadsItAnew) {
+  const std::string names = "\n" + ask(CommandKind::get_parameter, kScenesName).text + "\n";
+  EXPECT_NE(names.find("\ntray_rigid\n"), std::string::npos) << names;
+  EXPECT_TRUE(refuses(CommandKind::load_scene, "no_such_scene", "", "there is no scene 'no_such_scene'"));
+  EXPECT_TRUE(refuses(CommandKind::load_scene, "../../etc/passwd", "", "expected one of"));
+  EXPECT_TRUE(watcher_->says("sim_server", "running")) << "what is refused changes nothing";
+
+  const auto scenes = watcher_->bus().reader<SceneDescription>();
+  Received<SceneDescription> scene;
+  ASSERT_TRUE(watcher_->sees([&] { return scenes->take_latest(scene); }));
+  const std::string first = scene.message.name;
+  const auto serves = [&](const std::string& name, std::uint64_t not_session) {
+    return watcher_->sees([&] {
+      scenes->take_latest(scene);
+      return scene.message.name == name && scene.message.header.session != not_session &&
+             watcher_->says("sim_server", "running");
+    });
+  };
+  std::uint64_t session = scene.message.header.session;
+  EXPECT_NE(ask(CommandKind::load_scene, "tray_rigid").text.find("'tray_rigid' follows"), std::string::npos);
+  EXPECT_TRUE(serves("tray_rigid", session)) << first << "\n" << said();
+  session = scene.message.header.session;
+  ASSERT_TRUE(client_->reaches_server()) << said();
+  EXPECT_NE(ask(CommandKind::load_scene).text.find("'tray_rigid' follows"), std::string::npos);
+  EXPECT_TRUE(serves("tray_rigid", session)) << said();
+  stop_server();
+}
+
 TEST_P(Commands, ADivergedSimulationSaysWhyAndRunsAgainAfterReset) {
   EXPECT_TRUE(ask(CommandKind::set_parameter, "body_force", "1000 0 0").ok);
   EXPECT_TRUE(watcher_->sees([&] {
