@@ -9,7 +9,7 @@ namespace {
 
 using Key = osgGA::GUIEventAdapter;
 
-constexpr std::array<ActionRow, 22> kRows{{
+constexpr std::array<ActionRow, 24> kRows{{
     {Action::figures, Menu::view, "u", "fewer, more, no figures", 'u'},
     {Action::panels, Menu::view, "p", "panels", 'p'},
     {Action::surfaces, Menu::view, "m", "surfaces or particles", 'm'},
@@ -30,6 +30,8 @@ constexpr std::array<ActionRow, 22> kRows{{
     {Action::pause_or_resume, Menu::simulation, "space", "pause, go on", ' '},
     {Action::single_step, Menu::simulation, "n", "one step", 'n'},
     {Action::reset, Menu::simulation, "R", "start again", 'R'},
+    {Action::reload, Menu::simulation, "L", "read the scene's file anew", 'L'},
+    {Action::next_scene, Menu::simulation, "N", "the next scene", 'N'},
     {Action::help, Menu::help, "h", "help", 'h', Key::KEY_F1},
     {Action::let_go, Menu::help, "Esc", "let go, or quit", Key::KEY_Escape},
 }};

@@ -30,6 +30,8 @@ enum class Action {
   pause_or_resume,
   single_step,
   reset,
+  reload,
+  next_scene,
   screenshot,
   help,
   let_go

@@ -122,10 +122,7 @@ class Feed::Impl {
     }
     for (Command& command : commands) {
       if (!commands_->publish(command)) spdlog::warn("the command could not be sent");
-      if (command.kind == CommandKind::get_parameter && command.name.empty())
-        state_.expect_parameters(command.header.sequence);
-      else if (command.kind == CommandKind::get_parameter && command.name == kBillName)
-        state_.expect_bill(command.header.sequence);
+      if (command.kind == CommandKind::get_parameter) state_.expect(command.name, command.header.sequence);
     }
     if (status) status_->publish(*status);
   }

@@ -65,8 +65,7 @@ void FeedState::take_scene(std::shared_ptr<const SceneDescription> scene) {
   view_.poses = nullptr;
   view_.proxies = {};
   view_.notice.clear();
-  view_.parameters = nullptr;
-  view_.bill = nullptr;
+  view_.told.clear();
   view_.refusal.clear();
   view_.lost_frames = 0;
   show_frame();
@@ -134,12 +133,9 @@ void FeedState::add(const Received<CommandReply>& received) {
   const CommandReply& reply = received.message;
   if (servers_.held() != 0 && reply.header.session != servers_.held()) return;
   if (reply.command_session != own_session_) return;
-  if (reply.command_sequence == list_sequence_ && list_sequence_ != 0) {
-    if (reply.ok) view_.parameters = std::make_shared<const std::string>(reply.text);
-    return;
-  }
-  if (reply.command_sequence == bill_sequence_ && bill_sequence_ != 0) {
-    if (reply.ok) view_.bill = std::make_shared<const std::string>(reply.text);
+  for (const auto& [name, sequence] : asked_) {
+    if (sequence != reply.command_sequence) continue;
+    if (reply.ok) view_.told[name] = std::make_shared<const std::string>(reply.text);
     return;
   }
   ++view_.answers;

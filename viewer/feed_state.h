@@ -26,13 +26,19 @@ struct FeedView {
   std::map<std::string, Status> status;  // by process
   std::string notice;                    // the server's last refusal of a command or fault, while it is news
   std::string two_servers;               // which server is shown and which is passed over; empty where there is one
-  std::shared_ptr<const std::string> parameters;  // the server's newest list of them, as its reply has it; null: none
-  std::shared_ptr<const std::string> bill;        // of the server's plan, as its reply has it; null: none
-  std::string refusal;                            // the server's answer to the newest command, where that was refused
-  std::uint64_t answers = 0;                      // of the server to commands of this viewer, lists aside
-  std::uint64_t frames = 0;                       // complete ones received
-  std::uint64_t lost_frames = 0;                  // frames that never became complete
-  std::uint64_t refused = 0;                      // samples that were malformed or of another protocol version
+  // The server's newest replies to get_parameter, by the name that it was asked by; "": the list of its parameters.
+  std::map<std::string, std::shared_ptr<const std::string>> told;
+  std::string refusal;            // the server's answer to the newest command, where that was refused
+  std::uint64_t answers = 0;      // of the server to commands of this viewer, questions aside
+  std::uint64_t frames = 0;       // complete ones received
+  std::uint64_t lost_frames = 0;  // frames that never became complete
+  std::uint64_t refused = 0;      // samples that were malformed or of another protocol version
+
+  // Returns what was told of a name; null: nothing yet.
+  std::shared_ptr<const std::string> told_of(const std::string& name) const {
+    const auto entry = told.find(name);
+    return entry == told.end() ? nullptr : entry->second;
+  }
 };
 
 // Times are of this host's CLOCK_MONOTONIC [ns]. One thread.
@@ -51,9 +57,8 @@ class FeedState {
   void add(const Received<Status>& received);
   void add(const Received<Event>& received);
   void add(const Received<CommandReply>& received);
-  // Take note that a command of ours with this sequence asks for the list of all parameters, or for the bill.
-  void expect_parameters(std::uint64_t sequence) { list_sequence_ = sequence; }
-  void expect_bill(std::uint64_t sequence) { bill_sequence_ = sequence; }
+  // Takes note that the newest command of ours that asks for this name has this sequence.
+  void expect(const std::string& name, std::uint64_t sequence) { asked_[name] = sequence; }
   // Forgets what is too old to be believed: forces after 1 s, figures after 3 s, notices after 6 s.
   void forget(std::int64_t now_ns);
 
@@ -78,8 +83,7 @@ class FeedState {
   std::array<std::int64_t, kMaxDevices> proxy_at_ns_{};
   std::map<std::string, std::int64_t> status_at_ns_;
   std::int64_t notice_at_ns_ = 0;
-  std::uint64_t list_sequence_ = 0;  // of the newest command that asks for the list of parameters
-  std::uint64_t bill_sequence_ = 0;  // of the newest command that asks for the bill
+  std::map<std::string, std::uint64_t> asked_;  // by name, the sequence of the newest command that asks for it
 };
 
 }  // namespace palp

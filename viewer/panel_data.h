@@ -38,6 +38,7 @@ struct PanelData {
   std::string refusal;  // of the newest command, in the server's words
   std::optional<PickedLines> picked;
   std::shared_ptr<const std::string> bill;  // of the server's plan, for people; null: none has come
+  std::vector<std::string> scenes;          // that the server goes over to
   const Plots* plots = nullptr;
   double now = 0;  // [s], on the clock of the plots
   // what is changed in place
@@ -48,6 +49,7 @@ struct PanelData {
   // what was asked for
   std::vector<Request> requests;
   std::optional<ScalarField> asked_field;
+  std::optional<std::string> asked_scene;
   std::vector<std::pair<std::string, std::string>> asked_values;  // parameter, value
 };
 

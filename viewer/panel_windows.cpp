@@ -61,6 +61,11 @@ void draw_choices(PanelData& d, Menu menu) {
     size("larger words", 1.15);
     size("smaller words", 1 / 1.15);
   }
+  if (menu == Menu::simulation && ImGui::BeginMenu("another scene", !d.scenes.empty())) {
+    for (const std::string& name : d.scenes)
+      if (ImGui::MenuItem(name.c_str(), nullptr, name == d.scene)) d.asked_scene = name;
+    ImGui::EndMenu();
+  }
 }
 
 template <std::size_t N>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <utility>
 
 #include <imgui.h>
@@ -16,6 +17,14 @@ constexpr std::int64_t kLookAgainNs = 5'000'000'000;  // others may change param
 constexpr float kColumnLetters = 24;                  // the width of the column, in heights of letters
 constexpr float kNarrowestLetters = 14;
 constexpr ImU32 kMark = IM_COL32(255, 190, 66, 255);
+
+std::vector<std::string> lines_of(const std::shared_ptr<const std::string>& text) {
+  std::vector<std::string> lines;
+  if (!text) return lines;
+  std::istringstream in(*text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
 
 }  // namespace
 
@@ -54,9 +63,10 @@ void Panels::apply_settings() {
 
 void Panels::read_answers(const FeedView& view) {
   data_.refusal = view.refusal;
-  data_.bill = view.bill;
-  if (view.parameters != listed_ && !ImGui::IsAnyItemActive()) {
-    listed_ = view.parameters;
+  data_.bill = view.told_of(kBillName);
+  data_.scenes = lines_of(view.told_of(kScenesName));
+  if (const auto parameters = view.told_of(""); parameters != listed_ && !ImGui::IsAnyItemActive()) {
+    listed_ = parameters;
     data_.parameters = listed_ ? read_parameter_list(*listed_) : std::vector<ListedParameter>();
   }
 }
@@ -64,14 +74,16 @@ void Panels::read_answers(const FeedView& view) {
 // Asks for what open panels show: at once where a command may have changed it, else now and then.
 void Panels::ask_server(const FeedView& view, std::int64_t now_ns) {
   const bool answered = std::exchange(answers_, view.answers) != view.answers;
-  const bool open = view.scene && data_.settings.panels == PanelDetail::all;
-  const auto ask = [&](const char* name, bool wanted, bool known, std::int64_t& asked_ns) {
-    if (!open || !wanted || (!answered && now_ns - asked_ns <= (known ? kLookAgainNs : kAskAgainNs))) return;
-    asked_ns = now_ns;
+  const auto ask = [&](const char* name, bool wanted) {
+    const std::int64_t wait_ns = view.told_of(name) ? kLookAgainNs : kAskAgainNs;
+    if (!view.scene || !wanted || (!answered && now_ns - asked_ns_[name] <= wait_ns)) return;
+    asked_ns_[name] = now_ns;
     send_(CommandKind::get_parameter, name, "");
   };
-  ask("", data_.settings.control, view.parameters != nullptr, asked_list_ns_);
-  ask(kBillName, data_.settings.bill, view.bill != nullptr, asked_bill_ns_);
+  const bool open = data_.settings.panels == PanelDetail::all;
+  ask("", open && data_.settings.control);
+  ask(kBillName, open && data_.settings.bill);
+  ask(kScenesName, data_.settings.panels != PanelDetail::none);
 }
 
 void Panels::update(const FeedView& view, std::int64_t now_ns) {
@@ -130,6 +142,8 @@ std::vector<Request> Panels::take_requests() {
   if (data_.reading != told_reading_) session_.set_reading(told_reading_ = data_.reading);
   if (data_.asked_field) session_.show_field(*data_.asked_field);
   data_.asked_field.reset();
+  if (data_.asked_scene) send_(CommandKind::load_scene, *data_.asked_scene, "");
+  data_.asked_scene.reset();
   for (const auto& [name, value] : std::exchange(data_.asked_values, {}))
     send_(CommandKind::set_parameter, name, value);
   apply_settings();
@@ -157,6 +171,13 @@ void Panels::act(const Request& request) {
       break;
     case Action::recall_view:
       if (const auto view = s.view_of(data_.scene, request.number)) stage_.set_view(*view);
+      break;
+    case Action::next_scene:
+      if (!data_.scenes.empty()) {
+        const auto shown = std::ranges::find(data_.scenes, data_.scene);
+        data_.asked_scene =
+            shown == data_.scenes.end() || shown + 1 == data_.scenes.end() ? data_.scenes.front() : shown[1];
+      }
       break;
     case Action::let_go:
       if (picked_) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -62,9 +63,9 @@ class Panels {
   std::shared_ptr<const SceneDescription> picked_in_;  // the scene that picked_ is of
   std::shared_ptr<const std::string> listed_;          // what data_.parameters was read from
   std::uint64_t answers_ = 0;
-  std::int64_t asked_list_ns_ = 0, asked_bill_ns_ = 0;
-  float column_width_ = 0;  // [pixels]
-  ImguiLayer layer_;        // last: it draws from the others
+  std::map<std::string, std::int64_t> asked_ns_;  // when the server was last asked, by what
+  float column_width_ = 0;                        // [pixels]
+  ImguiLayer layer_;                              // last: it draws from the others
 };
 
 // Does what was asked for, in order.

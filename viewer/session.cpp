@@ -285,6 +285,9 @@ void Session::act(const Request& request) {
     case Action::reset:
       send_(CommandKind::reset, "", "");
       break;
+    case Action::reload:
+      send_(CommandKind::load_scene, "", "");
+      break;
     case Action::screenshot:
       screenshot_wanted_ = true;
       break;

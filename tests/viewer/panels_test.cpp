@@ -34,7 +34,7 @@ class PanelsTest : public testing::Test {
     view_.frame = std::make_shared<const ParticleFrame>(s.frame);
     view_.poses = std::make_shared<const BodyPoses>(s.poses);
     view_.proxies[0] = s.proxy;
-    view_.parameters = std::make_shared<const std::string>(kList);
+    view_.told[""] = std::make_shared<const std::string>(kList);
     view_.status["sim_server"].process = "sim_server";
     view_.status["sim_server"].metrics = {{"real_time_factor", 0.9}, {"step_p50_us", 400}};
     ASSERT_TRUE(eventually([&] { return (session_->update(view_, now_), session_->surfaces_complete()); },
@@ -189,13 +189,42 @@ TEST_F(PanelsTest, TheBillIsAskedForWhereItsPanelIsOpen) {
   picture();
   const Picture none = picture();
   ASSERT_EQ(differing(none, picture()), 0);
-  view_.bill = std::make_shared<const std::string>("tray on cpu: 900 particles\n\nModules\n  fluid        water\n");
+  view_.told[kBillName] =
+      std::make_shared<const std::string>("tray on cpu: 900 particles\n\nModules\n  fluid        water\n");
   EXPECT_GT(differing(none, picture()), 500) << "its words are shown";
 }
 
 TEST_F(PanelsTest, NobodyAsksForABillThatNobodySees) {
   start(PanelDetail::all);
   EXPECT_EQ(std::ranges::count(sent_, std::string(kBillName), &Sent::name), 0);
+}
+
+TEST_F(PanelsTest, TheNextSceneAndTheSameAnewAreAskedFor) {
+  start(PanelDetail::menu);
+  const auto loaded = [this] {
+    std::vector<std::string> names;
+    for (const Sent& one : std::exchange(sent_, {}))
+      if (one.kind == CommandKind::load_scene) names.push_back(one.name);
+    return names;
+  };
+  const auto tell = [this](const std::string& names) {
+    view_.told[kScenesName] = std::make_shared<const std::string>(names);
+    picture();
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_GE(std::ranges::count(sent_, std::string(kScenesName), &Sent::name), 1);
+  press('N');
+  EXPECT_EQ(loaded(), Names{}) << "the server has told of none";
+  tell("an_other\n" + view_.scene->name + "\nz_third");
+  press('N');
+  picture();
+  EXPECT_EQ(loaded(), Names{"z_third"});
+  press('L');
+  EXPECT_EQ(loaded(), Names{""});
+  tell("an_other\n" + view_.scene->name);
+  press('N');
+  picture();
+  EXPECT_EQ(loaded(), Names{"an_other"}) << "after the last comes the first";
 }
 
 TEST_F(PanelsTest, AClickSaysWhatItMeetsUntilEscape) {
