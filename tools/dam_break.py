@@ -6,9 +6,9 @@
 
 The front is that of Martin & Moyce's own column (1952; Z = x / a over T = t sqrt(2 g / a)): water 28.6 mm wide and twice as
 high, of twelve spacings, on a tray without end across. At that size surface tension holds the front back, so the water has
-its own, and meets the dry floor at a right angle. The gauge is the lowest in the face of the box of dam_break_box (the dam
-break on a box of MARIN: Kleefsman et al. 2005), where the water arrives, with 2.5 kPa, after 0.405 s, and bears 10.9 kPa in
-the mean of 11 ms at the peak. --spacing, in metres, is the gauge's, at level accurate."""
+its own, and meets the dry floor at a right angle, which is assumed. The gauge is the lowest in the face of the box of
+dam_break_box (the dam break on a box of MARIN: Kleefsman et al. 2005), where the water arrives, with 2.5 kPa, after
+0.405 s, and bears 10.9 kPa in the mean of 11 ms at the peak. --spacing, in metres, is the gauge's, at level accurate."""
 import argparse
 import math
 import pathlib

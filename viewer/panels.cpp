@@ -18,10 +18,9 @@ constexpr float kColumnLetters = 24;                  // the width of the column
 constexpr float kNarrowestLetters = 14;
 constexpr ImU32 kMark = IM_COL32(255, 190, 66, 255);
 
-std::vector<std::string> lines_of(const std::shared_ptr<const std::string>& text) {
+std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
-  if (!text) return lines;
-  std::istringstream in(*text);
+  std::istringstream in(text);
   for (std::string line; std::getline(in, line);) lines.push_back(line);
   return lines;
 }
@@ -64,7 +63,10 @@ void Panels::apply_settings() {
 void Panels::read_answers(const FeedView& view) {
   data_.refusal = view.refusal;
   data_.bill = view.told_of(kBillName);
-  data_.scenes = lines_of(view.told_of(kScenesName));
+  if (const auto scenes = view.told_of(kScenesName); scenes != scenes_told_) {
+    scenes_told_ = scenes;
+    data_.scenes = scenes ? lines_of(*scenes) : std::vector<std::string>();
+  }
   if (const auto parameters = view.told_of(""); parameters != listed_ && !ImGui::IsAnyItemActive()) {
     listed_ = parameters;
     data_.parameters = listed_ ? read_parameter_list(*listed_) : std::vector<ListedParameter>();
@@ -175,8 +177,8 @@ void Panels::act(const Request& request) {
     case Action::next_scene:
       if (!data_.scenes.empty()) {
         const auto shown = std::ranges::find(data_.scenes, data_.scene);
-        data_.asked_scene =
-            shown == data_.scenes.end() || shown + 1 == data_.scenes.end() ? data_.scenes.front() : shown[1];
+        const bool last = shown == data_.scenes.end() || shown + 1 == data_.scenes.end();
+        send_(CommandKind::load_scene, last ? data_.scenes.front() : shown[1], "");
       }
       break;
     case Action::let_go:

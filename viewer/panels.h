@@ -62,6 +62,7 @@ class Panels {
   std::optional<Picked> picked_;
   std::shared_ptr<const SceneDescription> picked_in_;  // the scene that picked_ is of
   std::shared_ptr<const std::string> listed_;          // what data_.parameters was read from
+  std::shared_ptr<const std::string> scenes_told_;     // what data_.scenes was read from
   std::uint64_t answers_ = 0;
   std::map<std::string, std::int64_t> asked_ns_;  // when the server was last asked, by what
   float column_width_ = 0;                        // [pixels]

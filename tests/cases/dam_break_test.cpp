@@ -120,8 +120,9 @@ TEST(DamBreakByGeometry, FrontFollowsPotentialFlow) {
   EXPECT_EQ(simulation->step({}).health.outside, 0u);
 }
 
-// The water of the experiment was so small that its surface tension held it back. It met the dry floor at about a right
-// angle: at rest it would be some 80 degrees, and fronts that move are steeper.
+// The water of the experiment was so small that its surface tension held it back. The angle at which it met the dry
+// floor is not known: a right angle is assumed, more than the 80 degrees or so at rest, since fronts that move are
+// steeper (tools/results/felt_remaining.md has other angles).
 TEST(DamBreakByGeometry, FrontOfTheExperimentsOwnWaterIsAsMeasured) {
   Scene scene = column(Method::accurate, true, kMeasuredWidth);
   scene.config.materials[0].surface_tension = 0.072;

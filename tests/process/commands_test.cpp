@@ -86,7 +86,7 @@ TEST_P(Commands, ParametersAreSetOrRefusedAndQuitEndsTheServer) {
   EXPECT_NE(summary("palp-sim-server").find("\"healthy\": true"), std::string::npos) << summary("palp-sim-server");
 }
 
-// Another scene is served as by a server that was started anew, and the bridge's hand finds it.
+// Another scene is served as by a server that was started anew.
 TEST_P(Commands, GoesOverToAnotherSceneAndReadsItAnew) {
   const std::string names = "\n" + ask(CommandKind::get_parameter, kScenesName).text + "\n";
   EXPECT_NE(names.find("\ntray_rigid\n"), std::string::npos) << names;
