@@ -20,7 +20,7 @@
 
 namespace palp {
 
-inline constexpr std::uint32_t kProtocolVersion = 3;
+inline constexpr std::uint32_t kProtocolVersion = 4;
 inline constexpr std::uint32_t kMaxDevices = 8;
 
 struct Header {
@@ -123,6 +123,9 @@ struct BodyDescription {
   // of matter that has changed state: a fluid's that is solid, a solid's that is fluid. Clear or not as look is
   std::array<float, 3> changed_color{};
   Look changed_look;
+  // Of an elastic body with a surface, whose body frame is the world's: where each of its particles is at rest [m], x y
+  // z. The surface moves along with them. Else empty.
+  std::vector<float> rest;
 };
 
 struct ProxyDescription {

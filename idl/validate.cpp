@@ -97,6 +97,7 @@ bool is_sound(const BodyDescription& body, std::uint32_t particle_count) {
          is_color(body.changed_color) && is_sound(body.look) && is_sound(body.changed_look) &&
          body.vertices.size() % 3 == 0 && body.vertices.size() <= kMaxMeshFloats && body.triangles.size() % 3 == 0 &&
          body.triangles.size() <= kMaxMeshIndices &&
+         (body.rest.empty() || (body.kind == BodyKind::elastic && body.rest.size() == 3 * std::size_t{body.count})) &&
          std::all_of(body.triangles.begin(), body.triangles.end(), [&](std::uint32_t i) { return i < vertices; });
 }
 

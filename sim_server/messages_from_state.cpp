@@ -1,9 +1,25 @@
 #include "sim_server/messages_from_state.h"
 
+#include <ranges>
+#include <span>
+
 #include "idl/convert.h"
+#include "sim_server/scene/scene_heat.h"
 
 namespace palp {
 namespace {
+
+// Particles of an elastic body up to which it is drawn by a surface that they carry along: beyond, its description
+// would be many megabytes.
+constexpr std::uint32_t kMostSkinned = 100'000;
+
+void append(auto&& places, std::vector<float>& to) {
+  to.reserve(3 * places.size());
+  for (const Eigen::Vector3d& place : places) {
+    const Eigen::Vector3f x = place.cast<float>();
+    to.insert(to.end(), {x.x(), x.y(), x.z()});
+  }
+}
 
 BodyDescription describe_body(const Scene& scene, const Body& body) {
   BodyDescription out;
@@ -16,15 +32,17 @@ BodyDescription describe_body(const Scene& scene, const Body& body) {
   out.look = body.look;
   out.changed_color = body.changed_color;
   out.changed_look = body.changed_look;
-  out.vertices.reserve(3 * body.surface.vertices.size());
-  // fixed bodies have no pose on the bus: their surface is given where it is
-  const bool fixed = body.type == BodyKind::fixed;
-  for (const Eigen::Vector3d& v : body.surface.vertices) {
-    const Eigen::Vector3f x = (fixed ? Eigen::Vector3d(body.position + body.orientation * v) : v).cast<float>();
-    out.vertices.insert(out.vertices.end(), {x.x(), x.y(), x.z()});
-  }
-  out.triangles.reserve(3 * body.surface.triangles.size());
-  for (const auto& t : body.surface.triangles) out.triangles.insert(out.triangles.end(), t.begin(), t.end());
+  const bool soft = body.type == BodyKind::elastic && body.count <= kMostSkinned && !changes_state(scene, body);
+  const SurfaceMesh& surface = soft ? body.skin : body.surface;
+  // fixed and elastic bodies have no pose on the bus: their surface is given where it is
+  const bool posed = body.type == BodyKind::rigid;
+  append(surface.vertices | std::views::transform([&](const Eigen::Vector3d& v) {
+           return posed ? v : Eigen::Vector3d(body.position + body.orientation * v);
+         }),
+         out.vertices);
+  out.triangles.reserve(3 * surface.triangles.size());
+  for (const auto& t : surface.triangles) out.triangles.insert(out.triangles.end(), t.begin(), t.end());
+  if (soft && !surface.triangles.empty()) append(std::span(scene.position).subspan(body.first, body.count), out.rest);
   return out;
 }
 

@@ -15,6 +15,8 @@
 #include <osg/PrimitiveSet>
 
 #include "viewer/arrays.h"
+#include "viewer/medium.h"
+#include "viewer/refine.h"
 #include "viewer/sharpen.h"
 #include "viewer/welded_surface.h"
 
@@ -275,12 +277,18 @@ std::size_t build_work(const BodyDescription& body) {
   return body.vertices.size() / 3 + 2 * (body.triangles.size() / 3);
 }
 
-BodyMesh build_mesh(const BodyDescription& body, BuildProgress* progress) {
+bool has_skin(const BodyDescription& body) {
+  return body.kind == BodyKind::elastic && !body.triangles.empty() && !body.rest.empty() &&
+         body.rest.size() == 3 * std::size_t{body.count} && usual_medium(body) == Medium::opaque;
+}
+
+BodyMesh build_mesh(const BodyDescription& body, BuildProgress* progress, double longest_edge) {
   BodyMesh mesh;
   try {
     WorkMeter meter(progress);
     Surface surface = weld(body, meter);
     sharpen(surface);
+    if (longest_edge > 0) refine(surface, longest_edge);
     const bool hollow = body.kind == BodyKind::fixed && is_hollow(surface);
     const TrianglesAround around(surface);
     GeometryBuilder solid(surface, around), glass(surface, around);

@@ -30,10 +30,16 @@ struct BuildProgress {
 std::size_t build_work(const BodyDescription& body);
 
 // Triangles with an index out of range, a non-finite vertex or no area are left out. Any thread. Returns nothing when
-// it is cancelled.
-BodyMesh build_mesh(const BodyDescription& body, BuildProgress* progress = nullptr);
+// it is cancelled. longest_edge: above 0, edges are that long at most [m], for a surface that bends.
+BodyMesh build_mesh(const BodyDescription& body, BuildProgress* progress = nullptr, double longest_edge = 0);
 
-// Returns whether a body is described by a surface, which stands for its particles.
-inline bool has_surface(const BodyDescription& body) { return !body.vertices.empty() && !body.triangles.empty(); }
+// Returns whether a body is described by a rigid surface, which stands for its particles.
+inline bool has_surface(const BodyDescription& body) {
+  return body.kind != BodyKind::elastic && !body.vertices.empty() && !body.triangles.empty();
+}
+
+// Returns whether a soft body has a surface that its particles can carry along (skin.h), and that looks like it: what is
+// clear has a thickness.
+bool has_skin(const BodyDescription& body);
 
 }  // namespace palp

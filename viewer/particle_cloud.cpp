@@ -142,7 +142,7 @@ void ParticleCloud::set_scene(const SceneDescription& scene) {
   const std::size_t stages = std::clamp<std::size_t>(rows / std::max<std::size_t>(1, changing), 1, kStages);
   for (const BodyDescription& body : scene.bodies) {
     bodies_.push_back({body.kind, body.first, body.count, body.density, has_surface(body), usual_medium(body),
-                       tints_of(body, changes_look(body) ? stages : 1)});
+                       tints_of(body, changes_look(body) ? stages : 1), nullptr});
   }
   rest_density_ = 0;
   for (const Body& body : bodies_) {
@@ -221,10 +221,18 @@ std::vector<float> ParticleCloud::values_for_range(const ParticleFrame& frame) c
   return values;
 }
 
+// Returns whether the frame has a value of the field that is wanted for each particle.
+bool ParticleCloud::carries_wanted(const ParticleFrame& frame) const {
+  return !frame.scalars.empty() && 3 * frame.scalars.size() == frame.positions.size() && frame.field == wanted_;
+}
+
+bool ParticleCloud::takes_skins(const ParticleFrame& frame) const {
+  const bool by_number = wanted_ != ScalarField::none && carries_wanted(frame);
+  return !draw_all_ && !beads_ && !by_number && clip_ == kNoClip;
+}
+
 void ParticleCloud::choose_colors(const ParticleFrame& frame) {
-  const bool carried =
-      !frame.scalars.empty() && 3 * frame.scalars.size() == frame.positions.size() && frame.field == wanted_;
-  shown_ = carried ? wanted_ : ScalarField::none;
+  shown_ = carries_wanted(frame) ? wanted_ : ScalarField::none;
   shared_->getUniform("by_scalar")->set(shown_ != ScalarField::none);
   if (shown_ == ScalarField::none) return;
 
@@ -249,6 +257,7 @@ void ParticleCloud::find_seen(const Body& body, const ParticleFrame& frame) {
   stages_.clear();
   places_.reserve(end - first);
   for (std::size_t i = first; i < end; ++i) {
+    if (body.skin != nullptr && !body.skin->bare(i - first)) continue;
     const float* p = frame.positions.data() + 3 * i;
     const bool is_place = std::abs(p[0]) < kFarthest && std::abs(p[1]) < kFarthest && std::abs(p[2]) < kFarthest;
     if (!is_place || !(whole || keeps(clip_, osg::Vec3d(p[0], p[1], p[2])))) continue;

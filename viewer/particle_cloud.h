@@ -19,6 +19,7 @@
 #include "viewer/look_table.h"
 #include "viewer/medium.h"
 #include "viewer/reading.h"
+#include "viewer/skin.h"
 #include "viewer/streamed_array.h"
 
 namespace palp {
@@ -41,6 +42,12 @@ class ParticleCloud {
   void set_scene(const SceneDescription& scene);
   // Draws also those of bodies that have a surface, all as beads, from the next frame on.
   void set_draw_all(bool all) { draw_all_ = all; }
+  // Returns whether surfaces that particles carry along may stand for them when this frame is set: they have no colours
+  // by numbers, and nothing within.
+  bool takes_skins(const ParticleFrame& frame) const;
+  // From the next frame on a surface stands for the particles of this body of the scene, but for those that are bare.
+  // skin: stays where it is for as long; null: none does.
+  void set_skin(std::size_t body, const Skin* skin) { bodies_[body].skin = skin; }
   // Draws media as beads, from the next frame on.
   void set_beads(bool beads) { beads_ = beads; }
   // Frames may come with any number of particles; those that no body of the scene claims are not drawn.
@@ -77,6 +84,7 @@ class ParticleCloud {
     bool has_surface;
     Medium medium;                   // as it usually looks
     std::vector<osg::Vec4ub> tints;  // colour and row of looks_, from as it is at first to wholly changed
+    const Skin* skin = nullptr;      // set_skin()
   };
   struct Set {
     osg::ref_ptr<StreamedArray<osg::Vec4Array>> vertices;
@@ -86,6 +94,7 @@ class ParticleCloud {
     osg::ref_ptr<osg::Geometry> clear_lumps;
   };
 
+  bool carries_wanted(const ParticleFrame& frame) const;
   void choose_colors(const ParticleFrame& frame);
   std::vector<float> values_for_range(const ParticleFrame& frame) const;
   std::optional<Medium> medium_of(const Body& body) const;

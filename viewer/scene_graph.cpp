@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <utility>
 
 #include <osg/BlendFunc>
 #include <osg/CullFace>
@@ -209,12 +211,14 @@ void SceneGraph::set_scene(const SceneDescription& scene) {
   for (const BodyDescription& description : scene.bodies) {
     PlacedBody body;
     body.kind = description.kind;
+    body.first = description.first;
+    body.count = description.count;
     body.place = new osg::MatrixTransform;
     body.place->setNodeMask(description.kind == BodyKind::fixed ? ~0u : 0u);
     body.look = description.look;
     body.place->getOrCreateStateSet()->addUniform(new osg::Uniform("surface_look", surface_numbers(body.look)));
     surfaces_->addChild(body.place);
-    bodies_.push_back(body);
+    bodies_.push_back(std::move(body));
   }
   cloud_.set_scene(scene);
   spacing_ = scene.spacing;
@@ -261,6 +265,14 @@ void SceneGraph::set_surface(std::size_t index, const BodyMesh& mesh) {
   update_content();
 }
 
+void SceneGraph::set_soft_surface(std::size_t index, const BodyMesh& mesh, Skin skin) {
+  if (index >= bodies_.size() || !mesh.solid || skin.particles() != bodies_[index].count) return;
+  PlacedBody& body = bodies_[index];
+  body.soft = std::make_unique<SoftSurface>(mesh, std::move(skin));
+  body.soft->geometry()->setStateSet(solid_);
+  body.place->addChild(body.soft->geometry());
+}
+
 void SceneGraph::set_draw_all(bool all) {
   cloud_.set_draw_all(all);
   surfaces_->setNodeMask(all ? 0u : ~0u);
@@ -282,7 +294,21 @@ void SceneGraph::set_poses(const BodyPoses& poses) {
   if (moved_fixed && !seen_frame_) update_content();
 }
 
+// Shows the surfaces of soft bodies where the frame's particles carry them, or those particles.
+void SceneGraph::follow_particles(const ParticleFrame& frame) {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    PlacedBody& body = bodies_[i];
+    if (!body.soft) continue;
+    const bool has = frame.positions.size() / 3 >= std::size_t{body.first} + body.count;
+    const bool shown = has && cloud_.takes_skins(frame);
+    body.place->setNodeMask(shown ? ~0u : 0u);
+    cloud_.set_skin(i, shown ? &body.soft->skin() : nullptr);
+    if (shown) body.soft->follow(std::span(frame.positions).subspan(3 * std::size_t{body.first}, 3 * std::size_t{body.count}));
+  }
+}
+
 void SceneGraph::set_frame(const ParticleFrame& frame) {
+  follow_particles(frame);
   cloud_.set_frame(frame);
   for (std::size_t i = 0; i < media_.size(); ++i)
     if (kSurfaceMedia[i] == Medium::opaque) media_[i]->set_one_tint(cloud_.one_tint());

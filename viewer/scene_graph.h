@@ -17,6 +17,7 @@
 #include "viewer/mesh.h"
 #include "viewer/particle_cloud.h"
 #include "viewer/shadow_map.h"
+#include "viewer/soft_surface.h"
 
 namespace palp {
 
@@ -30,6 +31,9 @@ class SceneGraph {
   // Shows the surface of a body, where the poses so far have put it. Fixed bodies stand at their own frame until a pose
   // names them, rigid ones are hidden until one does. A body that the scene lacks is passed over.
   void set_surface(std::size_t body, const BodyMesh& mesh);
+  // Shows the surface of a soft body from the next frame on, where its particles carry it. A body that the scene lacks
+  // is passed over. mesh.solid: the surface at rest, whose vertices the skin has.
+  void set_soft_surface(std::size_t body, const BodyMesh& mesh, Skin skin);
   // Draws nothing: there is no server yet.
   void clear();
   void set_frame(const ParticleFrame& frame);
@@ -82,13 +86,16 @@ class SceneGraph {
   struct PlacedBody {
     BodyKind kind = BodyKind::fluid;
     Look look;
+    std::uint32_t first = 0, count = 0;  // of its particles
     osg::BoundingBox box;             // of the surface, body frame
     std::vector<osg::Vec3d> outline;  // points of it, body frame
     osg::ref_ptr<osg::MatrixTransform> place;
+    std::unique_ptr<SoftSurface> soft;
   };
 
   void add_media();
   void add_shadows();
+  void follow_particles(const ParticleFrame& frame);
   void update_content();
   void place_ground();
   void cut_open();

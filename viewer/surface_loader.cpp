@@ -5,12 +5,23 @@
 
 namespace palp {
 
+LoadedSurface load_surface(const BodyDescription& body, double spacing, BuildProgress* progress) {
+  LoadedSurface out;
+  const bool soft = has_skin(body);
+  out.mesh = build_mesh(body, progress, soft ? spacing : 0);
+  if (!soft || !out.mesh.solid) return out;
+  const auto& vertices = static_cast<const osg::Vec3Array&>(*out.mesh.solid->getVertexArray());
+  out.skin = Skin::bind(vertices.asVector(), body.rest, spacing);
+  if (!out.skin) out.mesh = {};
+  return out;
+}
+
 void SurfaceLoader::start(std::shared_ptr<const SceneDescription> scene) {
   stop();
   std::vector<std::size_t> bodies;
   for (std::size_t i = 0; i < scene->bodies.size(); ++i) {
     const BodyDescription& body = scene->bodies[i];
-    if (body.triangles.empty()) continue;
+    if (!has_surface(body) && !has_skin(body)) continue;
     bodies.push_back(i);
     work_ += build_work(body);
     triangles_ += body.triangles.size() / 3;
@@ -25,10 +36,11 @@ void SurfaceLoader::start(std::shared_ptr<const SceneDescription> scene) {
 
 void SurfaceLoader::build(const SceneDescription& scene, const std::vector<std::size_t>& bodies) {
   for (const std::size_t body : bodies) {
-    BodyMesh mesh = build_mesh(scene.bodies[body], progress_.get());
+    LoadedSurface surface = load_surface(scene.bodies[body], scene.spacing, progress_.get());
     if (progress_->cancelled) return;
+    surface.body = body;
     const std::lock_guard lock(mutex_);
-    finished_.push_back({body, std::move(mesh)});
+    finished_.push_back(std::move(surface));
   }
 }
 

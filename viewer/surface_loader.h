@@ -4,18 +4,25 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
 #include "idl/messages.h"
 #include "viewer/mesh.h"
+#include "viewer/skin.h"
 
 namespace palp {
 
 struct LoadedSurface {
   std::size_t body = 0;  // its place in SceneDescription::bodies
   BodyMesh mesh;
+  std::optional<Skin> skin;  // of a soft body: what carries the vertices of mesh.solid, which else is null
 };
+
+// Returns the surface of a body that has one, or a skin (mesh.h). spacing: of the particles [m]. Any thread. Nothing of
+// it when it is cancelled, or where particles lie so that they cannot carry a skin.
+LoadedSurface load_surface(const BodyDescription& body, double spacing, BuildProgress* progress = nullptr);
 
 // One thread calls it.
 class SurfaceLoader {

@@ -146,6 +146,7 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     body.lattice = Eigen::Quaterniond(solid->frame.linear());
     moments = moments.moved(solid->frame);
     if (body.type == BodyKind::rigid || body.type == BodyKind::fixed) body.surface = solid_surface(*solid, spacing / 2);
+    if (body.type == BodyKind::elastic) body.skin = solid_surface(*solid, spacing / 2);
     if (particles.position.empty())
       for (const Eigen::Vector3d& corner : body.surface.vertices)
         body.extent.extend(Eigen::Vector3d(body.orientation.conjugate() * body.position + corner));

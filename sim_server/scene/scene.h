@@ -44,7 +44,8 @@ struct Body {
   Look look;
   std::array<float, 3> changed_color{};  // of its matter that has changed state
   Look changed_look;
-  SurfaceMesh surface;  // for the viewer; empty for fluids
+  SurfaceMesh surface;  // of a rigid or fixed body, unless it is of loose particles
+  SurfaceMesh skin;     // likewise, of an elastic body at rest, for the viewer alone
   // The shape that rigid_contact.h needs (contact_shape.h); none for fluids, elastic bodies, loose particles, method
   // "paper", and where no solid moves that could meet another.
   std::shared_ptr<const ContactShape> contact;

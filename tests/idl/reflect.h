@@ -51,6 +51,10 @@ void for_each_field(F&& f, A& a, B& b) {
   PALP_FIELDS(11, (a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10), (b0, b1, b2, b3, b4, b5, b6, b7, b8, b9, b10),
               (f(a0, b0), f(a1, b1), f(a2, b2), f(a3, b3), f(a4, b4), f(a5, b5), f(a6, b6), f(a7, b7), f(a8, b8),
                f(a9, b9), f(a10, b10)))
+  PALP_FIELDS(12, (a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11),
+              (b0, b1, b2, b3, b4, b5, b6, b7, b8, b9, b10, b11),
+              (f(a0, b0), f(a1, b1), f(a2, b2), f(a3, b3), f(a4, b4), f(a5, b5), f(a6, b6), f(a7, b7), f(a8, b8),
+               f(a9, b9), f(a10, b10), f(a11, b11)))
   PALP_FIELDS(14, (a0, a1, a2, a3, a4, a5, a6, a7, a8, a9, a10, a11, a12, a13),
               (b0, b1, b2, b3, b4, b5, b6, b7, b8, b9, b10, b11, b12, b13),
               (f(a0, b0), f(a1, b1), f(a2, b2), f(a3, b3), f(a4, b4), f(a5, b5), f(a6, b6), f(a7, b7), f(a8, b8),

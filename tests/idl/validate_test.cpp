@@ -113,7 +113,9 @@ TEST(Validate, SceneDescription) {
   SPOIL(SceneDescription, not_finite, m.bodies[1].vertices[4] = std::nanf(""));
   SPOIL(SceneDescription, malformed, m.bodies[1].triangles[2] = 3);
   SPOIL(SceneDescription, malformed, m.bodies[1].triangles.push_back(0));
-  SPOIL(SceneDescription, malformed, m.proxies[0].body = 2);
+  SPOIL(SceneDescription, malformed, m.bodies[2].rest.pop_back());
+  SPOIL(SceneDescription, malformed, m.bodies[2].kind = BodyKind::rigid);
+  SPOIL(SceneDescription, malformed, m.proxies[0].body = 3);
   SPOIL(SceneDescription, malformed, m.proxies[0].device = kMaxDevices);
   SPOIL(SceneDescription, malformed, m.proxies[0].pose.orientation = {});
   SPOIL(SceneDescription, malformed, m.proxies.resize(kMaxDevices + 1, m.proxies[0]));

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "sim_server/messages_from_state.h"
+#include "sim_server/solver/make_simulation.h"
 #include "tests/support/bus.h"
+#include "tests/support/scenes.h"
 
 namespace palp::test {
 namespace {
@@ -50,6 +52,42 @@ TEST(HapticLink, SendsAnAnswerAgainUntilThereIsANewerOne) {
     }
     EXPECT_EQ(all.back().message.header.sequence, last);
   }
+}
+
+// What changes state has no surface of its own.
+TEST(SceneDescription, GivesASoftBodyItsSurfaceAndWhereItsParticlesRest) {
+  SceneConfig config = scene(0.01);
+  MaterialConfig& m = config.materials[0];
+  m.young_modulus = 1e4;
+  m.poisson_ratio = 0.3;
+  m.heat_capacity = 1000;
+  m.conductivity = 1;
+  config.materials.push_back(m);
+  config.materials[1].name = "melts";
+  config.materials[1].melting_temperature = 300;
+  config.materials[1].latent_heat = 2000;
+  BodyConfig jelly = body("jelly", BodyKind::elastic, box({0.05, 0.04, 0.03}));
+  jelly.position = {0.1, 0.2, 0.3};
+  jelly.temperature = 290;
+  BodyConfig butter = jelly;
+  butter.name = "butter";
+  butter.material = "melts";
+  butter.position = {-0.1, 0.2, 0.3};
+  config.bodies = {jelly, butter};
+  const auto simulation = make_cpu_simulation(sample_scene(config, 1000));
+  const SceneDescription out = describe_scene(*simulation);
+  const BodyDescription& soft = out.bodies[0];
+  ASSERT_EQ(soft.rest.size(), 3 * 60u);
+  ASSERT_EQ(soft.vertices.size(), 3 * 8u);
+  EXPECT_EQ(soft.triangles.size(), 3 * 12u);
+  Eigen::AlignedBox3f surface, particles;  // in the world
+  for (std::size_t i = 0; i < soft.vertices.size(); i += 3) surface.extend(Eigen::Vector3f(soft.vertices.data() + i));
+  for (std::size_t i = 0; i < soft.rest.size(); i += 3) particles.extend(Eigen::Vector3f(soft.rest.data() + i));
+  EXPECT_LT((surface.min() - Eigen::Vector3f(0.075f, 0.18f, 0.285f)).norm(), 1e-6);
+  EXPECT_LT((particles.min() - surface.min() - Eigen::Vector3f::Constant(0.005f)).norm(), 1e-6);
+  EXPECT_LT((surface.max() - particles.max() - Eigen::Vector3f::Constant(0.005f)).norm(), 1e-6);
+  EXPECT_TRUE(out.bodies[1].vertices.empty());
+  EXPECT_TRUE(out.bodies[1].rest.empty());
 }
 
 }  // namespace

@@ -56,19 +56,26 @@ inline void make_sound(SceneDescription& m) {
   m.bounds_min = {-1, -2, -3};
   m.bounds_max = {1, 2, 3};
   m.gravity = {0, 0, -9.81};
-  m.bodies.resize(2);
+  m.bodies.resize(3);
   m.bodies[0] = {"water",
                  BodyKind::fluid,
                  0,
-                 90,
+                 88,
                  1000,
                  {0.1f, 0.2f, 1.0f},
                  {true, 0.05f, 0, 1.333f, {3, 2, 1}, 0.5f, 0},
                  {},
                  {},
                  {1, 1, 0.5f},
-                 {true, 0.12f, 0, 1.31f, {1, 2, 3}, 0.02f, 0}};
-  m.bodies[1] = {"spoon", BodyKind::rigid, 90, 10, 7800, {0, 1, 0}, {}, {0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2}, {}, {}};
+                 {true, 0.12f, 0, 1.31f, {1, 2, 3}, 0.02f, 0},
+                 {}};
+  m.bodies[1] = {"spoon", BodyKind::rigid, 90, 10, 7800, {0, 1, 0}, {}, {0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2}, {}, {}, {}};
+  m.bodies[2] = m.bodies[1];
+  m.bodies[2].name = "jelly";
+  m.bodies[2].kind = BodyKind::elastic;
+  m.bodies[2].first = 88;
+  m.bodies[2].count = 2;
+  m.bodies[2].rest = {0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f};
   m.proxies = {{3, 1, sound_pose()}};
 }
 inline void make_sound(BodyPoses& m) {

@@ -13,6 +13,7 @@
 #include <osgDB/WriteFile>
 
 #include "viewer/stage.h"
+#include "viewer/surface_loader.h"
 
 namespace palp::test {
 
@@ -79,7 +80,13 @@ inline StageOptions small_stage(int width = 320, int height = 240) {
 // Shows a scene with its surfaces, which the viewer builds beside the pictures.
 inline void set_scene(Stage& stage, const SceneDescription& scene) {
   stage.scene().set_scene(scene);
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) stage.scene().set_surface(i, build_mesh(scene.bodies[i]));
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    LoadedSurface loaded = load_surface(scene.bodies[i], scene.spacing);
+    if (loaded.skin)
+      stage.scene().set_soft_surface(i, loaded.mesh, std::move(*loaded.skin));
+    else
+      stage.scene().set_surface(i, loaded.mesh);
+  }
 }
 
 inline Picture shoot(Stage& stage) {
