@@ -19,6 +19,7 @@ class OpenBus : public Bus {
   explicit OpenBus(const BusOptions& options)
       : participant(options.vendor == Vendor::cyclone ? open_cyclone(options) : open_fastdds(options)) {
     vendor_ = options.vendor;
+    domain_ = options.domain;
     std::random_device random;
     while (session_ == 0) session_ = (std::uint64_t{random()} << 32) | random();
   }

@@ -75,6 +75,7 @@ class Bus {
   virtual ~Bus() = default;
   std::uint64_t session() const { return session_; }
   Vendor vendor() const { return vendor_; }
+  int domain() const { return domain_; }
 
   // T: a message that has a topic (topics.h).
   template <class T>
@@ -85,6 +86,7 @@ class Bus {
  protected:
   std::uint64_t session_ = 0;
   Vendor vendor_ = Vendor::cyclone;
+  int domain_ = 0;
 };
 
 // Throws std::runtime_error with one sentence when the participant cannot be created or the vendor's configuration

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "idl/fields.h"
-#include "idl/particle_frame.h"
 #include "idl/topics.h"
 
 namespace palp {
@@ -28,8 +27,13 @@ struct Finite {
   }
   template <class T>
   void look(const std::vector<T>& values) {
-    if constexpr (!std::is_integral_v<T>)
+    if constexpr (std::is_floating_point_v<T>) {
+      int bad = 0;  // counted without a branch, several at a time
+      for (const T value : values) bad |= !std::isfinite(value);
+      all = all && bad == 0;
+    } else if constexpr (!std::is_integral_v<T>) {
       for (const T& value : values) look(value);
+    }
   }
 
 // NOLINTBEGIN(bugprone-macro-parentheses): T is a type
@@ -153,6 +157,20 @@ Fault judge(const T& m) {
   Fault validate(const T& m) { return judge(m); }
 PALP_FOR_EACH_MESSAGE(PALP_VALIDATE)
 #undef PALP_VALIDATE
+
+Fault validate(const ParticleFrame& f) {
+  Finite finite;
+  finite.look(f.sim_time);
+  finite.look(f.positions);
+  finite.look(f.scalars);
+  if (!finite.all) return Fault::not_finite;
+  const std::size_t n = f.positions.size() / 3;
+  const bool sound = n <= kMaxParticles && f.positions.size() == 3 * n &&
+                     static_cast<std::size_t>(f.field) < kScalarFields.size() &&
+                     f.scalars.size() == (f.field == ScalarField::none ? 0 : n) &&
+                     (f.solid.empty() || f.solid.size() == n) && f.sim_time >= 0;
+  return sound ? Fault::none : Fault::malformed;
+}
 
 void count(Fault fault, const Header& header, DropCounts& drops) {
   switch (fault) {

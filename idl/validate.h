@@ -6,6 +6,7 @@
 #include <string>
 
 #include "idl/bus.h"
+#include "idl/particle_frame.h"
 #include "idl/topics.h"
 
 namespace palp {
@@ -25,6 +26,8 @@ enum class Fault { none, wrong_version, not_finite, malformed };
 #define PALP_VALIDATE(T) Fault validate(const T& m);
 PALP_FOR_EACH_MESSAGE(PALP_VALIDATE)
 #undef PALP_VALIDATE
+// The same of a whole frame that came by another way than the bus.
+Fault validate(const ParticleFrame& frame);
 
 // Counts the fault, if there is one.
 void count(Fault fault, const Header& header, DropCounts& drops);

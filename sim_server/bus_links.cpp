@@ -18,6 +18,7 @@ namespace {
 constexpr double kLongestPeriodNs = 1e18;
 // A bridge that was started again in the place of a killed one is passed over for less long than this.
 constexpr std::int64_t kRefusedAfterNs = 500'000'000;
+constexpr std::int64_t kLookForReadersNs = 100'000'000;
 constexpr std::size_t kMostCommands = 64;  // that wait; a peer that sends more, faster, waits itself
 
 std::uint64_t refused(const DropCounts& d) { return d.wrong_version + d.not_finite + d.malformed; }
@@ -42,6 +43,16 @@ bool wait_until(sem_t& semaphore, std::int64_t t_ns) {
     if (errno != EINTR) return false;
   swallow_posts(semaphore);
   return true;
+}
+
+std::unique_ptr<FrameRingWriter> make_ring(const Bus& bus, const Scene& scene) {
+  try {
+    return std::make_unique<FrameRingWriter>(
+        RingPlace{bus.domain(), bus.session(), static_cast<std::uint32_t>(scene.position.size())});
+  } catch (const std::exception& error) {
+    spdlog::warn("particles go over the bus alone: {}", error.what());
+    return nullptr;
+  }
 }
 
 }  // namespace
@@ -132,6 +143,7 @@ void HapticLink::send() {
 FrameLink::FrameLink(Bus& bus, Simulation& simulation)
     : simulation_(simulation),
       sender_(bus.writer<ParticleChunk>()),
+      ring_(make_ring(bus, simulation.scene())),
       poses_writer_(bus.writer<BodyPoses>()),
       rate_hz_(simulation.scene().config.stream.particle_rate_hz),
       scalar_(simulation.scene().config.stream.scalar) {
@@ -148,7 +160,8 @@ FrameLink::~FrameLink() {
 
 void FrameLink::offer(const StepOutput& output, std::int64_t now_ns) {
   if (failed_.load(std::memory_order_acquire)) std::rethrow_exception(failure_);
-  if (!(rate_hz_ > 0) || now_ns < next_ns_ || busy_.load(std::memory_order_acquire) || !sender_.wanted()) return;
+  if (!(rate_hz_ > 0) || now_ns < next_ns_ || busy_.load(std::memory_order_acquire)) return;
+  if (!sender_.wanted() && !ring_wanted_.load(std::memory_order_relaxed)) return;
   if (!simulation_.begin_frame(scalar_)) return;
   const auto period_ns = static_cast<std::int64_t>(std::min(1e9 / rate_hz_, kLongestPeriodNs));
   next_ns_ = std::max(next_ns_ + period_ns, now_ns - period_ns);
@@ -160,8 +173,10 @@ void FrameLink::offer(const StepOutput& output, std::int64_t now_ns) {
 
 void FrameLink::forward() {
   while (true) {
-    wait_for(begun_);
+    const bool begun = wait_until(begun_, now_ns() + kLookForReadersNs);
     if (stop_) return;
+    ring_wanted_ = ring_ && ring_->has_readers();
+    if (!begun) continue;
     try {
       while (!simulation_.take_frame(frame_)) std::this_thread::sleep_for(std::chrono::microseconds(100));
     } catch (...) {
@@ -176,10 +191,22 @@ void FrameLink::forward() {
     std::swap(out.positions, frame_.position);
     std::swap(out.scalars, frame_.scalar);
     std::swap(out.solid, frame_.solid);
+    if (ring_wanted_) share(out);
     sender_.submit();
     if (!poses_.body.empty()) poses_writer_->publish(poses_);
     busy_.store(false, std::memory_order_release);
   }
+}
+
+void FrameLink::share(const ParticleFrame& frame) {
+  if (ring_->write(frame)) {
+    ++shared_;
+    return;
+  }
+  spdlog::warn("shared memory for frames of {} particles is used up: from now on they go over the bus alone",
+               frame.positions.size() / 3);
+  ring_ = nullptr;
+  ring_wanted_ = false;
 }
 
 ControlLink::ControlLink(Bus& bus)

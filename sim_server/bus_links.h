@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "idl/bus.h"
+#include "idl/frame_ring.h"
 #include "idl/latest.h"
 #include "idl/particle_sender.h"
 #include "idl/session_hold.h"
@@ -70,7 +71,8 @@ class HapticLink {
   std::thread receiver_, sender_;
 };
 
-// Particle frames and the rigid bodies' poses that go with them.
+// Particle frames and the rigid bodies' poses that go with them. Frames go to readers on this host through a ring in
+// shared memory, to all others as chunks over the bus; either way only while somebody reads there.
 class FrameLink {
  public:
   FrameLink(Bus& bus, Simulation& simulation);
@@ -82,12 +84,17 @@ class FrameLink {
   double rate() const { return rate_hz_; }
   void set_scalar(ScalarField scalar) { scalar_ = scalar; }
   ScalarField scalar() const { return scalar_; }
-  std::uint64_t sent() const { return sender_.counts().sent; }
+  std::uint64_t sent() const { return sender_.counts().sent; }  // over the bus
+  std::uint64_t shared() const { return shared_; }              // by shared memory
 
  private:
   void forward();
+  void share(const ParticleFrame& frame);
   Simulation& simulation_;
   ParticleSender sender_;
+  std::unique_ptr<FrameRingWriter> ring_;  // of the thread; null: there is none
+  std::atomic<bool> ring_wanted_{false};
+  std::atomic<std::uint64_t> shared_{0};
   std::unique_ptr<Writer<BodyPoses>> poses_writer_;
   std::atomic<bool> busy_{false}, stop_{false};
   sem_t begun_;

@@ -327,6 +327,7 @@ class Server {
     s.handover_p99_us = gauges_.handover.quantile_us(0.99);
     s.slow_steps = gauges_.slow_steps;
     s.frames = frames_.sent();
+    s.shared_frames = frames_.shared();
     s.dropped_samples = haptic_.dropped() + control_.dropped();
     s.record = record_;
     return s;
@@ -382,6 +383,7 @@ Json json_of(const ServerSummary& s, const Simulation& simulation) {
            {"handover_p50_us", s.handover_p50_us},
            {"handover_p99_us", s.handover_p99_us},
            {"frames", s.frames},
+           {"shared_frames", s.shared_frames},
            {"dropped_samples", s.dropped_samples},
            {"warnings", simulation.warnings()},
            {"healthy", s.record.healthy()},

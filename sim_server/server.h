@@ -41,8 +41,8 @@ struct ServerSummary {
   StepShare beside_viewers, without_viewers;        // while a viewer drew on the same GPU, and while none did
   double handover_p50_us = 0, handover_p99_us = 0;  // what talking to the bus costs the simulation's thread, per step
   std::uint64_t slow_steps = 0;                     // that took longer than the haptic period
-  std::uint64_t frames = 0;
-  std::uint64_t dropped_samples = 0;  // device samples and commands refused
+  std::uint64_t frames = 0, shared_frames = 0;      // sent over the bus; and by shared memory
+  std::uint64_t dropped_samples = 0;                // device samples and commands refused
   HealthRecord record;
   double real_time_factor() const { return wall_time > 0 ? sim_time / wall_time : 0; }
 };

@@ -157,6 +157,7 @@ void ServerStatusReporter::publish(const std::string& state, const std::string& 
                    {"outside_particles", static_cast<double>(gauges_.outside)},
                    {"gone_kg", gauges_.gone_mass},
                    {"frames", static_cast<double>(frames_.sent())},
+                   {"shared_frames", static_cast<double>(frames_.shared())},
                    {"dropped_samples", static_cast<double>(haptic_.dropped() + control_.dropped())}});
 }
 

@@ -13,6 +13,7 @@
 #include <spdlog/spdlog.h>
 
 #include "idl/clock.h"
+#include "idl/frame_ring.h"
 #include "idl/topics.h"
 #include "idl/validate.h"
 
@@ -21,6 +22,8 @@ namespace {
 
 // Long enough to sleep between frames, short enough for a key to act at once.
 constexpr std::chrono::milliseconds kRound{10};
+// From one look at shared memory to the next: an eighth of the time between frames.
+constexpr std::chrono::milliseconds kLook{2};
 
 // A reader with the memory that its samples go through.
 template <class T>
@@ -67,7 +70,6 @@ class Feed::Impl {
         state_(!options.network && options.peers.empty(), bus_->session()),
         inlets_(Inlet<SceneDescription>(*bus_), Inlet<BodyPoses>(*bus_), Inlet<ProxySample>(*bus_),
                 Inlet<Status>(*bus_), Inlet<Event>(*bus_), Inlet<CommandReply>(*bus_)),
-        chunks_(*bus_),
         commands_(bus_->writer<Command>()),
         status_(bus_->writer<Status>()),
         thread_([this] { run(); }) {}
@@ -95,17 +97,64 @@ class Feed::Impl {
  private:
   void run() {
     while (!stop_) {
-      chunks_.wait();
+      wait();
       // descriptions first: frames are of no use without
       std::apply([this](auto&... inlet) { (inlet.pour_into(state_), ...); }, inlets_);
-      chunks_.pour_into(state_);
+      choose_way();
+      if (chunks_) chunks_->pour_into(state_);
       state_.forget(now_ns());
       const std::string& two_servers = state_.view().two_servers;
       if (!two_servers.empty() && !std::exchange(warned_two_servers_, true)) spdlog::warn("{}", two_servers);
-      std::uint64_t refused = chunks_.refused();
+      std::uint64_t refused = refused_before_ + (chunks_ ? chunks_->refused() : 0);
       std::apply([&refused](auto&... inlet) { ((refused += inlet.refused()), ...); }, inlets_);
       exchange(refused);
     }
+  }
+
+  // Waits until particles may be there or a round is over.
+  void wait() {
+    if (chunks_) {
+      chunks_->wait();
+    } else if (!ring_) {
+      std::get<Inlet<SceneDescription>>(inlets_).wait();
+    } else {
+      const std::int64_t end_ns = now_ns() + std::chrono::nanoseconds(kRound).count();
+      while (!take_shared() && now_ns() < end_ns) std::this_thread::sleep_for(kLook);
+    }
+  }
+
+  // Opens what the particles of the server that is shown come by: the ring that it has in shared memory, where this
+  // process finds it, else the bus. While nobody reads chunks there, the server sends none.
+  void choose_way() {
+    const std::shared_ptr<const SceneDescription>& scene = state_.view().scene;
+    if (!scene || scene == way_of_) return;
+    way_of_ = scene;
+    try {
+      ring_.emplace(RingPlace{bus_->domain(), scene->header.session, scene->particle_count});
+      if (chunks_) refused_before_ += chunks_->refused();
+      chunks_.reset();
+      state_.come_by("shared memory");
+      spdlog::info("particles come by shared memory");
+    } catch (const std::exception& error) {
+      take_the_bus(error.what());
+    }
+  }
+
+  void take_the_bus(const std::string& why) {
+    ring_.reset();
+    if (!chunks_) chunks_.emplace(*bus_);
+    state_.come_by("bus");
+    spdlog::info("particles come over the bus: {}", why);
+  }
+
+  // Returns whether there was something.
+  bool take_shared() {
+    std::shared_ptr<ParticleFrame> frame = state_.spare_frame();
+    const RingAnswer answer = ring_->take(*frame);
+    if (answer == RingAnswer::frame) state_.add(std::move(frame));
+    if (answer == RingAnswer::refused) state_.count_refused();
+    if (answer == RingAnswer::closed) take_the_bus("the server has closed its shared memory");
+    return answer != RingAnswer::nothing;
   }
 
   // Meets the thread that draws: out with the view, in with what is to be sent. Sends outside of the lock.
@@ -133,7 +182,10 @@ class Feed::Impl {
   std::tuple<Inlet<SceneDescription>, Inlet<BodyPoses>, Inlet<ProxySample>, Inlet<Status>, Inlet<Event>,
              Inlet<CommandReply>>
       inlets_;
-  Inlet<ParticleChunk> chunks_;
+  std::shared_ptr<const SceneDescription> way_of_;  // whose particles come by the next two, of which one is there
+  std::optional<FrameRingReader> ring_;
+  std::optional<Inlet<ParticleChunk>> chunks_;
+  std::uint64_t refused_before_ = 0;  // chunks, by readers that are no more
   std::unique_ptr<Writer<Command>> commands_;
   std::unique_ptr<Writer<Status>> status_;
 

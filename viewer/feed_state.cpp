@@ -75,7 +75,7 @@ void FeedState::add(const Received<ParticleChunk>& received) {
   if (!holds(received.message.header, received.t_receive_ns)) return;
   const std::uint64_t refused = assembler_.counts().refused;
   if (assembler_.add(received)) {
-    auto frame = std::make_shared<ParticleFrame>();
+    std::shared_ptr<ParticleFrame> frame = pool_.take();
     if (assembler_.take(*frame)) {
       newest_ = std::move(frame);
       show_frame();
@@ -84,17 +84,29 @@ void FeedState::add(const Received<ParticleChunk>& received) {
   view_.refused += assembler_.counts().refused - refused;
 }
 
-void FeedState::show_frame() {
-  if (!newest_ || !view_.scene || newest_->session != view_.scene->header.session) return;
+void FeedState::add(std::shared_ptr<const ParticleFrame> frame) {
+  Header header;
+  header.session = frame->session;
+  if (!holds(header, frame->t_receive_ns)) return;
+  newest_ = std::move(frame);
+  if (!show_frame()) return;
+  ++view_.shared_frames;
+  view_.frame_time_ns = time_of(*newest_, true);
+}
+
+// Returns whether there is one to show.
+bool FeedState::show_frame() {
+  if (!newest_ || !view_.scene || newest_->session != view_.scene->header.session) return false;
   if (newest_->positions.size() != 3u * static_cast<std::size_t>(view_.scene->particle_count)) {
     ++view_.refused;
-    return;
+    return false;
   }
   // numbers that run backwards begin anew
   if (view_.frame && newest_->frame > view_.frame->frame) view_.lost_frames += newest_->frame - view_.frame->frame - 1;
   view_.frame = newest_;
   view_.frame_time_ns = time_of(*newest_, same_host_);
   ++view_.frames;
+  return true;
 }
 
 void FeedState::add(const Received<BodyPoses>& received) {

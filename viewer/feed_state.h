@@ -13,6 +13,7 @@
 #include "idl/particle_frame.h"
 #include "idl/roster.h"
 #include "idl/session_hold.h"
+#include "viewer/frame_pool.h"
 
 namespace palp {
 
@@ -28,11 +29,13 @@ struct FeedView {
   std::string two_servers;               // which server is shown and which is passed over; empty where there is one
   // The server's newest replies to get_parameter, by the name that it was asked by; "": the list of its parameters.
   std::map<std::string, std::shared_ptr<const std::string>> told;
-  std::string refusal;            // the server's answer to the newest command, where that was refused
-  std::uint64_t answers = 0;      // of the server to commands of this viewer, questions aside
-  std::uint64_t frames = 0;       // complete ones received
-  std::uint64_t lost_frames = 0;  // frames that never became complete
-  std::uint64_t refused = 0;      // samples that were malformed or of another protocol version
+  std::string refusal;              // the server's answer to the newest command, where that was refused
+  std::uint64_t answers = 0;        // of the server to commands of this viewer, questions aside
+  std::uint64_t frames = 0;         // complete ones received
+  std::uint64_t shared_frames = 0;  // of these, by shared memory
+  std::string way;                  // by which they come: "shared memory" or "bus"; empty while there is none
+  std::uint64_t lost_frames = 0;    // frames that never became complete
+  std::uint64_t refused = 0;        // samples that were malformed or of another protocol version
 
   // Returns what was told of a name; null: nothing yet.
   std::shared_ptr<const std::string> told_of(const std::string& name) const {
@@ -52,6 +55,8 @@ class FeedState {
   // arrive before their scene does.
   void add(const Received<SceneDescription>& received);
   void add(const Received<ParticleChunk>& received);
+  // A whole frame that came by shared memory; its session and both times are filled in.
+  void add(std::shared_ptr<const ParticleFrame> frame);
   void add(const Received<BodyPoses>& received);
   void add(const Received<ProxySample>& received);
   void add(const Received<Status>& received);
@@ -59,6 +64,11 @@ class FeedState {
   void add(const Received<CommandReply>& received);
   // Takes note that the newest command of ours that asks for this name has this sequence.
   void expect(const std::string& name, std::uint64_t sequence) { asked_[name] = sequence; }
+  // Returns a frame to fill, for add.
+  std::shared_ptr<ParticleFrame> spare_frame() { return pool_.take(); }
+  void come_by(const std::string& way) { view_.way = way; }
+  // Counts a frame that was refused before it got here.
+  void count_refused() { ++view_.refused; }
   // Forgets what is too old to be believed: forces after 1 s, figures after 3 s, notices after 6 s.
   void forget(std::int64_t now_ns);
 
@@ -69,7 +79,7 @@ class FeedState {
   bool holds(const Header& header, std::int64_t now_ns);
   void go_over(std::uint64_t session, std::int64_t now_ns);
   void take_scene(std::shared_ptr<const SceneDescription> scene);
-  void show_frame();
+  bool show_frame();
   void notice(const std::string& text, std::int64_t now_ns);
 
   bool same_host_;
@@ -79,6 +89,7 @@ class FeedState {
   Roster roster_;
   std::map<std::uint64_t, std::shared_ptr<const SceneDescription>> scenes_;  // newest of each server, by session
   FrameAssembler assembler_;
+  FramePool pool_;
   std::shared_ptr<const ParticleFrame> newest_;  // perhaps of a server whose scene has not arrived
   std::array<std::int64_t, kMaxDevices> proxy_at_ns_{};
   std::map<std::string, std::int64_t> status_at_ns_;

@@ -55,6 +55,7 @@ std::vector<HudRow> hud_rows(const HudData& d) {
   const bool old = d.frame_age && *d.frame_age > kOldFrame && !d.paused;
   std::string age = d.frame_age ? fmt::format("{} old", format_time(*d.frame_age)) : kUnknown;
   if (d.lost_frames > 0) age += fmt::format("  ·  {} lost", grouped(d.lost_frames));
+  if (!d.way.empty()) age += fmt::format("  ·  by {}", d.way);
   rows.push_back({"data", age, old});
   std::string time = d.sim_time ? fmt::format("{:.2f} s", *d.sim_time) : kUnknown;
   const bool running = !d.paused && !d.server_ended;

@@ -20,6 +20,7 @@ struct HudData {
   double frame_rate_hz = 0;         // particle frames received
   std::optional<double> frame_age;  // [s] of the particles shown
   std::uint64_t lost_frames = 0;    // incomplete or overtaken
+  std::string way;                  // by which frames come
   std::size_t particles = 0;        // drawn
   std::optional<double> sim_time;   // [s]
   std::optional<double> real_time_factor;

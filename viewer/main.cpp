@@ -91,6 +91,7 @@ void report(Feed& feed, const Session& session, const FeedView& view) {
                                                     {"frame_rate_hz", d.frame_rate_hz},
                                                     {"frame_age_ms", 1e3 * d.frame_age.value_or(0)},
                                                     {"frames", static_cast<double>(view.frames)},
+                                                    {"shared_frames", static_cast<double>(view.shared_frames)},
                                                     {"lost_frames", static_cast<double>(view.lost_frames)},
                                                     {"refused_samples", static_cast<double>(view.refused)}});
 }
@@ -148,6 +149,7 @@ int conclude(const ViewerOptions& options, const Session& session, Recorder& rec
   const bool healthy = whole && (!captured || session.frames_drawn() > 0);
   const bool told = write_summary(options.summary, {{"frames", view.frames + view.lost_frames},
                                                     {"complete_frames", view.frames},
+                                                    {"shared_frames", view.shared_frames},
                                                     {"lost_frames", view.lost_frames},
                                                     {"refused_samples", view.refused},
                                                     {"drawn_frames", session.frames_drawn()},

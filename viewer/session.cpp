@@ -174,6 +174,7 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
   d.shown_rate_hz = static_cast<double>(shown_at_ns_.size());
   d.frame_rate_hz = rate_of(frames_at_ns_, now_ns, view.frames);
   d.lost_frames = view.lost_frames;
+  d.way = view.way;
   d.particles = stage_.scene().cloud().drawn();
   d.server_ended = server_ended_;
   if (scene_ && now_ns - server_heard_ns_ > kSilenceNs)

@@ -84,6 +84,32 @@ TEST(Validate, ParticleChunk) {
   SPOIL(ParticleChunk, not_finite, m.sim_time = kNan);
 }
 
+TEST(Validate, ParticleFrame) {
+  ParticleFrame sound;
+  sound.sim_time = 0.5;
+  sound.field = ScalarField::speed;
+  sound.positions = {1, 2, 3, 4, 5, 6};
+  sound.scalars = {7, 8};
+  sound.solid = {0, 255};
+  const auto fault_with = [&](auto spoil) {
+    ParticleFrame frame = sound;
+    spoil(frame);
+    return validate(frame);
+  };
+  EXPECT_EQ(validate(sound), Fault::none);
+  EXPECT_EQ(fault_with([](ParticleFrame& f) { f.positions.pop_back(); }), Fault::malformed);
+  EXPECT_EQ(fault_with([](ParticleFrame& f) { f.scalars.pop_back(); }), Fault::malformed);
+  EXPECT_EQ(fault_with([](ParticleFrame& f) { f.solid.pop_back(); }), Fault::malformed);
+  EXPECT_EQ(fault_with([](ParticleFrame& f) { f.solid.clear(); }), Fault::none);
+  EXPECT_EQ(fault_with([](ParticleFrame& f) { f.field = ScalarField::none; }), Fault::malformed);
+  EXPECT_EQ(fault_with([](ParticleFrame& f) { f.field = static_cast<ScalarField>(kScalarFields.size()); }),
+            Fault::malformed);
+  EXPECT_EQ(fault_with([](ParticleFrame& f) { f.sim_time = -1; }), Fault::malformed);
+  EXPECT_EQ(fault_with([](ParticleFrame& f) { f.sim_time = kNan; }), Fault::not_finite);
+  EXPECT_EQ(fault_with([](ParticleFrame& f) { f.positions.back() = std::nanf(""); }), Fault::not_finite);
+  EXPECT_EQ(fault_with([](ParticleFrame& f) { f.scalars.front() = static_cast<float>(kInf); }), Fault::not_finite);
+}
+
 TEST(Validate, SceneDescription) {
   SPOIL(SceneDescription, malformed, m.name = std::string(kMaxText + 1, 'x'));
   SPOIL(SceneDescription, malformed, m.particle_count = kMaxParticles + 1);

@@ -24,6 +24,16 @@ TEST(HudText, UnknownFiguresAreDashesAndBadOnesWarn) {
   EXPECT_EQ(hud_banner(data), "sim_server stopped: speed grew past the sound speed");
 }
 
+TEST(HudText, SaysByWhichWayParticlesCome) {
+  HudData data;
+  data.connected = true;
+  data.frame_age = 0.012;
+  const auto age = [&] { return hud_rows(data)[2].value; };
+  EXPECT_EQ(age(), "12 ms old");
+  data.way = "shared memory";
+  EXPECT_EQ(age(), "12 ms old  ·  by shared memory");
+}
+
 TEST(HudText, TimesHaveTheUnitThatSuits) {
   EXPECT_EQ(format_time(42e-6), "42 us");
   EXPECT_EQ(format_time(0.42e-3), "0.42 ms");
