@@ -18,6 +18,11 @@ bool is_silent(const GpuUse& server, std::int64_t now_ns) { return now_ns - last
 
 bool lives(std::int64_t process) { return kill(static_cast<pid_t>(process), 0) == 0 || errno != ESRCH; }
 
+bool is_free(const GpuUse& server, std::int64_t now_ns) {
+  const std::int64_t owner = server.owner;
+  return owner == 0 || (is_silent(server, now_ns) && !lives(owner));
+}
+
 [[noreturn]] void fail(const std::string& name, int error) {
   throw std::runtime_error("shared memory " + name + " cannot be opened (" + std::strerror(error) +
                            "): simulation and viewer cannot take turns on their GPU");
@@ -38,10 +43,14 @@ GpuGap gap_of(const GpuPage& page, std::int64_t now_ns) {
   return gap;
 }
 
+bool in_use(const GpuPage& page, std::int64_t now_ns) {
+  return !std::ranges::all_of(page.servers, [=](const GpuUse& server) { return is_free(server, now_ns); });
+}
+
 GpuUse* take_place(GpuPage& page, std::int64_t process, std::int64_t now_ns) {
   for (GpuUse& server : page.servers) {
     std::int64_t owner = server.owner;
-    if (owner != 0 && (!is_silent(server, now_ns) || lives(owner))) continue;
+    if (!is_free(server, now_ns)) continue;
     if (server.owner.compare_exchange_strong(owner, process)) return &server;
   }
   return nullptr;

@@ -38,6 +38,9 @@ struct GpuGap {
 };
 GpuGap gap_of(const GpuPage& page, std::int64_t now_ns);
 
+// Returns whether a server that lives has a place, one that is paused included.
+bool in_use(const GpuPage& page, std::int64_t now_ns);
+
 // Takes a place for this process, one that is free or whose owner has died; null when there is none.
 GpuUse* take_place(GpuPage& page, std::int64_t process, std::int64_t now_ns);
 void leave_place(GpuUse& place);

@@ -3,14 +3,15 @@
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 
-#include <charconv>
-#include <cstring>
+#include <cstdio>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <osg/GL>
 #include <osg/State>
+
+#include "viewer/egl_devices.h"
 
 namespace palp {
 namespace {
@@ -22,30 +23,8 @@ namespace {
                            "); check that libegl1 and libgl1-mesa-dri are installed, or choose another --gpu");
 }
 
-bool has_extension(const char* list, const char* name) { return list != nullptr && std::strstr(list, name) != nullptr; }
-
-template <class Function>
-Function egl_function(const char* name) {
-  return reinterpret_cast<Function>(eglGetProcAddress(name));
-}
-
-std::vector<EGLDeviceEXT> egl_devices() {
-  const auto query = egl_function<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
-  EGLint count = 0;
-  if (query == nullptr || !query(0, nullptr, &count) || count <= 0) return {};
-  std::vector<EGLDeviceEXT> devices(static_cast<std::size_t>(count));
-  if (!query(count, devices.data(), &count)) return {};
-  devices.resize(static_cast<std::size_t>(count));
-  return devices;
-}
-
-bool is_software(EGLDeviceEXT device) {
-  const auto query = egl_function<PFNEGLQUERYDEVICESTRINGEXTPROC>("eglQueryDeviceStringEXT");
-  return query == nullptr || has_extension(query(device, EGL_EXTENSIONS), "EGL_MESA_device_software");
-}
-
 EGLDisplay open_display(EGLenum platform, void* device) {
-  const auto get = egl_function<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
+  const auto get = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(eglGetProcAddress("eglGetPlatformDisplayEXT"));
   if (get == nullptr) return EGL_NO_DISPLAY;
   const EGLDisplay display = get(platform, device, nullptr);
   if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return EGL_NO_DISPLAY;
@@ -53,27 +32,12 @@ EGLDisplay open_display(EGLenum platform, void* device) {
 }
 
 EGLDisplay choose_display(const std::string& gpu) {
-  if (gpu.starts_with("egl:")) {
-    std::size_t index = 0;
-    const char* end = gpu.data() + gpu.size();
-    const auto [rest, error] = std::from_chars(gpu.data() + 4, end, index);
-    const std::vector<EGLDeviceEXT> devices = egl_devices();
-    if (error != std::errc() || rest != end || index >= devices.size()) {
-      throw std::runtime_error("--gpu " + gpu + ": expected egl:N with N below " + std::to_string(devices.size()) +
-                               ", the number of EGL devices here");
-    }
-    const EGLDisplay display = open_display(EGL_PLATFORM_DEVICE_EXT, devices[index]);
-    if (display == EGL_NO_DISPLAY) fail("EGL device " + std::to_string(index) + " cannot be opened");
-    return display;
-  }
-  if (gpu == "auto") {
-    for (EGLDeviceEXT device : egl_devices()) {
-      if (is_software(device)) continue;
-      const EGLDisplay display = open_display(EGL_PLATFORM_DEVICE_EXT, device);
-      if (display != EGL_NO_DISPLAY) return display;
-    }
-  } else if (gpu != "cpu") {
-    throw std::runtime_error("--gpu " + gpu + ": expected auto, cpu or egl:N");
+  const std::vector<void*> handles = gpu == "cpu" ? std::vector<void*>() : egl_device_handles();
+  const bool asks_cuda = gpu.starts_with("pci:") || gpu.starts_with("cuda:");
+  for (const std::size_t number : gpus_named(gpu, describe_devices(handles, asks_cuda))) {
+    const EGLDisplay display = open_display(EGL_PLATFORM_DEVICE_EXT, handles[number]);
+    if (display != EGL_NO_DISPLAY) return display;
+    if (gpu != "auto") fail("EGL device " + std::to_string(number) + " cannot be opened");
   }
   const EGLDisplay display = open_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY);
   if (display == EGL_NO_DISPLAY) fail("Mesa's surfaceless platform cannot be opened");
@@ -164,11 +128,34 @@ class EglWindow : public osgViewer::GraphicsWindow {
   bool realized_ = false;
 };
 
+// Returns what OpenGL calls itself on that device of EGL, or why it cannot be asked.
+std::string renderer_of(std::size_t number) {
+  try {
+    const auto window = make_egl_window(16, 16, 0, "egl:" + std::to_string(number), false);
+    const auto* name = window->realize() && window->makeCurrent() ? glGetString(GL_RENDERER) : nullptr;
+    std::string renderer = name != nullptr ? reinterpret_cast<const char*>(name) : "no OpenGL context becomes current";
+    window->close();
+    return renderer;
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+}
+
 }  // namespace
 
 osg::ref_ptr<osgViewer::GraphicsWindow> make_egl_window(int width, int height, int samples, const std::string& gpu,
                                                         bool debug) {
   return new EglWindow(width, height, samples, gpu, debug);
+}
+
+std::string list_gpus() {
+  const std::vector<GpuDevice> devices = describe_devices(egl_device_handles(), true);
+  if (devices.empty()) return "EGL has no devices here: cpu is left\n";
+  std::string lines;
+  for (std::size_t i = 0; i < devices.size(); ++i)
+    lines += names_of(devices[i], i) + ": " + renderer_of(i) +
+             (devices[i].simulates ? ", a palp-sim-server computes on it" : "") + "\n";
+  return lines;
 }
 
 }  // namespace palp

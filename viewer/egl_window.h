@@ -8,12 +8,18 @@
 
 namespace palp {
 
-// gpu: "auto" takes the first EGL device that is real hardware, else Mesa's software rasteriser; "egl:N" the N-th EGL
-// device; "cpu" the software rasteriser. samples: 0 or samples per pixel wanted (fewer are taken when there are not as
-// many). The context is the newest compatibility profile, because Debian's OSG draws nothing in a core profile.
-// debug: a debug context, which explains its errors (see gl_errors.h).
-// Throws std::runtime_error with one sentence saying which step of EGL failed.
+// gpu: "auto" takes the first EGL device that is real hardware, first of those that no server of this user computes on,
+// else Mesa's software rasteriser; "egl:N" the N-th EGL device; "pci:0000:65:00.0" or "pci:65:00.0" the one at this PCI
+// address; "cuda:N" the one that CUDA's driver numbers so in this process; "cpu" the software rasteriser. samples: 0 or
+// samples per pixel wanted (fewer are taken when there are not as many). The context is the newest compatibility
+// profile, because Debian's OSG draws nothing in a core profile. debug: a debug context, which explains its errors (see
+// gl_errors.h).
+// Throws std::runtime_error with one sentence saying which step of EGL failed, or what devices there are.
 osg::ref_ptr<osgViewer::GraphicsWindow> make_egl_window(int width, int height, int samples, const std::string& gpu,
                                                         bool debug);
+
+// Returns a line for each device of EGL: the names that gpu takes, what OpenGL calls itself there, and whether a server
+// of this user computes on it. Opens each of them once.
+std::string list_gpus();
 
 }  // namespace palp

@@ -19,6 +19,7 @@
 #include "viewer/bench.h"
 #include "viewer/capture.h"
 #include "viewer/draw_times.h"
+#include "viewer/egl_window.h"
 #include "viewer/feed.h"
 #include "viewer/options.h"
 #include "viewer/panels.h"
@@ -225,6 +226,10 @@ int show(const ViewerOptions& options) {
 }
 
 int run(ViewerOptions options) {
+  if (options.stage.gpu == "list") {
+    fmt::print("{}", list_gpus());
+    return 0;
+  }
   constexpr int kMostTold = 20;
   int gl_errors = 0;  // to the end of the context, which closes with the stage
   if (options.gl_errors) {

@@ -83,7 +83,10 @@ std::string fault_of_size(std::string& text) {
 
 void add_picture_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   app.add_flag("--headless", o.stage.headless, "draw off-screen through EGL; the default where there is no DISPLAY");
-  app.add_option("--gpu", o.stage.gpu, "off-screen: auto, cpu (software) or egl:N (N-th EGL device)")
+  app.add_option("--gpu", o.stage.gpu,
+                 "off-screen: auto, cpu (software), egl:N (N-th EGL device), pci:DDDD:BB:DD.F or pci:BB:DD.F (the GPU "
+                 "at this address of the PCI bus, as lspci and nvidia-smi print it) or cuda:N (CUDA's number). auto "
+                 "takes a GPU that no palp-sim-server computes on already, if there is one. list prints what there is")
       ->capture_default_str();
   app.add_option("--size", line.size, "of the picture, WIDTHxHEIGHT in pixels")
       ->check(CLI::Validator(fault_of_size, ""))

@@ -83,6 +83,21 @@ TEST_F(GpuPageTest, ThereIsRoomForFourServersAndForThoseWhoComeAfterADeadOne) {
   EXPECT_EQ(take_place(*page_, getpid(), kStart + 10 * kGpuSilence), nullptr) << "paused ones keep their places";
 }
 
+TEST_F(GpuPageTest, AGpuIsInUseWhileAServerLives) {
+  EXPECT_FALSE(in_use(*page_, kStart));
+  GpuUse& place = server();
+  EXPECT_TRUE(in_use(*page_, kStart)) << "it has not stepped yet";
+  begin_step(place, kStart);
+  EXPECT_TRUE(in_use(*page_, kStart + 10 * kGpuSilence)) << "a paused one goes on";
+  leave_place(place);
+  EXPECT_FALSE(in_use(*page_, kStart));
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  ASSERT_EQ(waitpid(child, nullptr, 0), child);
+  begin_step(*take_place(*page_, child, kStart), kStart);
+  EXPECT_FALSE(in_use(*page_, kStart + kGpuSilence + kMs)) << "it is dead";
+}
+
 TEST_F(GpuPageTest, TwoProcessesSeeOnePage) {
   const pid_t child = fork();
   if (child == 0) {

@@ -179,6 +179,9 @@ INSTANTIATE_TEST_SUITE_P(BothVendors, ViewerProcess, testing::Values(Vendor::cyc
 
 TEST(ViewerCommandLine, BadInputGivesOneMessageAndAFailure) {
   const std::vector<std::vector<std::string>> bad{{"--headless", "--gpu", "egl:99"},
+                                                  {"--headless", "--gpu", "pci:ff:1f.7"},
+                                                  {"--headless", "--gpu", "cuda:99"},
+                                                  {"--headless", "--gpu", "fast"},
                                                   {"--size", "huge"},
                                                   {"--headless", "--gpu", "cpu", "--video", "/nonexistent/v.mp4"}};
   for (const auto& more : bad) {
@@ -188,6 +191,20 @@ TEST(ViewerCommandLine, BadInputGivesOneMessageAndAFailure) {
     EXPECT_TRUE(viewer.status > 0 && viewer.status < 128) << more[0] << " ended with " << viewer.status;
     EXPECT_NE(viewer.output.find(more.back()), std::string::npos) << viewer.output;
   }
+}
+
+// Mesa's software device alone is known to be there.
+TEST(ViewerCommandLine, ListsTheGpusByTheNamesThatItTakes) {
+  const Outcome list = run_program({std::string(PALP_BIN_DIR) + "/palp-viewer", "--gpu", "list"}, 20s);
+  EXPECT_EQ(list.status, 0) << list.output;
+  ASSERT_EQ(list.output.rfind("egl:0", 0), 0u) << list.output;
+  const std::string software = list.output.substr(0, list.output.find("llvmpipe"));
+  const std::string name = software.substr(software.rfind("egl:"), 5);
+  const Outcome drawn = run_program({std::string(PALP_BIN_DIR) + "/palp-viewer", "--headless", "--gpu", name,
+                                     "--domain", std::to_string(test_domain()), "--seconds", "0.1"},
+                                    20s);
+  EXPECT_EQ(drawn.status, 0) << drawn.output;
+  EXPECT_NE(drawn.output.find("llvmpipe"), std::string::npos) << drawn.output;
 }
 
 }  // namespace
