@@ -218,6 +218,7 @@ DrawingTimes time_drawing(Stage& stage, std::size_t particles, Medium medium, do
                      pictures.share_ms(0.99),
                      {}};
   for (const auto& [name, took] : passes) times.passes[name] = took.share_ms(0.5);
+  stage.scene().set_frame(frames[0]);
   return times;
 }
 

@@ -24,7 +24,7 @@ struct DrawingTimes {
 };
 
 // Draws a pool of so many particles whose waves move, for about `seconds` [s] and at least ten pictures of each kind.
-// The stage is left with that scene. Thread: the one that renders.
+// The stage is left with the first frame of that scene. Thread: the one that renders.
 DrawingTimes time_drawing(Stage& stage, std::size_t particles, Medium medium, double seconds);
 
 // A table for people.

@@ -97,11 +97,16 @@ void report(Feed& feed, const Session& session, const FeedView& view) {
                                                     {"refused_samples", static_cast<double>(view.refused)}});
 }
 
-// Times the drawing of a made-up scene. Returns false if the summary cannot be written.
+// Times the drawing of a made-up scene. Returns false if its picture or the summary cannot be written.
 bool bench(const ViewerOptions& options, Stage& stage) {
   const Medium medium = options.beads ? Medium::beads : options.clear ? Medium::clear : Medium::opaque;
   const DrawingTimes times = time_drawing(stage, options.bench, medium, options.seconds > 0 ? options.seconds : 6);
   fmt::print("{}", table_of(times));
+  if (!options.png.empty()) {
+    Capture capture;
+    stage.draw([&](Picture&& picture) { capture.write_png(options.png, std::move(picture)); });
+    if (!capture.finish()) return false;
+  }
   if (options.summary.empty()) return true;
   Json passes = Json::object();
   for (const auto& [name, ms] : times.passes) passes[name] = ms;

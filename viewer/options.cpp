@@ -153,7 +153,8 @@ void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   auto* bench =
       app.add_option(
              "--bench", o.bench,
-             "draw a made-up pool of so many particles instead, say how long pictures and their passes take, and end")
+             "draw a made-up pool of so many particles instead, say how long pictures and their passes take, and end "
+             "(with --png after a picture of it)")
           ->check(CLI::Range(std::size_t{1}, std::size_t{10'000'000}))
           ->type_name("PARTICLES");
   app.add_flag("--clear", o.clear, "the pool of --bench is looked through")->needs(bench);
