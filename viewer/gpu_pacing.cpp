@@ -115,10 +115,10 @@ bool GpuPacing::wait_for_gap(double piece_ns) {
 
 void in_pieces(osg::RenderInfo& info, int most_pieces, const DrawPiece& piece) {
   osg::Referenced* data = info.getState()->getGraphicsContext()->getUserData();
-  if (auto* pacing = dynamic_cast<GpuPacing*>(data))
-    pacing->draw(most_pieces, piece);
-  else
-    piece(0, 1);
+  auto* pacing = dynamic_cast<GpuPacing*>(data);
+  if (pacing == nullptr) return piece(0, 1);
+  pacing->draw(most_pieces, piece);
+  if (!pacing->shared()) glFlush();  // the GPU begins while it is told the rest
 }
 
 void skip_pieces(osg::RenderInfo& info) {

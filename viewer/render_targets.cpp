@@ -114,6 +114,7 @@ PictureCopy::PictureCopy() : color_(new osg::Texture2D), depth_(new osg::Texture
 }
 
 void PictureCopy::set_size(int width, int height) {
+  if (width == color_->getTextureWidth() && height == color_->getTextureHeight()) return;
   for (osg::Texture2D* texture : {color_.get(), depth_.get()}) {
     texture->setTextureSize(width, height);
     texture->dirtyTextureObject();

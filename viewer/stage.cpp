@@ -86,8 +86,7 @@ Stage::Stage(const StageOptions& options)
     camera->setDrawBuffer(buffer);
     camera->setReadBuffer(buffer);
   }
-  camera->setClearMask(GL_DEPTH_BUFFER_BIT | GL_COLOR_BUFFER_BIT);
-  camera->setClearColor(osg::Vec4f(0.1f, 0.11f, 0.13f, 1));
+  camera->setClearMask(GL_DEPTH_BUFFER_BIT);  // the background is drawn all over
   camera->setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
   camera->setFinalDrawCallback(read_back_);
 
