@@ -63,8 +63,8 @@ unsigned char LookTable::row_of(const Look& look) {
   return static_cast<unsigned char>(row);
 }
 
-osg::Vec4f LookTable::surface_of(unsigned char row) const {
-  const auto* texel = reinterpret_cast<const float*>(texture_->getImage()->data(1, row));
+osg::Vec4f LookTable::texel(int column, int row) const {
+  const auto* texel = reinterpret_cast<const float*>(texture_->getImage()->data(static_cast<unsigned>(column), row));
   return {texel[0], texel[1], texel[2], texel[3]};
 }
 

@@ -32,9 +32,13 @@ class LookTable {
   // Returns the row of this look. Past kRows of them the last row serves.
   unsigned char row_of(const Look& look);
   // Returns the surface_numbers() of that row.
-  osg::Vec4f surface_of(unsigned char row) const;
+  osg::Vec4f surface_of(unsigned char row) const { return texel(1, row); }
+  // Returns what the look of that row absorbs and its haze [1/m].
+  osg::Vec4f depth_of(unsigned char row) const { return texel(0, row); }
 
  private:
+  osg::Vec4f texel(int column, int row) const;
+
   std::vector<Look> looks_;
   osg::ref_ptr<osg::Texture2D> texture_;
 };

@@ -13,10 +13,10 @@ enum class Medium { beads, opaque, clear };
 
 inline constexpr std::size_t kMediums = 3;
 
-// The colour (sRGB) and the surface_numbers() of a look that all of an opaque medium has.
+// The look that all of a medium has.
 struct OneTint {
-  osg::Vec3f color;
-  osg::Vec4f surface;
+  osg::Vec3f color;    // of what is opaque (sRGB), or what a clear medium absorbs [1/m]
+  osg::Vec4f surface;  // its surface_numbers(); of a clear medium haze [1/m] in place of softness
 };
 
 // Returns how the particles of a body are usually drawn: liquids and soft solids as their look says, what is neither as

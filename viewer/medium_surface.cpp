@@ -40,9 +40,18 @@ osg::Vec2f size_of(const osg::Texture2D& texture) {
   return {static_cast<float>(texture.getTextureWidth()), static_cast<float>(texture.getTextureHeight())};
 }
 
+osg::ref_ptr<osg::Program> point_program(const char* fragment, const char* name) {
+  return load_program(name, {"medium.vert", "color.glsl", fragment});
+}
+
+void set_format(osg::Texture2D& texture, GLenum internal_format, GLenum format) {
+  texture.setInternalFormat(static_cast<GLint>(internal_format));
+  texture.setSourceFormat(format);
+}
+
 // The radius of a sphere in spacings is its state's own: depth and tint differ.
 void draw_points(osg::StateSet& state, const char* fragment, const char* name) {
-  state.setAttributeAndModes(load_program(name, {"medium.vert", "color.glsl", fragment}));
+  state.setAttributeAndModes(point_program(fragment, name));
   state.setTextureAttributeAndModes(0, new osg::PointSprite);
   state.setMode(GL_VERTEX_PROGRAM_POINT_SIZE, osg::StateAttribute::ON);
 }
@@ -77,7 +86,7 @@ MediumSurface::MediumSurface(Medium medium, osg::Node* particles, osg::Node* tin
   add_outline_passes();
   root_->addChild(smoothing_);
   make_shading(color_map, copy);
-  set_one_tint({});
+  set_colors(false, {});
   root_->setNodeMask(0);
 }
 
@@ -113,6 +122,8 @@ void MediumSurface::add_tint_pass(osg::Node* particles) {
   pass.camera->attach(osg::Camera::COLOR_BUFFER1, surface_looks_);
   osg::StateSet* state = pass.camera->getStateSet();
   draw_points(*state, "medium_tint.frag", "medium tint");
+  tint_program_ = static_cast<osg::Program*>(state->getAttribute(osg::StateAttribute::PROGRAM));
+  thickness_program_ = point_program("medium_thickness.frag", "medium thickness");
   state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::ONE, osg::BlendFunc::ONE));
   state->setTextureAttribute(1, passes_[0].texture);
   state->addUniform(new osg::Uniform("surface", 1));
@@ -148,6 +159,7 @@ void MediumSurface::make_smoothing() {
     osg::ref_ptr<osg::Texture2D> from =
         passes_.size() == kBeforeSmoothing ? passes_[0].texture : passes_.back().texture;
     Pass& pass = add_pass(GL_RG32F, GL_RG, false, 1);
+    pass.camera->setClearMask(0);  // set_seen() has it draw over what the last picture left
     osg::StateSet* state = pass.camera->getStateSet();
     state->setAttributeAndModes(load_program(name, {"screen.vert", fragment}));
     state->setTextureAttribute(0, from);
@@ -212,14 +224,39 @@ void MediumSurface::set_spacing(double spacing) {
   width_ = 0;  // passes that depend on it are made anew
 }
 
-void MediumSurface::set_one_tint(const std::optional<OneTint>& tint) {
+void MediumSurface::set_colors(bool by_scalar, const std::optional<OneTint>& tint) {
+  const bool is_clear = medium_ == Medium::clear;
+  if (by_scalar != by_scalar_ || (is_clear && tint.has_value() != one_tint_)) width_ = 0;  // other formats
+  by_scalar_ = by_scalar;
+  one_tint_ = tint.has_value();
   osg::StateSet* state = shading_->getOrCreateStateSet();
-  state->getOrCreateUniform("one_tint", osg::Uniform::BOOL)->set(tint.has_value());
-  passes_[kTint].camera->setNodeMask(tint ? 0u : ~0u);
+  state->getOrCreateUniform("one_tint", osg::Uniform::BOOL)->set(one_tint_);
+  passes_[kTint].camera->setNodeMask(one_tint_ && !is_clear ? 0u : ~0u);
   if (!tint) return;
   const auto depth = static_cast<float>(0.5 * kSkin * spacing_);  // what the pass sums up in matter that is deeper
   state->getOrCreateUniform("own_tint", osg::Uniform::FLOAT_VEC4)->set(osg::Vec4f(tint->color, depth));
   state->getOrCreateUniform("own_look", osg::Uniform::FLOAT_VEC4)->set(tint->surface);
+}
+
+// The fewer numbers a texel has, the quicker it is drawn, cleared and read: beside distances there is a scalar only
+// where colours show it, and of what is clear and has one look there is the thickness alone.
+void MediumSurface::choose_formats() {
+  const bool scalar = by_scalar_, thickness = medium_ == Medium::clear && one_tint_;
+  for (std::size_t i = 0; i < passes_.size(); ++i) {
+    osg::Texture2D& texture = *passes_[i].texture;
+    if (i == kTint)
+      set_format(texture, thickness ? GL_R16F : GL_RGBA16F_ARB, thickness ? GL_RED : GL_RGBA);
+    else if (i > kTint && i < kBeforeSmoothing)
+      set_format(texture, scalar ? GL_RGBA32F_ARB : GL_RG32F, scalar ? GL_RGBA : GL_RG);
+    else
+      set_format(texture, scalar ? GL_RG32F : GL_R32F, scalar ? GL_RG : GL_RED);
+  }
+  osg::Camera& tint = *passes_[kTint].camera;
+  tint.getStateSet()->setAttributeAndModes(thickness ? thickness_program_ : tint_program_);
+  if (thickness)
+    tint.detach(osg::Camera::COLOR_BUFFER1);
+  else
+    tint.attach(osg::Camera::COLOR_BUFFER1, surface_looks_);
 }
 
 void MediumSurface::set_size(int width, int height, const SurfaceQuality& quality) {
@@ -228,6 +265,8 @@ void MediumSurface::set_size(int width, int height, const SurfaceQuality& qualit
   height_ = height;
   quality_ = quality;
   make_smoothing();
+  choose_formats();
+  drawn_ = {};
   for (Pass& pass : passes_) {
     const double scale = quality_.scale * pass.share;
     const auto texels = [scale](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * scale))); };
@@ -251,8 +290,8 @@ void MediumSurface::set_size(int width, int height, const SurfaceQuality& qualit
 void MediumSurface::set_seen(const osg::BoundingBoxd& box, const osg::Matrixd& view, const osg::Matrixd& projection) {
   root_->setNodeMask(box.valid() ? ~0u : 0u);
   if (!box.valid()) return;
-  // the box's corners in the picture, 0 .. 1; one at or behind the eye may be seen anywhere
-  double low[2] = {1, 1}, high[2] = {0, 0};
+  // the box's corners in the picture; one at or behind the eye may be seen anywhere
+  Share seen{{1, 1}, {0, 0}};
   double nearest = 1e30;
   for (unsigned i = 0; i < 8; ++i) {
     osg::Vec3d corner = box.corner(i);
@@ -261,8 +300,8 @@ void MediumSurface::set_seen(const osg::BoundingBoxd& box, const osg::Matrixd& v
     nearest = std::min(nearest, p.w());
     for (int k = 0; k < 2; ++k) {
       const double at = p.w() > 1e-6 ? std::clamp(0.5 * (p[k] / p.w() + 1), 0.0, 1.0) : 0;
-      low[k] = std::min(low[k], at);
-      high[k] = std::max(high[k], p.w() > 1e-6 ? at : 1.0);
+      seen.low[k] = std::min(seen.low[k], at);
+      seen.high[k] = std::max(seen.high[k], p.w() > 1e-6 ? at : 1.0);
     }
   }
   // how far the outline spreads what is nearest; farther things spread less
@@ -271,13 +310,23 @@ void MediumSurface::set_seen(const osg::BoundingBoxd& box, const osg::Matrixd& v
   const double taps = std::min<double>(reach, quality_.outline_taps);
   root_->getStateSet()->getUniform("outline_taps")->set(static_cast<int>(taps));
   root_->getStateSet()->getUniform("outline_stride")->set(static_cast<float>(std::min(reach / taps, 2.0)));
-  const auto confine = [&](osg::Scissor& scissor, double width, double height) {
-    const auto x = static_cast<int>(std::floor(low[0] * width)), y = static_cast<int>(std::floor(low[1] * height));
-    scissor.setScissor(x, y, static_cast<int>(std::ceil(high[0] * width)) - x,
-                       static_cast<int>(std::ceil(high[1] * height)) - y);
-  };
-  for (Pass& pass : passes_) confine(*pass.scissor, pass.texture->getTextureWidth(), pass.texture->getTextureHeight());
-  confine(*picture_scissor_, width_, height_);
+  // passes that are not cleared draw nothing, too, where the last picture had something
+  Share both = seen;
+  for (int k = 0; k < 2; ++k) {
+    both.low[k] = std::min(both.low[k], drawn_.low[k]);
+    both.high[k] = std::max(both.high[k], drawn_.high[k]);
+  }
+  drawn_ = seen;
+  for (const Pass& pass : passes_)
+    confine(*pass.scissor, pass.camera->getClearMask() == 0 ? both : seen, pass.texture->getTextureWidth(),
+            pass.texture->getTextureHeight());
+  confine(*picture_scissor_, seen, width_, height_);
+}
+
+void MediumSurface::confine(osg::Scissor& scissor, const Share& to, double width, double height) {
+  const auto x = static_cast<int>(std::floor(to.low[0] * width)), y = static_cast<int>(std::floor(to.low[1] * height));
+  scissor.setScissor(x, y, static_cast<int>(std::ceil(to.high[0] * width)) - x,
+                     static_cast<int>(std::ceil(to.high[1] * height)) - y);
 }
 
 }  // namespace palp

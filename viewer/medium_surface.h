@@ -46,14 +46,18 @@ class MediumSurface {
   osg::Node* node() { return root_; }
 
   void set_spacing(double spacing);  // of the particles [m]
-  // Takes the tint that all of an opaque medium has; without one tints are drawn particle by particle.
-  void set_one_tint(const std::optional<OneTint>& tint);
+  // Takes whether colours stand for numbers, and the look that all of the medium has; without one looks are drawn
+  // particle by particle.
+  void set_colors(bool by_scalar, const std::optional<OneTint>& tint);
   // The size of the picture [pixels].
   void set_size(int width, int height, const SurfaceQuality& quality);
   // Confines the work to where the box of the particles is seen. An invalid box: nothing is drawn.
   void set_seen(const osg::BoundingBoxd& box, const osg::Matrixd& view, const osg::Matrixd& projection);
 
  private:
+  struct Share {  // of the picture, 0 .. 1
+    double low[2] = {0, 0}, high[2] = {1, 1};
+  };
   struct Pass {
     osg::ref_ptr<osg::Camera> camera;
     osg::ref_ptr<osg::Texture2D> texture;
@@ -66,6 +70,8 @@ class MediumSurface {
   void add_tint_pass(osg::Node* particles);
   void add_outline_passes();
   void make_smoothing();
+  void choose_formats();
+  static void confine(osg::Scissor& scissor, const Share& to, double width, double height);
   void make_shading(osg::Texture1D* color_map, const PictureCopy* copy);
 
   Medium medium_;
@@ -73,10 +79,14 @@ class MediumSurface {
   osg::ref_ptr<osg::Group> smoothing_;  // its passes follow the quality
   osg::ref_ptr<osg::Geometry> shading_;
   osg::ref_ptr<osg::Texture2D> surface_looks_;  // beside the tints
-  std::vector<Pass> passes_;                    // depth, tint, outline along both axes, then those of the smoothing
+  osg::ref_ptr<osg::Program> tint_program_, thickness_program_;
+  std::vector<Pass> passes_;  // depth, tint, outline along both axes, then those of the smoothing
   double spacing_ = 0.01;
+  bool by_scalar_ = false;
+  bool one_tint_ = false;
   int width_ = 0, height_ = 0;
   SurfaceQuality quality_;
+  Share drawn_;  // where the passes of the smoothing may have something of the last picture
   osg::ref_ptr<osg::Scissor> picture_scissor_;
 };
 

@@ -108,8 +108,8 @@ ParticleCloud::ParticleCloud() : shared_(new osg::StateSet), map_(new osg::Textu
   const auto side = static_cast<float>(Interior::kLumpOverSpacing);
   lumps_switch_->getOrCreateStateSet()->addUniform(new osg::Uniform("lump_over_spacing", side));
   osg::StateSet* state = points(Medium::beads)->getOrCreateStateSet();
-  state->setAttributeAndModes(
-      load_program("particle", {"particle.vert", "color.glsl", "particle.frag", "color.glsl", "lighting.glsl"}));
+  state->setAttributeAndModes(load_program(
+      "particle", {"particle.vert", "color.glsl", "particle.frag", "color.glsl", "lighting.glsl"}));
   state->setTextureAttributeAndModes(0, new osg::PointSprite);
   state->setTextureAttribute(0, map_);
   state->setMode(GL_VERTEX_PROGRAM_POINT_SIZE, osg::StateAttribute::ON);
@@ -183,16 +183,19 @@ void ParticleCloud::clear() {
   for (auto& node : switches_) node->setAllChildrenOff();
   lumps_switch_->setAllChildrenOff();
   for (osg::BoundingBoxd& box : boxes_) box.init();
-  tints_.clear();
+  for (auto& tints : tints_) tints.clear();
   drawn_ = 0;
   seen_ = 0;
 }
 
-std::optional<OneTint> ParticleCloud::one_tint() const {
+std::optional<OneTint> ParticleCloud::one_tint(Medium medium) const {
   if (shown_ != ScalarField::none) return OneTint{};
-  if (tints_.size() != 1) return std::nullopt;
-  const osg::Vec4ub& t = tints_[0];
-  return OneTint{osg::Vec3f(t.r(), t.g(), t.b()) / 255, looks_.surface_of(t.a())};
+  const std::vector<osg::Vec4ub>& tints = tints_[static_cast<std::size_t>(medium)];
+  if (tints.size() != 1) return std::nullopt;
+  const osg::Vec4ub& t = tints[0];
+  const osg::Vec4f surface = looks_.surface_of(t.a()), depth = looks_.depth_of(t.a());
+  if (medium == Medium::opaque) return OneTint{osg::Vec3f(t.r(), t.g(), t.b()) / 255, surface};
+  return OneTint{{depth.x(), depth.y(), depth.z()}, {surface.x(), depth.w(), surface.z(), surface.w()}};
 }
 
 // Returns how the particles of a body are drawn now, or nothing where its surface stands for them. Colours that stand
@@ -295,12 +298,20 @@ void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
       set.clear_lumps->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, lumps_first, lumps));
   }
   set.colors->resize(set.vertices->size(), body.tints[0]);
-  if (medium != Medium::opaque) return;
+  if (medium != Medium::beads) note_tints(body, medium);
+}
+
+// Notes the tints that the places have.
+void ParticleCloud::note_tints(const Body& body, Medium medium) {
+  std::vector<osg::Vec4ub>& tints = tints_[static_cast<std::size_t>(medium)];
   std::array<bool, kStages> used{};
   if (stages_.empty()) used[0] = true;
   for (const unsigned char stage : stages_) used[stage] = true;
-  for (std::size_t k = 0; k < body.tints.size(); ++k)
-    if (used[k] && std::ranges::find(tints_, body.tints[k]) == tints_.end()) tints_.push_back(body.tints[k]);
+  for (std::size_t k = 0; k < body.tints.size(); ++k) {
+    osg::Vec4ub tint = body.tints[k];
+    if (medium == Medium::clear) tint.set(0, 0, 0, tint.a());
+    if (used[k] && std::ranges::find(tints, tint) == tints.end()) tints.push_back(tint);
+  }
 }
 
 // Adds the places within one by one, each as a lump of itself: their tints differ.

@@ -69,8 +69,9 @@ class ParticleCloud {
   std::size_t drawn() const { return drawn_; }
   // Those of them that others of their body do not hide.
   std::size_t seen() const { return seen_; }
-  // Returns the tint of what is opaque where it has one alone, or none at all because colours stand for numbers.
-  std::optional<OneTint> one_tint() const;
+  // Returns the look of what is opaque, or of what is clear, where it has one alone, or none at all because colours
+  // stand for numbers.
+  std::optional<OneTint> one_tint(Medium medium) const;
   // The box around the points of the medium, invalid where there are none. Points that are no places, or farther out
   // than anything that is simulated, are not drawn.
   const osg::BoundingBoxd& box(Medium medium) const { return boxes_[static_cast<std::size_t>(medium)]; }
@@ -102,6 +103,7 @@ class ParticleCloud {
   void find_seen(const Body& body, const ParticleFrame& frame);
   void add_body(const Body& body, Medium medium, Set& set);
   void add_within(const Body& body, Set& set);
+  void note_tints(const Body& body, Medium medium);
 
   osg::ref_ptr<osg::StateSet> shared_;
   std::array<osg::ref_ptr<osg::Switch>, kMediums> switches_;
@@ -128,7 +130,7 @@ class ParticleCloud {
   osg::Vec4d clip_ = kNoClip;
   ValueRange range_;
   std::array<osg::BoundingBoxd, kMediums> boxes_;
-  std::vector<osg::Vec4ub> tints_;  // of opaque bodies, no two alike
+  std::array<std::vector<osg::Vec4ub>, kMediums> tints_;  // no two alike; those of what is clear without colours
 };
 
 }  // namespace palp

@@ -311,7 +311,7 @@ void SceneGraph::set_frame(const ParticleFrame& frame) {
   follow_particles(frame);
   cloud_.set_frame(frame);
   for (std::size_t i = 0; i < media_.size(); ++i)
-    if (kSurfaceMedia[i] == Medium::opaque) media_[i]->set_one_tint(cloud_.one_tint());
+    media_[i]->set_colors(cloud_.shown_field() != ScalarField::none, cloud_.one_tint(kSurfaceMedia[i]));
   if (seen_frame_) return;
   seen_frame_ = true;
   const auto particle = [&](std::size_t i) {

@@ -17,7 +17,7 @@ TEST(Bench, TimesEachPassOfAFluid) {
   EXPECT_GE(times.pictures, 10u);
   EXPECT_GT(times.picture, 0);
   EXPECT_GE(times.slowest, times.picture);
-  for (const char* pass : {"medium depth", "medium smoothing", "medium tint", "shadow", "picture"}) {
+  for (const char* pass : {"medium depth", "medium smoothing", "medium thickness", "shadow", "picture"}) {
     ASSERT_TRUE(times.passes.contains(pass)) << pass;
     EXPECT_GT(times.passes.at(pass), 0) << pass;
   }

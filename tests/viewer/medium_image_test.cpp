@@ -266,7 +266,7 @@ TEST(MediumImage, OneTintIsWhatParticlesAddUpTo) {
       }
       Stage stage(small_stage(640, 480));
       set(stage, s);
-      EXPECT_EQ(stage.scene().cloud().one_tint().has_value(), !other);
+      EXPECT_EQ(stage.scene().cloud().one_tint(Medium::opaque).has_value(), !other);
       pictures[other] = shoot(stage);
     }
     // where matter is thin, light comes through by its depth there, and not by that of deeper matter

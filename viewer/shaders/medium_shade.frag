@@ -16,8 +16,8 @@ uniform float range;  // of distances that belong to one surface [m]
 uniform float lift;   // [m] off the surface, where its light is asked for
 uniform bool by_scalar;
 uniform bool is_clear;
-uniform bool one_tint;   // of an opaque medium: there are no tints, all of it has this colour and look
-uniform vec4 own_tint;   // sRGB; and the depth that gives it [m]
+uniform bool one_tint;   // all of it has this look: of a clear medium tints are its thickness alone, else there are none
+uniform vec4 own_tint;   // sRGB and the depth that gives it [m]; or what a clear medium absorbs [1/m]
 uniform vec4 own_look;
 
 const float kInside = 0.8;       // of the surroundings are covered where the beads of an outline are not seen any more
@@ -133,7 +133,10 @@ void main() {
   vec3 to_eye = normalize(-p);
   if (dot(normal, to_eye) < 0.0) normal = -normal;
   vec4 tint = vec4(to_linear(own_tint.rgb), own_tint.a), look = own_look;
-  if (!one_tint) {
+  if (one_tint && is_clear) {
+    float thick = texture2D(tints, gl_FragCoord.xy / target_size).r;
+    tint = vec4(own_tint.rgb, 1.0) * thick;
+  } else if (!one_tint) {
     tint = texture2D(tints, gl_FragCoord.xy / target_size);
     if (!is_clear && tint.a < 1e-7) discard;
     look = texture2D(surface_looks, gl_FragCoord.xy / target_size) / max(tint.a, 1e-6);
