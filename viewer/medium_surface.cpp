@@ -41,7 +41,7 @@ osg::Vec2f size_of(const osg::Texture2D& texture) {
 }
 
 osg::ref_ptr<osg::Program> point_program(const char* fragment, const char* name) {
-  return load_program(name, {"medium.vert", "color.glsl", fragment});
+  return load_program(name, {"medium.vert", "sprite.glsl", "color.glsl", fragment});
 }
 
 void set_format(osg::Texture2D& texture, GLenum internal_format, GLenum format) {

@@ -109,7 +109,7 @@ ParticleCloud::ParticleCloud() : shared_(new osg::StateSet), map_(new osg::Textu
   lumps_switch_->getOrCreateStateSet()->addUniform(new osg::Uniform("lump_over_spacing", side));
   osg::StateSet* state = points(Medium::beads)->getOrCreateStateSet();
   state->setAttributeAndModes(load_program(
-      "particle", {"particle.vert", "color.glsl", "particle.frag", "color.glsl", "lighting.glsl"}));
+      "particle", {"particle.vert", "sprite.glsl", "color.glsl", "particle.frag", "color.glsl", "lighting.glsl"}));
   state->setTextureAttributeAndModes(0, new osg::PointSprite);
   state->setTextureAttribute(0, map_);
   state->setMode(GL_VERTEX_PROGRAM_POINT_SIZE, osg::StateAttribute::ON);
@@ -274,17 +274,30 @@ void ParticleCloud::find_seen(const Body& body, const ParticleFrame& frame) {
   drawn_ += end - first;
 }
 
+// Adds the places that are not within, what is near first.
+void ParticleCloud::add_outer(const Body& body, Set& set) {
+  outer_.clear();
+  outer_stages_.clear();
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (interior_.contains(i)) continue;
+    outer_.push_back(places_[i]);
+    if (!stages_.empty()) outer_stages_.push_back(stages_[i]);
+  }
+  const std::span<const std::uint32_t> ranks = front_to_back_.rank(outer_, eye_);
+  const std::size_t first = set.vertices->size();
+  set.vertices->resize(first + outer_.size());
+  for (std::size_t k = 0; k < outer_.size(); ++k) (*set.vertices)[first + ranks[k]] = outer_[k];
+  set.colors->resize(set.vertices->size(), body.tints[0]);
+  for (std::size_t k = 0; k < outer_stages_.size(); ++k) (*set.colors)[first + ranks[k]] = body.tints[outer_stages_[k]];
+}
+
 // Adds the places that can be seen, and after them, where the body is looked through, lumps of the others.
 void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
   const auto m = static_cast<std::size_t>(medium);
   const auto first = static_cast<GLint>(set.vertices->size());
   const auto added = [&] { return static_cast<GLsizei>(set.vertices->size()) - first; };
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (interior_.contains(i)) continue;
-    set.vertices->push_back(places_[i]);
-    if (!stages_.empty()) set.colors->push_back(body.tints[stages_[i]]);
-    boxes_[m].expandBy(osg::Vec3d(places_[i].x(), places_[i].y(), places_[i].z()));
-  }
+  add_outer(body, set);
+  boxes_[m].expandBy(osg::BoundingBoxd(front_to_back_.box()));
   if (added() == 0) return;
   seen_ += static_cast<std::size_t>(added());
   set.points[m]->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, first, added()));

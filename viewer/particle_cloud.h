@@ -15,6 +15,7 @@
 #include "idl/messages.h"
 #include "idl/particle_frame.h"
 #include "viewer/color_map.h"
+#include "viewer/front_to_back.h"
 #include "viewer/interior.h"
 #include "viewer/look_table.h"
 #include "viewer/medium.h"
@@ -55,6 +56,9 @@ class ParticleCloud {
   void clear();
   // Takes the height of the picture [pixels]: sprites are sized in pixels.
   void set_picture_height(int height);
+
+  // Takes where the scene is looked at from [m]: from the next frame on what is near is drawn first, which is quickest.
+  void set_eye(const osg::Vec3d& eye) { eye_ = eye; }
 
   // none: by body. A field that the frames do not carry is shown by body too: see shown_field(). So are solids that do
   // not deform when density or pressure is shown, as they have neither.
@@ -102,6 +106,7 @@ class ParticleCloud {
   std::vector<osg::Vec4ub> tints_of(const BodyDescription& body, std::size_t stages);
   void find_seen(const Body& body, const ParticleFrame& frame);
   void add_body(const Body& body, Medium medium, Set& set);
+  void add_outer(const Body& body, Set& set);
   void add_within(const Body& body, Set& set);
   void note_tints(const Body& body, Medium medium);
 
@@ -117,6 +122,10 @@ class ParticleCloud {
   std::vector<osg::Vec4f> places_;     // of the body that is taken over: x, y, z and its scalar
   std::vector<unsigned char> stages_;  // of its matter, which of the body's tints; empty: all have the first
   Interior interior_;                  // of those
+  std::vector<osg::Vec4f> outer_;      // of those, which are not within
+  std::vector<unsigned char> outer_stages_;
+  FrontToBack front_to_back_;
+  osg::Vec3d eye_;
   bool draw_all_ = false;
   bool beads_ = false;
   double rest_density_ = 0;

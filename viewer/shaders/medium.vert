@@ -4,6 +4,7 @@
 // gl_Vertex.xyz is their middle and gl_Vertex.w how many particles it has of those that would fill it.
 uniform float target_height;  // [pixels]
 uniform float radius;         // of a particle's sprite [m]
+uniform float sink;           // [m], as medium_depth.frag has it
 uniform float lump_over_spacing;  // the side of a lump; 1: these are particles
 uniform vec2 value_range;
 uniform sampler2D looks;  // a row a look: absorption [1/m] and haze [1/m]; roughness, softness, f0 and metallic
@@ -16,6 +17,7 @@ flat out vec4 depth_of_color;  // absorption and haze
 flat out vec4 surface_look;
 
 vec3 to_linear(vec3 shown);
+float front_depth(float front, vec4 at);
 
 void main() {
   vec4 eye = gl_ModelViewMatrix * vec4(gl_Vertex.xyz, 1.0);
@@ -27,5 +29,6 @@ void main() {
   weight = lump_over_spacing > 1.0 ? gl_Vertex.w : 1.0;
   scalar = gl_Vertex.w > -1e38 ? gl_Vertex.w : value_range.x;
   gl_Position = gl_ProjectionMatrix * eye;
+  gl_Position.z = front_depth(eye.z + 1.03 * radius - sink, gl_Position);
   gl_PointSize = max(target_height * gl_ProjectionMatrix[1][1] * radius * lump_over_spacing / gl_Position.w, 1.0);
 }

@@ -1,4 +1,5 @@
 #version 330 compatibility
+#extension GL_ARB_conservative_depth : enable
 // The distance of a medium's particles along the view [m], and their scalar. The spheres are wider than particles, so
 // that they close up, and sunk, so that their tops are where those of particles would be.
 uniform float radius;
@@ -6,6 +7,11 @@ uniform float sink;  // [m]
 
 flat in vec3 center;
 flat in float scalar;
+
+// The sprite has the depth of the sphere's front, so that hidden ones are known before they are drawn.
+#ifdef GL_ARB_conservative_depth
+layout(depth_greater) out float gl_FragDepth;
+#endif
 
 void main() {
   vec2 q = vec2(2.0, -2.0) * gl_PointCoord + vec2(-1.0, 1.0);

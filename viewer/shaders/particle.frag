@@ -1,10 +1,16 @@
 #version 330 compatibility
+#extension GL_ARB_conservative_depth : enable
 // A sphere drawn on a point sprite, with the sphere's own depth.
 uniform float radius;
 
 flat in vec3 center;
 flat in vec3 color;  // linear
 flat in float pixel_radius;
+
+// The sprite has the depth of the sphere's front, so that hidden ones are known before they are drawn.
+#ifdef GL_ARB_conservative_depth
+layout(depth_greater) out float gl_FragDepth;
+#endif
 
 vec3 shade(vec3 color, float roughness, float metallic, float f0, float softness, vec3 normal, vec3 to_eye, vec2 shares);
 vec2 light_shares(vec3 eye_point, vec3 normal);

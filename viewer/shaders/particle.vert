@@ -12,6 +12,7 @@ flat out vec3 color;  // linear
 flat out float pixel_radius;
 
 vec3 to_linear(vec3 shown);
+float front_depth(float front, vec4 at);
 
 void main() {
   vec4 eye = gl_ModelViewMatrix * vec4(gl_Vertex.xyz, 1.0);
@@ -20,6 +21,7 @@ void main() {
   vec3 shown = by_scalar && gl_Vertex.w > -1e38 ? textureLod(color_map, (t * 255.0 + 0.5) / 256.0, 0.0).rgb : gl_Color.rgb;
   color = to_linear(shown);
   gl_Position = gl_ProjectionMatrix * eye;
+  gl_Position.z = front_depth(eye.z + 1.03 * radius, gl_Position);
   gl_PointSize = max(picture_height * gl_ProjectionMatrix[1][1] * radius / gl_Position.w, 1.0);
   pixel_radius = 0.5 * gl_PointSize;
 }
