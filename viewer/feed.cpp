@@ -23,7 +23,7 @@ namespace {
 // Long enough to sleep between frames, short enough for a key to act at once.
 constexpr std::chrono::milliseconds kRound{10};
 // From one look at shared memory to the next: an eighth of the time between frames.
-constexpr std::chrono::milliseconds kLook{2};
+constexpr std::chrono::milliseconds kRingLook{2};
 
 // A reader with the memory that its samples go through.
 template <class T>
@@ -119,7 +119,7 @@ class Feed::Impl {
       std::get<Inlet<SceneDescription>>(inlets_).wait();
     } else {
       const std::int64_t end_ns = now_ns() + std::chrono::nanoseconds(kRound).count();
-      while (!take_shared() && now_ns() < end_ns) std::this_thread::sleep_for(kLook);
+      while (!take_shared() && now_ns() < end_ns) std::this_thread::sleep_for(kRingLook);
     }
   }
 

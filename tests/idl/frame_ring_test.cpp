@@ -205,7 +205,6 @@ TEST_F(FrameRing, IsNotOpenedWhereItIsAnothers) {
     for (const std::size_t field :
          {offsetof(RingHeader, magic), offsetof(RingHeader, layout), offsetof(RingHeader, domain),
           offsetof(RingHeader, session), offsetof(RingHeader, particle_count)}) {
-      RingHeader sound;
       std::uint64_t value = 0;
       const RingFile file(open(path_of(place_).c_str(), O_RDWR));
       ASSERT_EQ(pread(file.number(), &value, sizeof value, static_cast<off_t>(field)), ssize_t{sizeof value});

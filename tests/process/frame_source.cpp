@@ -47,7 +47,8 @@ void fill(ParticleFrame& f, std::uint32_t particles, std::uint32_t side, double 
   for (std::size_t i = 0; i < particles; ++i) {
     f.positions[3 * i] = spacing * static_cast<float>(i % side) + sway;
     f.positions[3 * i + 1] = spacing * static_cast<float>(i / side % side);
-    f.positions[3 * i + 2] = spacing * static_cast<float>(i / side / side);
+    const std::size_t layer = i / side / side;
+    f.positions[3 * i + 2] = spacing * static_cast<float>(layer);
     f.scalars[i] = sway;
   }
 }
