@@ -45,7 +45,7 @@ struct ElasticContact {
   ElasticTouching touching;
 
   PALP_HD Vec3 force_on(const SoftPart& part, std::uint32_t p, const ContactPair& pair, const BodyState& field,
-                        const Mat3& R, real contacts, Vec3& arm) const {
+                        const Mat3& R, real contacts, Vec3& torque) const {
     const PairPoints& all = touching.all;
     const std::uint32_t i = part.first + p;
     ContactState& state = all.contact.state[pair.first + p];
@@ -56,14 +56,15 @@ struct ElasticContact {
       state.anchor = {0, 0, 0, 0};
       return Vec3(0, 0, 0);
     }
-    arm = t.other;
     const real push = c.push / (real(1) + all.dt * c.q / c.mass);
+    torque = (t.other + touching.press(i, push * t.n, c.at)).cross(push * t.n);
     if (!(pair.law.friction > real(0))) return push * t.n;
     Vec3 across = touching.sticking(c, R * state.anchor.xyz()) / (real(1) + all.dt * c.q_slip / c.mass);
     const real size = across.norm(), slips = state.anchor.w;
     const bool moves = size > (slips > real(0) ? pair.law.kinetic : pair.law.friction) * push;
     if (moves) across *= pair.law.kinetic * push / size;
     state.anchor = pack(R.transpose() * (across / -c.k_slip), moves ? real(1) : real(0));
+    torque += t.other.cross(across);
     return push * t.n + across;
   }
 
@@ -72,10 +73,11 @@ struct ElasticContact {
     const ContactViews& contact = touching.all.contact;
     const SoftPart part = contact.elastic_part[index];
     if (touching.sleeps(part)) return;
+    touching.release(part, team);
     const auto push = [&](std::uint32_t k, const ContactPair& pair, const BodyState& field, const Mat3& R) {
       const real contacts = touching.contacts_of(pair.b, team);
-      sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
-        const Vec3 f = force_on(part, place - pair.first, pair, field, R, contacts, arm);
+      sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& torque) {
+        const Vec3 f = force_on(part, place - pair.first, pair, field, R, contacts, torque);
         touching.bodies.force[i] = pack(touching.bodies.force[i].xyz() + f, 0);
         return f;
       });
@@ -142,6 +144,7 @@ struct BeginElasticContact {
       c.q_slip = real(0);
     out.n = n;
     out.arm = t.other;
+    out.at = c.at;
     out.resists = c.q;
     out.k_slip = c.k_slip;
     out.resists_slip = c.q_slip;
@@ -180,6 +183,7 @@ struct EndElasticContact {
     const real load = f.dot(push.n);
     push.touched = true;
     push.load = load > real(0) ? load : real(0);
+    push.at = touching.press(i, push.load * push.n, push.at);
     if (!(pair.law.friction > real(0))) return f;
     const Vec3 across = f - load * push.n;
     const real size = across.norm(), holds = pair.law.kinetic * push.load;
@@ -196,12 +200,13 @@ struct EndElasticContact {
     const ContactViews& contact = touching.all.contact;
     const SoftPart part = contact.elastic_part[index];
     if (touching.sleeps(part)) return;
+    touching.release(part, team);
     const auto end = [&](std::uint32_t k, const ContactPair& pair, const BodyState&, const Mat3& R) {
-      sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
+      sum_soft_pair(contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& torque) {
         ElasticPush& push = contact.elastic_push[place - contact.first_soft];
         if (push.n.isZero(0)) return Vec3(0, 0, 0);
         const Vec3 f = force_on(i, pair, R, push, contact.state[place]);
-        arm = push.arm;
+        torque = push.arm.cross(f) + push.at.cross(push.load * push.n);
         solve.outer[i] = pack(solve.outer[i].xyz() + touching.all.dt * f, 0);
         return f;
       });

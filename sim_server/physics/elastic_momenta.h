@@ -73,6 +73,7 @@ struct ConserveMomenta {
   ElasticViews elastic;
   ImplicitViews solve;
   BodyViews bodies;
+  real dt;
 
   template <class Team>
   PALP_HD void operator()(std::uint32_t k, Team team) const {
@@ -100,6 +101,8 @@ struct ConserveMomenta {
       const Vec3 r = X.xyz() - b.x + elastic.u[i].xyz() - x;
       spread += (X.w * r) * r.transpose();
       turn += r.cross(X.w * (solve.change[i].xyz() - y) - pushed(i));
+      if (elastic.pressed != nullptr)
+        turn -= (dt * X.w * solve.residual[i].w) * contact_couple(elastic.pressed[i], X.w);
     }
     spread = team_sum(team, spread);
     turn = team.sum(turn);

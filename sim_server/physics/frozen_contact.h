@@ -59,8 +59,10 @@ struct FrozenContact {
   PALP_HD void operator()(std::uint32_t index, Team team) const {
     const SoftPart part = all.contact.frozen_part[index];
     for_each_pair(all, part, [&](std::uint32_t k, const ContactPair& pair, const BodyState& field, const Mat3& R) {
-      sum_soft_pair(all.contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& arm) {
+      sum_soft_pair(all.contact, part, k, team, [&](std::uint32_t i, std::uint32_t place, Vec3& torque) {
+        Vec3 arm(0, 0, 0);
         const Vec3 f = force_on(i, pair, field, R, place, arm);
+        torque = arm.cross(f);
         change.force[i] = pack(change.force[i].xyz() + f, 0);
         return f;
       });

@@ -141,7 +141,8 @@ struct PredictedStrain {
     elastic.rotation[i] = q;
     elastic.gradient[i] = F;
     solve.rotation[i] = q_ahead;
-    const Mat3 P = R * (R_ahead.transpose() * elastic_stress(m, F_ahead, R_ahead));
+    Mat3 P = R * (R_ahead.transpose() * elastic_stress(m, F_ahead, R_ahead));
+    if (elastic.pressed != nullptr) P += contact_stress(elastic.pressed[i], F);
     elastic.stress[i] = P * L - hold_of(m) * (ahead * L);
   }
 };

@@ -69,18 +69,18 @@ PALP_HD inline void for_each_pair(const PairPoints& all, const SoftPart& part, F
 }
 
 // Adds up the forces on the particles of a part by the body of pair k, and their torque on the body about its centre.
-// force_on(i, place, arm): the force on particle i, whose memory is contact state `place` [N]; arm: where it acts from
-// the body's centre [m].
+// force_on(i, place, torque): the force on particle i, whose memory is contact state `place` [N]; torque: of that force
+// about the body's centre [N m].
 template <class Team, class F>
 PALP_HD inline void sum_soft_pair(const ContactViews& contact, const SoftPart& part, std::uint32_t k, Team team,
                                   F&& force_on) {
   Vec3 force(0, 0, 0), torque(0, 0, 0);
   for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) {
-    Vec3 arm(0, 0, 0);
-    const Vec3 f = force_on(part.first + p, contact.pair[k].first + p, arm);
+    Vec3 about(0, 0, 0);
+    const Vec3 f = force_on(part.first + p, contact.pair[k].first + p, about);
     if (f.isZero(0)) continue;
     force += f;
-    torque -= arm.cross(f);
+    torque -= about;
   }
   force = team.sum(force);
   torque = team.sum(torque);

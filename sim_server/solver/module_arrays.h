@@ -142,6 +142,7 @@ void reset_elastic(B& back_end, const Scene& scene, const Plan& plan, const Elas
     back_end.upload(e.plastic, std::vector<Mat3>(n, Mat3::Identity()));
     back_end.upload(e.hardened, std::vector<real>(n, real(0)));
   }
+  if (e.pressed != nullptr) back_end.upload(e.pressed, std::vector<Mat3>(n, Mat3::Zero()));
   if (plan.tears) {
     back_end.upload(e.correction, store.correction);
     back_end.upload(e.projection, store.projection);

@@ -248,6 +248,8 @@ class SimulationOn final : public Simulation {
       const ContactStore store(scene_, plan_);
       const ContactFields fields = allocate_fields(back_end_, store);
       if (plan_.fields) contact_counts_ = allocate_contact(back_end_, store, fields, plan_, views_.contact);
+      if (views_.contact.elastic_parts > 0)
+        views_.elastic.pressed = back_end_.template allocate<Mat3>("elastic pressed", plan_.elastic_count);
       if (plan_.geometry) allocate_walls(back_end_, scene_, plan_, views_.grid, store, fields, views_.fluid);
       if (plan_.heat_walls) allocate_heat_walls(back_end_, scene_, store, fields, views_.heat);
     }
