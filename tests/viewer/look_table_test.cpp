@@ -46,6 +46,8 @@ TEST(LookTable, LikeLooksShareARow) {
   EXPECT_FLOAT_EQ(texels_of(table, 0)[3], 10) << "of haze, 1/m";
   EXPECT_EQ(texels_of(table, 1)[4], 0.3f);
   EXPECT_EQ(texels_of(table, 1)[7], 1);
+  EXPECT_EQ(table.depth_of(0), osg::Vec4f(5, 20, 80, 10));
+  EXPECT_EQ(table.surface_of(1), surface_numbers(metal));
   table.clear();
   EXPECT_EQ(table.row_of(metal), 0);
 }

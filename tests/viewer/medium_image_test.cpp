@@ -8,21 +8,13 @@
 #include <limits>
 #include <vector>
 
+#include "tests/viewer/block_scene.h"
 #include "tests/viewer/picture_tools.h"
 #include "tests/viewer/synthetic_scene.h"
 #include "viewer/stage.h"
 
 namespace palp::test::medium_image_test {
 namespace {
-
-void set(Stage& stage, const SyntheticScene& s, ScalarField field = ScalarField::none) {
-  stage.hud().set_visible(false);
-  set_scene(stage, s.scene);
-  stage.scene().set_color(field);
-  stage.scene().set_poses(s.poses);
-  stage.scene().set_frame(s.frame);
-  stage.go_home();
-}
 
 // A tray of still liquid without its paddle, seen from above the rim.
 SyntheticScene still_tray(const char* name) {
@@ -59,7 +51,7 @@ double roughness(Stage& stage, const Picture& picture) {
 TEST(MediumImage, ALiquidIsOneSmoothSurface) {
   for (const char* name : {"water", "batter"}) {
     Stage stage(small_stage(640, 480));
-    set(stage, still_tray(name));
+    put_on(stage, still_tray(name));
     const double smooth = roughness(stage, shoot(stage));
     stage.scene().set_beads(true);
     stage.scene().set_frame(still_tray(name).frame);
@@ -67,25 +59,6 @@ TEST(MediumImage, ALiquidIsOneSmoothSurface) {
     EXPECT_GT(beads, 4) << name << ": beads have a bright and a dark side";
     EXPECT_LT(smooth, 0.25 * beads) << name;
   }
-}
-
-// A block of particles in the air, each displaced by up to so many spacings along each axis.
-SyntheticScene block(const char* name, const std::array<int, 3>& sides = {14, 10, 6}, double displaced = 0) {
-  SyntheticScene s = synthetic_scene();
-  s.scene.bodies.resize(1);
-  s.scene.bodies[0].color = {0.95f, 0.95f, 0.95f};
-  make_look(s.scene.bodies[0], name);
-  s.poses = {};
-  s.frame.positions.clear();
-  for (int i = 0; i < sides[0] * sides[1] * sides[2]; ++i) {
-    const int at[3] = {i % sides[0], i / sides[0] % sides[1], i / (sides[0] * sides[1])};
-    for (int a = 0; a < 3; ++a)
-      s.frame.positions.push_back(static_cast<float>(kSpacing * (at[a] + displaced * std::sin(7919.0 * (3 * i + a)))));
-  }
-  const std::size_t count = s.frame.positions.size() / 3;
-  s.frame.scalars.assign(count, 0.2f);
-  s.scene.particle_count = s.scene.bodies[0].count = static_cast<std::uint32_t>(count);
-  return s;
 }
 
 // How far the upper outline of what is bright is from a straight line between two places [pixels, root mean square].
@@ -106,7 +79,7 @@ TEST(MediumImage, AnOutlineIsALineAndNotARowOfBeads) {
     StageOptions options = small_stage(640, 480);
     options.surfaces = quality;
     Stage stage(options);
-    set(stage, s);
+    put_on(stage, s);
     const Picture surface = shoot(stage);
     // the far upper edge, but for its ends
     const osg::Vec2d a = stage.project({2 * kSpacing, 9.5 * kSpacing, 5.5 * kSpacing});
@@ -133,7 +106,7 @@ TEST(MediumImage, WhatLiesInAClearLiquidIsSeenAndInAnOpaqueOneNot) {
       ball.color = {1, 0, 0};
       add_box(ball, {-0.04, -0.03, 0.02}, {0.04, 0.03, 0.042}, true, true);
       if (with) s.scene.bodies.push_back(ball);
-      set(stage, s);
+      put_on(stage, s);
       pictures[with] = shoot(stage);
       place = stage.project({0, 0, kDepth});
     }
@@ -155,7 +128,7 @@ TEST(MediumImage, WhatStandsBeforeALiquidHidesIt) {
   screen.color = {1, 0, 0};
   add_box(screen, {-0.2, -0.16, -0.02}, {0.2, -0.15, 0.2}, true, true);
   s.scene.bodies.push_back(screen);
-  set(stage, s);
+  put_on(stage, s);
   const Picture picture = shoot(stage);
   EXPECT_TRUE(reddish(at(picture, stage.project({0, -0.16, 0.02}))));
 }
@@ -172,7 +145,7 @@ TEST(MediumImage, ColorsThatStandForNumbersAreNotLookedThrough) {
   brick.color = {1, 0, 0};
   add_box(brick, {-0.04, -0.03, 0.02}, {0.04, 0.03, 0.042}, true, true);
   s.scene.bodies.push_back(brick);
-  set(stage, s, ScalarField::speed);
+  put_on(stage, s, ScalarField::speed);
   const Pixel p = at(shoot(stage), stage.project({0, 0, kDepth}));
   EXPECT_GT(p.b, 2 * p.r) << "the low end of the map is blue";
 }
@@ -190,7 +163,7 @@ TEST(MediumImage, SenselessParticlesLeaveTheOthersAsTheyAre) {
         s.frame.positions[i + i % 3] = bad ? senseless[i / 30 % senseless.size()] : 1e6f;
         s.frame.scalars[i / 3 + 1] = bad ? nan : -3.1e38f;
       }
-      set(stage, s, field);
+      put_on(stage, s, field);
       pictures[bad] = shoot(stage);
     }
     EXPECT_EQ(differing(pictures[0], pictures[1]), 0);
@@ -211,17 +184,11 @@ Picture block_of(bool pieces, const char* name, bool beads) {
   }
   Stage stage(small_stage(640, 480));
   stage.scene().set_beads(beads);
-  set(stage, s);
+  put_on(stage, s);
   const ParticleCloud& cloud = stage.scene().cloud();
   EXPECT_EQ(cloud.drawn(), count);
   EXPECT_EQ(cloud.seen() == count, pieces);
   return shoot(stage);
-}
-
-int largest_difference(const Picture& a, const Picture& b) {
-  int most = 0;
-  for (std::size_t i = 0; i < a.rgb.size(); ++i) most = std::max(most, std::abs(a.rgb[i] - b.rgb[i]));
-  return most;
 }
 
 // However many bodies can change, each keeps the look that it has at first.
@@ -242,7 +209,7 @@ TEST(MediumImage, ManyBodiesThatCanChangeKeepTheirLooks) {
       s.scene.bodies.push_back(body);
     }
     Stage stage(small_stage());
-    set(stage, s);
+    put_on(stage, s);
     pictures[can_change] = shoot(stage);
   }
   EXPECT_EQ(largest_difference(pictures[0], pictures[1]), 0);
@@ -265,7 +232,7 @@ TEST(MediumImage, OneTintIsWhatParticlesAddUpTo) {
         s.frame.scalars.push_back(0);
       }
       Stage stage(small_stage(640, 480));
-      set(stage, s);
+      put_on(stage, s);
       EXPECT_EQ(stage.scene().cloud().one_tint(Medium::opaque).has_value(), !other);
       pictures[other] = shoot(stage);
     }
@@ -286,7 +253,7 @@ TEST(MediumImage, MatterPassesFromOneLookToTheOther) {
       body.changed_look = named_look(then).look;
       body.changed_color = named_look(then).color;
       Stage stage(small_stage());
-      set(stage, s);
+      put_on(stage, s);
       const auto changed_by = [&](int share) {
         s.frame.solid.assign(s.scene.particle_count,
                              static_cast<std::uint8_t>(kind == BodyKind::fluid ? share : 255 - share));
@@ -311,7 +278,7 @@ TEST(MediumImage, MatterPassesFromOneLookToTheOther) {
       body.look = body.changed_look;
       body.color = body.changed_color;
       s.frame.solid.clear();
-      set(stage, s);
+      put_on(stage, s);
       EXPECT_LE(largest_difference(shoot(stage), end), lumps) << "as what has always looked so";
     }
   }
@@ -329,7 +296,7 @@ TEST(MediumImage, AllParticlesSenselessIsAPictureWithoutThem) {
   Stage stage(small_stage());
   SyntheticScene s = still_tray("water");
   std::fill(s.frame.positions.begin(), s.frame.positions.end(), std::nanf(""));
-  set(stage, s);
+  put_on(stage, s);
   EXPECT_GT(find(shoot(stage), [](Pixel p) { return p.r > 80; }).pixels, 500) << "the tray";
 }
 
@@ -339,7 +306,7 @@ TEST(MediumImage, FineAndQuickSurfacesLookAlike) {
     StageOptions options = small_stage(800, 600);
     options.surfaces = fine ? Surfaces::fine : Surfaces::quick;
     Stage stage(options);
-    set(stage, synthetic_scene());
+    put_on(stage, synthetic_scene());
     pictures[fine] = shoot(stage);
   }
   double difference = 0;
@@ -352,7 +319,7 @@ TEST(MediumImage, FineAndQuickSurfacesLookAlike) {
 
 TEST(MediumImage, ThePictureMayChangeItsSize) {
   Stage stage(small_stage(640, 480));
-  set(stage, synthetic_scene());
+  put_on(stage, synthetic_scene());
   const Picture first = shoot(stage);
   for (const auto& [width, height] : {std::pair{320, 240}, {17, 33}, {640, 480}}) {
     stage.viewer().getCamera()->setViewport(0, 0, width, height);

@@ -52,7 +52,7 @@ Pressed press(const Ball& ball, ElasticSolver solver, std::optional<int> sub_ste
   StepInput input;
   input[0].engaged = true;
   input[0].gains = {kStiff, 50, 10, 0.2};
-  for (int k = 0; k < 300; ++k) {
+  for (int k = 0; k < 600; ++k) {  // a ball of ten spacings swings in the hand for half a second
     input[0].state.position = {ball.x * kSpacing, ball.y * kSpacing, top - down * std::min(1.0, k / 120.0)};
     const StepOutput& out = simulation->step(input);
     EXPECT_TRUE(out.health.ok) << out.health.cause;
