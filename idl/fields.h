@@ -39,7 +39,8 @@
   FIELD(kind)                                                   \
   FIELD(first)                                                  \
   FIELD(count)                                                  \
-  FIELD(density) FIELD(color) FIELD(look) FIELD(vertices) FIELD(triangles) FIELD(changed_color) FIELD(changed_look) FIELD(rest)
+  FIELD(density)                                                \
+  FIELD(color) FIELD(look) FIELD(vertices) FIELD(triangles) FIELD(changed_color) FIELD(changed_look) FIELD(rest)
 #define PALP_FIELDS_OF_ProxyDescription(FIELD, RENAMED, DERIVED) FIELD(device) FIELD(body) FIELD(pose)
 #define PALP_FIELDS_OF_SceneDescription(FIELD, RENAMED, DERIVED) \
   FIELD(header)                                                  \

@@ -123,8 +123,8 @@ struct BodyDescription {
   // of matter that has changed state: a fluid's that is solid, a solid's that is fluid. Clear or not as look is
   std::array<float, 3> changed_color{};
   Look changed_look;
-  // Of an elastic body with a surface, whose body frame is the world's: where each of its particles is at rest [m], x y
-  // z. The surface moves along with them. Else empty.
+  // The places of its particles at rest [m], x y z each, of an elastic body with a surface, whose body frame is the
+  // world's: the surface moves along with them. Else empty.
   std::vector<float> rest;
 };
 

@@ -38,8 +38,8 @@ inline bool has_surface(const BodyDescription& body) {
   return body.kind != BodyKind::elastic && !body.vertices.empty() && !body.triangles.empty();
 }
 
-// Returns whether a soft body has a surface that its particles can carry along (skin.h), and that looks like it: what is
-// clear has a thickness.
+// Returns whether a soft body has a surface that its particles can carry along (skin.h), and that looks like it: what
+// is clear has a thickness.
 bool has_skin(const BodyDescription& body);
 
 }  // namespace palp

@@ -33,7 +33,8 @@ void refine(Surface& surface, double longest_edge) {
       const auto add = [&](unsigned a, unsigned b, unsigned c) {
         Triangle part = t;
         part.corner = {a, b, c};
-        part.area = 0.5f * ((surface.vertices[b] - surface.vertices[a]) ^ (surface.vertices[c] - surface.vertices[a])).length();
+        part.area =
+            0.5f * ((surface.vertices[b] - surface.vertices[a]) ^ (surface.vertices[c] - surface.vertices[a])).length();
         surface.triangles.push_back(part);
       };
       // the corners in turn, each followed by the middle of the edge to the next one where that is long

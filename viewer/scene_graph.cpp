@@ -13,50 +13,21 @@
 #include "viewer/arrays.h"
 #include "viewer/pose_matrix.h"
 #include "viewer/shaders.h"
+#include "viewer/surroundings.h"
 
 namespace palp {
 namespace {
 
 // The order of drawing: a later bin lies on top of what it cannot be sorted against.
-// Opaque media are drawn in bin 2 and clear ones in bin 4 (medium_surface.cpp).
-enum Bin { kBackgroundBin = -2, kGroundBin = -1, kSolidBin = 0, kCopyBin = 3, kGlassBin = 10, kEdgeBin = 11 };
+// Background and ground come before them all (surroundings.cpp), opaque media in bin 2 and clear ones in bin 4
+// (medium_surface.cpp).
+enum Bin { kSolidBin = 0, kCopyBin = 3, kGlassBin = 10, kEdgeBin = 11 };
 
 constexpr std::array<Medium, 2> kSurfaceMedia{Medium::opaque, Medium::clear};
 
 void blend_over(osg::StateSet* state) {
   state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
   state->setAttributeAndModes(new osg::Depth(osg::Depth::LESS, 0, 1, false));
-}
-
-osg::ref_ptr<osg::Geometry> quad(const osg::Vec2f& low, const osg::Vec2f& high, float z) {
-  osg::ref_ptr<osg::Geometry> geometry = geometry_in_strips();
-  geometry->setUseVertexBufferObjects(true);
-  geometry->setVertexArray(array_of<osg::Vec3Array>(
-      {{low.x(), low.y(), z}, {high.x(), low.y(), z}, {low.x(), high.y(), z}, {high.x(), high.y(), z}}));
-  geometry->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLE_STRIP, 0, 4));
-  geometry->setCullingActive(false);
-  return geometry;
-}
-
-osg::ref_ptr<osg::Node> make_background() {
-  osg::ref_ptr<osg::Geometry> geometry = quad({-1, -1}, {1, 1}, 0);
-  osg::StateSet* state = geometry->getOrCreateStateSet();
-  state->setAttributeAndModes(load_program("background", {"background.vert", "background.frag"}));
-  state->setAttributeAndModes(new osg::Depth(osg::Depth::ALWAYS, 0, 1, false));
-  state->setRenderBinDetails(kBackgroundBin, "RenderBin");
-  return geometry;
-}
-
-osg::ref_ptr<osg::Geometry> make_ground() {
-  osg::ref_ptr<osg::Geometry> geometry = quad({-1, -1}, {1, 1}, 0);
-  osg::StateSet* state = geometry->getOrCreateStateSet();
-  state->setAttributeAndModes(load_program("ground", {"ground.vert", "ground.frag", "lighting.glsl"}));
-  blend_over(state);
-  state->setRenderBinDetails(kGroundBin, "RenderBin");
-  state->addUniform(new osg::Uniform("footprint", osg::Vec4f(0, 0, 1, 1)));
-  state->addUniform(new osg::Uniform("fade", osg::Vec2f(1, 2)));
-  state->addUniform(new osg::Uniform("cell", 0.1f));
-  return geometry;
 }
 
 osg::BoundingBoxd domain_of(const SceneDescription& scene) {
@@ -304,7 +275,8 @@ void SceneGraph::follow_particles(const ParticleFrame& frame) {
     const bool shown = has && cloud_.takes_skins(frame);
     body.place->setNodeMask(shown ? ~0u : 0u);
     cloud_.set_skin(i, shown ? &body.soft->skin() : nullptr);
-    if (shown) body.soft->follow(std::span(frame.positions).subspan(3 * std::size_t{body.first}, 3 * std::size_t{body.count}));
+    if (shown)
+      body.soft->follow(std::span(frame.positions).subspan(3 * std::size_t{body.first}, 3 * std::size_t{body.count}));
   }
 }
 

@@ -87,8 +87,8 @@ class SceneGraph {
     BodyKind kind = BodyKind::fluid;
     Look look;
     std::uint32_t first = 0, count = 0;  // of its particles
-    osg::BoundingBox box;             // of the surface, body frame
-    std::vector<osg::Vec3d> outline;  // points of it, body frame
+    osg::BoundingBox box;                // of the surface, body frame
+    std::vector<osg::Vec3d> outline;     // points of it, body frame
     osg::ref_ptr<osg::MatrixTransform> place;
     std::unique_ptr<SoftSurface> soft;
   };

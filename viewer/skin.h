@@ -2,8 +2,8 @@
 //
 // A vertex is where the affine field lies that fits the places of the particles around it best (moving least squares:
 // Lancaster & Salkauskas 1981; Mueller et al. 2004), whose weights depend on places at rest alone: x = sum N_j x_j with
-// sum N_j = 1 and sum N_j X_j = X. So the surface follows whatever is affine exactly, half a spacing beyond the outermost
-// particles, too.
+// sum N_j = 1 and sum N_j X_j = X. So the surface follows whatever is affine exactly, half a spacing beyond the
+// outermost particles, too.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +29,8 @@ class Skin {
 
   // Takes where the particles are now, x y z each [m], as many as particles(). Returns whether nothing is torn.
   bool find_tears(std::span<const float> places);
-  // Of the places that were taken last: whether a vertex is beside a tear, where the surface ends, and whether a
-  // particle is, which is to be drawn by itself then.
+  // Return, for the places that were taken last, whether a vertex is beside a tear, where the surface ends, and whether
+  // a particle is, which is to be drawn by itself then.
   bool torn(std::size_t vertex) const { return ends_[vertex] != 0; }
   bool bare(std::size_t particle) const { return bare_[particle] != 0; }
 

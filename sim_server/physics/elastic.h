@@ -28,6 +28,7 @@
 //   damping   10 eta V_i V_j F (v_ji.x) x, x = x_ji / |x_ji|                 Monaghan 2005: central
 #pragma once
 
+#include "sim_server/physics/contact_stress.h"
 #include "sim_server/physics/elastic_bond.h"
 #include "sim_server/physics/plastic.h"
 #include "sim_server/physics/rigid.h"
@@ -76,22 +77,6 @@ inline constexpr real kHourglassShare = real(0.3), kBalancedHourglassShare = rea
 PALP_HD inline Mat3 elastic_stress(const Material& m, const Mat3& F, const Mat3& R) {
   const real volume = (R.array() * F.array()).sum() - real(3);
   return real(2) * m.shear * (F - R) + m.lame * volume * R;
-}
-
-// Returns what contact adds to the stress P [Pa]. A push f at x_f from a particle's middle, on its cell's face, does the
-// work f.(dx + dF X_f), so that it is f on the middle and a stress -f X_f^T / V. Without that the first layer of a body
-// that is pressed bears half of the pressure, and the one below too much: in matter that is nearly incompressible the
-// rest is missing where it flows aside, and a ball on a layer of n spacings was felt harder by about 1 / 2n.
-// pressed: -f x_f^T / V, of the last sub-step.
-PALP_HD inline Mat3 contact_stress(const Mat3& pressed, const Mat3& F) {
-  constexpr real kFlat = real(0.05);  // of the volume at rest: matter that has less has no face that could be found
-  if (pressed.isZero(0) || !(F.determinant() > kFlat)) return Mat3::Zero();
-  return pressed * F.inverse().transpose();
-}
-
-// Returns the couple with which contact's stress turns a particle's neighbourhood, x_f cross f [N m].
-PALP_HD inline Vec3 contact_couple(const Mat3& pressed, real volume) {
-  return volume * Vec3(pressed(1, 2) - pressed(2, 1), pressed(2, 0) - pressed(0, 2), pressed(0, 1) - pressed(1, 0));
 }
 
 // Returns the elastic energy per volume at rest [J/m^3].

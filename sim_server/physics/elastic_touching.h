@@ -2,8 +2,9 @@
 // touches and the other body's surface, in place of what its half of a spacing would be squeezed. So the force does not
 // depend on the sub-step. The spring is implicit (backward Euler), which no stiffness makes unstable. A particle
 // touches with the face of its cell that looks at the body, in four parts, of which those that are inside bear their
-// share: a ball of a few spacings is felt alike wherever it comes down between particles. The push acts where these parts
-// are: on the particle's middle and, from the next sub-step on, in its stress (contact_stress()); friction on its middle.
+// share: a ball of a few spacings is felt alike wherever it comes down between particles. The push acts where these
+// parts are: on the particle's middle and, from the next sub-step on, in its stress (contact_stress()); friction on its
+// middle.
 //
 // symbol   meaning                                                                                unit
 // d, n     mean depth of the parts that are inside the body; outward normal there                 m, -
@@ -40,8 +41,8 @@ namespace palp {
 // sink by 2.6 % too little (0.5 % with 4). What is squeezed flat is stiffer, so that no particle gets into a body.
 inline constexpr real kContactLayers = real(6), kFlatLayers = real(32);
 
-// Where the parts of a face lie from its middle along both its sides, the middles of quarters, and how far they are from
-// the particle at most, in spacings.
+// Where the parts of a face lie from its middle along both its sides, the middles of quarters, and how far they are
+// from the particle at most, in spacings.
 inline constexpr real kFacePoint = real(0.25), kFarthestPoint = real(0.62);
 
 // The largest stress of a push on a face, over lambda + 2 mu: that of matter squeezed to half of its thickness.
@@ -75,7 +76,8 @@ struct ElasticPush {
 };
 
 PALP_HD inline ElasticPush no_elastic_push() {
-  return {Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), real(0), real(0), real(0), false, real(0), real(0)};
+  return {Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), real(0),
+          real(0),       real(0),       false,         real(0),       real(0)};
 }
 
 // Elastic particles, in the order of forces, against the bodies of the pairs that their part has.
@@ -237,7 +239,8 @@ struct ElasticTouching {
   // Notes that nothing presses on the particles of a part.
   template <class Team>
   PALP_HD void release(const SoftPart& part, Team team) const {
-    for (std::uint32_t p = team.lane(); p < part.count; p += team.size()) elastic.pressed[part.first + p] = Mat3::Zero();
+    for (std::uint32_t p = team.lane(); p < part.count; p += team.size())
+      elastic.pressed[part.first + p] = Mat3::Zero();
   }
 
   // Notes a push [N] on particle i, which acts `at` from its middle [m], or nearer to it where it would squeeze matter

@@ -250,7 +250,8 @@ void implicit_elastic_stages(B& back_end, const StepViews& v, real elapsed) {
   if (touching > 0)
     back_end.for_each_block("elastic contact", touching, EndElasticContact{elastic_touching(v, elapsed), v.implicit});
   if (v.implicit.free_bodies > 0)
-    back_end.for_each_large("implicit momenta", v.implicit.free_bodies, ConserveMomenta{v.elastic, v.implicit, v.body, v.medium.dt});
+    back_end.for_each_large("implicit momenta", v.implicit.free_bodies,
+                            ConserveMomenta{v.elastic, v.implicit, v.body, v.medium.dt});
   back_end.for_each("implicit end", n, EndImplicit{v.elastic, v.implicit, v.body, v.medium}, sleepers);
 }
 

@@ -54,7 +54,7 @@ TEST(HapticLink, SendsAnAnswerAgainUntilThereIsANewerOne) {
   }
 }
 
-// What changes state has no surface of its own.
+// A body that changes state has no surface of its own.
 TEST(SceneDescription, GivesASoftBodyItsSurfaceAndWhereItsParticlesRest) {
   SceneConfig config = scene(0.01);
   MaterialConfig& m = config.materials[0];

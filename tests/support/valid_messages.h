@@ -69,7 +69,8 @@ inline void make_sound(SceneDescription& m) {
                  {1, 1, 0.5f},
                  {true, 0.12f, 0, 1.31f, {1, 2, 3}, 0.02f, 0},
                  {}};
-  m.bodies[1] = {"spoon", BodyKind::rigid, 90, 10, 7800, {0, 1, 0}, {}, {0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2}, {}, {}, {}};
+  m.bodies[1] = {"spoon", BodyKind::rigid, 90, 10, 7800, {0, 1, 0}, {}, {0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2}, {}, {},
+                 {}};
   m.bodies[2] = m.bodies[1];
   m.bodies[2].name = "jelly";
   m.bodies[2].kind = BodyKind::elastic;

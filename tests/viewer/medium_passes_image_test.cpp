@@ -1,4 +1,4 @@
-// What the passes of media leave out, or keep from one picture to the next, must not be seen.
+// The passes of media leave out some things, and keep others from one picture to the next: none of it may be seen.
 #include <gtest/gtest.h>
 
 #include "tests/viewer/block_scene.h"

@@ -33,8 +33,12 @@ Surface box(const osg::Vec3f& to) {
   Surface surface;
   for (unsigned v = 0; v < 8; ++v)
     surface.vertices.emplace_back(v & 1 ? to.x() : 0, v & 2 ? to.y() : 0, v & 4 ? to.z() : 0);
-  for (const auto& q : {std::array{0u, 2u, 3u, 1u}, {4u, 5u, 7u, 6u}, {0u, 1u, 5u, 4u}, {2u, 6u, 7u, 3u},
-                        {0u, 4u, 6u, 2u}, {1u, 3u, 7u, 5u}})
+  for (const auto& q : {std::array{0u, 2u, 3u, 1u},
+                        {4u, 5u, 7u, 6u},
+                        {0u, 1u, 5u, 4u},
+                        {2u, 6u, 7u, 3u},
+                        {0u, 4u, 6u, 2u},
+                        {1u, 3u, 7u, 5u}})
     for (const auto& corner : {std::array{q[0], q[1], q[2]}, {q[0], q[2], q[3]}}) {
       surface.triangles.push_back({corner, {}, 0, -1});
       measure(surface, surface.triangles.back());

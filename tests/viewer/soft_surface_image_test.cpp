@@ -43,7 +43,7 @@ void set(Stage& stage, const SyntheticScene& s) {
   stage.go_home();
 }
 
-// Whether something bright is seen there.
+// Returns whether something bright is seen there.
 bool covered(const Stage& stage, const Picture& picture, const osg::Vec3d& place) {
   return at(picture, stage.project(place)).g > 90;
 }
@@ -52,8 +52,8 @@ bool covered(const Stage& stage, const Picture& picture, const osg::Vec3d& place
 double pixels_of_hull(const Stage& stage) {
   std::vector<osg::Vec2d> corners;
   for (int c = 0; c < 8; ++c)
-    corners.push_back(stage.project({c & 1 ? kSides[0] * kSpacing : 0, c & 2 ? kSides[1] * kSpacing : 0,
-                                     c & 4 ? kSides[2] * kSpacing : 0}));
+    corners.push_back(stage.project(
+        {c & 1 ? kSides[0] * kSpacing : 0, c & 2 ? kSides[1] * kSpacing : 0, c & 4 ? kSides[2] * kSpacing : 0}));
   const auto turn = [](const osg::Vec2d& a, const osg::Vec2d& b, const osg::Vec2d& c) {
     return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
   };

@@ -69,12 +69,12 @@ constexpr const char* kOneParticle = "a ball of two spacings over a particle tou
 
 void judge(const Ball& ball, ElasticSolver solver, const Pressed& found) {
   const std::string how = solver == ElasticSolver::implicit ? "implicit" : "explicit";
-  EXPECT_TRUE(within(found.force / ball.force - 1, tol::kBallOnLayer,
-                     {"ball, R = " + quantity(ball.radius, "dx") + ", on a bonded layer of " +
-                          quantity(ball.layer, "dx") + ", nu = " + quantity(ball.poisson, "") + ", over a " +
-                          (ball.x > 0 ? "particle, " : "corner, ") + how,
-                      "finite elements, " + quantity(ball.force, "E dx^2"), quantity(found.force, "E dx^2"),
-                      Method::accurate, nullptr, ball.radius <= 2 && ball.x > 0 ? kOneParticle : nullptr}));
+  EXPECT_TRUE(
+      within(found.force / ball.force - 1, tol::kBallOnLayer,
+             {"ball, R = " + quantity(ball.radius, "dx") + ", on a bonded layer of " + quantity(ball.layer, "dx") +
+                  ", nu = " + quantity(ball.poisson, "") + ", over a " + (ball.x > 0 ? "particle, " : "corner, ") + how,
+              "finite elements, " + quantity(ball.force, "E dx^2"), quantity(found.force, "E dx^2"), Method::accurate,
+              nullptr, ball.radius <= 2 && ball.x > 0 ? kOneParticle : nullptr}));
   EXPECT_TRUE(within(found.carried - 1, tol::kReactionOfFloor)) << how;
 }
 
