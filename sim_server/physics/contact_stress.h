@@ -12,8 +12,15 @@ namespace palp {
 // pressed: -f x_f^T / V, of the last sub-step.
 PALP_HD inline Mat3 contact_stress(const Mat3& pressed, const Mat3& F) {
   constexpr real kFlat = real(0.05);  // of the volume at rest: matter that has less has no face that could be found
-  if (pressed.isZero(0) || !(F.determinant() > kFlat)) return Mat3::Zero();
-  return pressed * F.inverse().transpose();
+  if (pressed.isZero(0)) return Mat3::Zero();
+  const Vec3 a = F.col(0), b = F.col(1), c = F.col(2);
+  Mat3 cofactors;  // det(F) F^-T
+  cofactors.col(0) = b.cross(c);
+  cofactors.col(1) = c.cross(a);
+  cofactors.col(2) = a.cross(b);
+  const real volume = a.dot(b.cross(c));
+  if (!(volume > kFlat)) return Mat3::Zero();
+  return (real(1) / volume) * (pressed * cofactors);
 }
 
 // Returns the couple with which contact's stress turns a particle's neighbourhood, x_f cross f [N m].
