@@ -34,7 +34,7 @@ struct Reach {
 }  // namespace
 
 CameraPose home_view(std::span<const osg::Vec3d> points, double aspect) {
-  osg::Vec3d back(0.36, -0.82, 0.46);  // from the centre to the eye
+  osg::Vec3d back = kHomeSide;
   back.normalize();
   osg::Vec3d right = osg::Vec3d(0, 0, 1) ^ back;
   right.normalize();

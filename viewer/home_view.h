@@ -9,6 +9,9 @@ namespace palp {
 
 inline constexpr double kFieldOfView = 30;  // vertical [degrees]
 
+// The way from a scene to the eye that has the home view of it.
+inline const osg::Vec3d kHomeSide(0.36, -0.82, 0.46);
+
 // A camera: where it stands and the point that it looks at, world z up.
 struct CameraPose {
   osg::Vec3d eye;

@@ -8,6 +8,7 @@
 #include <osg/PrimitiveSet>
 
 #include "viewer/gpu_pacing.h"
+#include "viewer/home_view.h"
 #include "viewer/mesh.h"
 #include "viewer/shaders.h"
 
@@ -35,6 +36,8 @@ osg::ref_ptr<osg::Image> map_image(ColorMapKind kind) {
 constexpr float kFarthest = 1e5f;
 
 constexpr std::size_t kStages = 32;  // between two looks: bodies mix those of their neighbours, so that no step is seen
+
+constexpr double kFarAway = 1e7;  // [m] of an eye that sees all scenes from one side
 
 constexpr float kNoScalar = -3e38f;  // the shader colours such a particle by its body
 
@@ -274,7 +277,8 @@ void ParticleCloud::find_seen(const Body& body, const ParticleFrame& frame) {
   drawn_ += end - first;
 }
 
-// Adds the places that are not within, what is near first.
+// Adds the places that are not within, what is near an eye on the home view's side first. The eye that looks would do
+// better from other sides, but then the last bit of a picture depended on the camera of the one before.
 void ParticleCloud::add_outer(const Body& body, Set& set) {
   outer_.clear();
   outer_stages_.clear();
@@ -283,7 +287,7 @@ void ParticleCloud::add_outer(const Body& body, Set& set) {
     outer_.push_back(places_[i]);
     if (!stages_.empty()) outer_stages_.push_back(stages_[i]);
   }
-  const std::span<const std::uint32_t> ranks = front_to_back_.rank(outer_, eye_);
+  const std::span<const std::uint32_t> ranks = front_to_back_.rank(outer_, kHomeSide * kFarAway);
   const std::size_t first = set.vertices->size();
   set.vertices->resize(first + outer_.size());
   for (std::size_t k = 0; k < outer_.size(); ++k) (*set.vertices)[first + ranks[k]] = outer_[k];

@@ -57,9 +57,6 @@ class ParticleCloud {
   // Takes the height of the picture [pixels]: sprites are sized in pixels.
   void set_picture_height(int height);
 
-  // Takes where the scene is looked at from [m]: from the next frame on what is near is drawn first, which is quickest.
-  void set_eye(const osg::Vec3d& eye) { eye_ = eye; }
-
   // none: by body. A field that the frames do not carry is shown by body too: see shown_field(). So are solids that do
   // not deform when density or pressure is shown, as they have neither.
   void set_color(ScalarField field) { wanted_ = field; }
@@ -125,7 +122,6 @@ class ParticleCloud {
   std::vector<osg::Vec4f> outer_;      // of those, which are not within
   std::vector<unsigned char> outer_stages_;
   FrontToBack front_to_back_;
-  osg::Vec3d eye_;
   bool draw_all_ = false;
   bool beads_ = false;
   double rest_density_ = 0;

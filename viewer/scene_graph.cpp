@@ -148,7 +148,6 @@ void SceneGraph::set_view(const osg::Matrixd& view, const osg::Matrixd& projecti
   quality_ = quick_ ? quick_surface(width_, height_) : fine_surface(spacing_pixels, quality_);
   for (auto& medium : media_) medium->set_size(width_, height_, quality_);
   for (std::size_t i = 0; i < media_.size(); ++i) media_[i]->set_seen(cloud_.box(kSurfaceMedia[i]), view, projection);
-  cloud_.set_eye(osg::Matrixd::inverse(view).getTrans());
   shadow_map_.set_view(content_, view);
   root_->getStateSet()->getUniform("clip_plane")->set(osg::Vec4f(osg::Matrixd::inverse(view) * clip_));
   shadow_map_.set_clip(clip_);
