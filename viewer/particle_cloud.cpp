@@ -277,45 +277,47 @@ void ParticleCloud::find_seen(const Body& body, const ParticleFrame& frame) {
   drawn_ += end - first;
 }
 
-// Adds the places that are not within, what is near an eye on the home view's side first. The eye that looks would do
-// better from other sides, but then the last bit of a picture depended on the camera of the one before.
-void ParticleCloud::add_outer(const Body& body, Set& set) {
-  outer_.clear();
-  outer_stages_.clear();
+// Adds the places that can be seen to those of their medium, and where the body is looked through lumps of the others.
+void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
+  Outer& outer = outer_[static_cast<std::size_t>(medium)];
+  const std::size_t before = outer.places.size();
   for (std::size_t i = 0; i < places_.size(); ++i) {
     if (interior_.contains(i)) continue;
-    outer_.push_back(places_[i]);
-    if (!stages_.empty()) outer_stages_.push_back(stages_[i]);
+    outer.places.push_back(places_[i]);
+    outer.tints.push_back(body.tints[stages_.empty() ? 0 : stages_[i]]);
   }
-  const std::span<const std::uint32_t> ranks = front_to_back_.rank(outer_, kHomeSide * kFarAway);
+  if (outer.places.size() == before) return;
+  if (medium != Medium::beads) note_tints(body, medium);
+  if (medium != Medium::clear) return;
   const std::size_t first = set.vertices->size();
-  set.vertices->resize(first + outer_.size());
-  for (std::size_t k = 0; k < outer_.size(); ++k) (*set.vertices)[first + ranks[k]] = outer_[k];
+  if (stages_.empty())
+    interior_.add_lumps(places_, *set.vertices);
+  else
+    add_within(body, set);
   set.colors->resize(set.vertices->size(), body.tints[0]);
-  for (std::size_t k = 0; k < outer_stages_.size(); ++k) (*set.colors)[first + ranks[k]] = body.tints[outer_stages_[k]];
+  if (const std::size_t lumps = set.vertices->size() - first; lumps > 0)
+    set.clear_lumps->addPrimitiveSet(
+        new osg::DrawArrays(GL_POINTS, static_cast<GLint>(first), static_cast<GLsizei>(lumps)));
 }
 
-// Adds the places that can be seen, and after them, where the body is looked through, lumps of the others.
-void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
+// Adds the places of a medium that can be seen, what is near an eye on the home view's side first. The eye that looks
+// would do better from other sides, but then the last bit of a picture depended on the camera of the one before.
+void ParticleCloud::add_outer(Medium medium, Set& set) {
   const auto m = static_cast<std::size_t>(medium);
-  const auto first = static_cast<GLint>(set.vertices->size());
-  const auto added = [&] { return static_cast<GLsizei>(set.vertices->size()) - first; };
-  add_outer(body, set);
-  boxes_[m].expandBy(osg::BoundingBoxd(front_to_back_.box()));
-  if (added() == 0) return;
-  seen_ += static_cast<std::size_t>(added());
-  set.points[m]->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, first, added()));
-  if (medium == Medium::clear) {
-    const auto lumps_first = static_cast<GLint>(set.vertices->size());
-    if (stages_.empty())
-      interior_.add_lumps(places_, *set.vertices);
-    else
-      add_within(body, set);
-    if (const GLsizei lumps = first + added() - lumps_first; lumps > 0)
-      set.clear_lumps->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, lumps_first, lumps));
+  const Outer& outer = outer_[m];
+  if (outer.places.empty()) return;
+  const std::span<const std::uint32_t> ranks = front_to_back_.rank(outer.places, kHomeSide * kFarAway);
+  const std::size_t first = set.vertices->size(), count = outer.places.size();
+  set.vertices->resize(first + count);
+  set.colors->resize(first + count);
+  for (std::size_t k = 0; k < count; ++k) {
+    (*set.vertices)[first + ranks[k]] = outer.places[k];
+    (*set.colors)[first + ranks[k]] = outer.tints[k];
   }
-  set.colors->resize(set.vertices->size(), body.tints[0]);
-  if (medium != Medium::beads) note_tints(body, medium);
+  boxes_[m].expandBy(osg::BoundingBoxd(front_to_back_.box()));
+  seen_ += count;
+  set.points[m]->addPrimitiveSet(
+      new osg::DrawArrays(GL_POINTS, static_cast<GLint>(first), static_cast<GLsizei>(count)));
 }
 
 // Notes the tints that the places have.
@@ -351,12 +353,17 @@ void ParticleCloud::set_frame(const ParticleFrame& frame) {
   set.colors->clear();
   for (auto& geometry : set.points) geometry->removePrimitiveSet(0, geometry->getNumPrimitiveSets());
   set.clear_lumps->removePrimitiveSet(0, set.clear_lumps->getNumPrimitiveSets());
+  for (Outer& outer : outer_) {
+    outer.places.clear();
+    outer.tints.clear();
+  }
   for (const Body& body : bodies_) {
     const std::optional<Medium> medium = medium_of(body);
     if (!medium) continue;
     find_seen(body, frame);
     add_body(body, *medium, set);
   }
+  for (const Medium medium : {Medium::beads, Medium::opaque, Medium::clear}) add_outer(medium, set);
   set.vertices->changed();
   set.colors->changed();
   for (auto& node : switches_) node->setSingleChildOn(newest);

@@ -103,7 +103,7 @@ class ParticleCloud {
   std::vector<osg::Vec4ub> tints_of(const BodyDescription& body, std::size_t stages);
   void find_seen(const Body& body, const ParticleFrame& frame);
   void add_body(const Body& body, Medium medium, Set& set);
-  void add_outer(const Body& body, Set& set);
+  void add_outer(Medium medium, Set& set);
   void add_within(const Body& body, Set& set);
   void note_tints(const Body& body, Medium medium);
 
@@ -119,8 +119,11 @@ class ParticleCloud {
   std::vector<osg::Vec4f> places_;     // of the body that is taken over: x, y, z and its scalar
   std::vector<unsigned char> stages_;  // of its matter, which of the body's tints; empty: all have the first
   Interior interior_;                  // of those
-  std::vector<osg::Vec4f> outer_;      // of those, which are not within
-  std::vector<unsigned char> outer_stages_;
+  struct Outer {
+    std::vector<osg::Vec4f> places;
+    std::vector<osg::Vec4ub> tints;
+  };
+  std::array<Outer, kMediums> outer_;  // of all bodies of a medium what is not within
   FrontToBack front_to_back_;
   bool draw_all_ = false;
   bool beads_ = false;
