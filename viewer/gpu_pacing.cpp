@@ -24,7 +24,7 @@ namespace {
 
 constexpr double kPiecesOfGap = 3;                        // that are to fit between two steps
 constexpr double kShortest = 40'000, kLongest = 200'000;  // [ns] that a piece is to take
-constexpr double kUnknown = 150'000;                      // [ns] that one is believed to take which was never drawn
+constexpr double kNeverDrawnNs = 150'000;                      // [ns] that one is believed to take which was never drawn
 constexpr double kMargin = 30'000;                        // [ns] that a piece may take longer than it usually does
 constexpr double kTurnToViewer = 150'000;  // [ns] that the GPU needs for it after a step, as seen on an H100
 constexpr std::int64_t kLook = 30'000;     // [ns] between two looks for a gap
@@ -50,7 +50,7 @@ void GpuPacing::draw(int most_pieces, const DrawPiece& piece) {
   Part& part = parts_[next_ - 1];
   shared_ = gap_of(*page_, world_.now_ns()).until_ns != kNever;
   if (!shared_) return piece(0, 1);
-  if (part.pieces_ns.empty()) part.pieces_ns.assign(static_cast<std::size_t>(most_pieces), kUnknown);
+  if (part.pieces_ns.empty()) part.pieces_ns.assign(static_cast<std::size_t>(most_pieces), kNeverDrawnNs);
   work(part.before_ns, part.drawn, [] {});
   const int pieces = static_cast<int>(part.pieces_ns.size());
   for (int k = 0; k < pieces; ++k)
