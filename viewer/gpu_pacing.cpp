@@ -24,7 +24,7 @@ namespace {
 
 constexpr double kPiecesOfGap = 3;                        // that are to fit between two steps
 constexpr double kShortest = 40'000, kLongest = 200'000;  // [ns] that a piece is to take
-constexpr double kNeverDrawnNs = 150'000;                      // [ns] that one is believed to take which was never drawn
+constexpr double kNeverDrawnNs = 150'000;                 // [ns] that one is believed to take which was never drawn
 constexpr double kMargin = 30'000;                        // [ns] that a piece may take longer than it usually does
 constexpr double kTurnToViewer = 150'000;  // [ns] that the GPU needs for it after a step, as seen on an H100
 constexpr std::int64_t kLook = 30'000;     // [ns] between two looks for a gap

@@ -10,7 +10,7 @@ namespace palp {
 namespace {
 
 constexpr std::size_t kMostTriangles = 1'000'000;
-constexpr unsigned kNone = ~0u;
+constexpr unsigned kNotHalved = ~0u;
 
 }  // namespace
 
@@ -22,7 +22,7 @@ void refine(Surface& surface, double longest_edge) {
     std::map<std::pair<unsigned, unsigned>, unsigned> middles;  // by edge, so that both its triangles have the same one
     const auto middle_of = [&](unsigned a, unsigned b) {
       const osg::Vec3f from = surface.vertices[a], to = surface.vertices[b];
-      if (!((to - from).length2() > longest2)) return kNone;
+      if (!((to - from).length2() > longest2)) return kNotHalved;
       const auto [at, is_new] = middles.emplace(std::minmax(a, b), static_cast<unsigned>(surface.vertices.size()));
       if (is_new) surface.vertices.push_back((from + to) * 0.5f);
       return at->second;
@@ -41,7 +41,7 @@ void refine(Surface& surface, double longest_edge) {
       std::vector<unsigned> around;
       for (std::size_t k = 0; k < 3; ++k) {
         around.push_back(t.corner[k]);
-        if (const unsigned m = middle_of(t.corner[k], t.corner[(k + 1) % 3]); m != kNone) around.push_back(m);
+        if (const unsigned m = middle_of(t.corner[k], t.corner[(k + 1) % 3]); m != kNotHalved) around.push_back(m);
       }
       halved = halved || around.size() > 3;
       // cuts off the corner between two middles until a triangle is left; with one middle, a line from it to the corner

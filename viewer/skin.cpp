@@ -10,7 +10,7 @@ namespace {
 
 // How far from a vertex the particles are that it follows, in spacings: the corner of a block has ten, the middle of a
 // face some thirty.
-constexpr double kReach = 2.4;
+constexpr double kFollowed = 2.4;
 // Least over largest eigenvalue of a vertex's moments, lengths in spacings: less, and its particles lie in a plane.
 constexpr double kLeastSpread = 1e-4;
 // How far apart particles are next to each other at rest, in spacings, and by how much such a pair is stretched when it
@@ -69,7 +69,7 @@ std::optional<Skin> Skin::bind(std::span<const osg::Vec3f> vertices, std::span<c
   skin.torn_.assign(count, 0);
   skin.bare_ = skin.reached_ = skin.torn_;
   skin.ends_.assign(vertices.size(), 0);
-  const Cells cells(rest, kReach * spacing);
+  const Cells cells(rest, kFollowed * spacing);
   std::vector<std::pair<std::uint32_t, double>> found;  // particles of a vertex, and how much each counts
   skin.first_.push_back(0);
   for (const osg::Vec3f& vertex : vertices) {
@@ -83,7 +83,7 @@ std::optional<Skin> Skin::bind(std::span<const osg::Vec3f> vertices, std::span<c
     found.clear();
     cells.around(X, [&](std::size_t j) {
       const Eigen::Vector4d p = basis(j);
-      const double near = 1 - p.tail<3>().squaredNorm() / (kReach * kReach);
+      const double near = 1 - p.tail<3>().squaredNorm() / (kFollowed * kFollowed);
       if (!(near > 0)) return;
       found.emplace_back(static_cast<std::uint32_t>(j), near * near);
       moments += near * near * p * p.transpose();
