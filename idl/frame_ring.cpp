@@ -34,26 +34,22 @@ Offsets offsets_of(std::size_t slot, std::uint32_t particle_count) {
   return {header, positions, scalars, scalars + sizeof(float) * n};
 }
 
-// Both move all bytes or return false.
-bool put(const RingFile& file, std::size_t at, const void* data, std::size_t bytes) {
-  const char* from = static_cast<const char*>(data);
-  while (bytes > 0) {
-    const ssize_t n = pwrite(file.number(), from, bytes, static_cast<off_t>(at));
+// Moves all bytes by pread or pwrite, or returns false.
+template <class Call, class Byte>
+bool move_all(Call call, const RingFile& file, std::size_t at, Byte* bytes, std::size_t count) {
+  while (count > 0) {
+    const ssize_t n = call(file.number(), bytes, count, static_cast<off_t>(at));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) return false;
-    from += n, at += static_cast<std::size_t>(n), bytes -= static_cast<std::size_t>(n);
+    bytes += n, at += static_cast<std::size_t>(n), count -= static_cast<std::size_t>(n);
   }
   return true;
 }
+bool put(const RingFile& file, std::size_t at, const void* data, std::size_t bytes) {
+  return move_all(pwrite, file, at, static_cast<const char*>(data), bytes);
+}
 bool get(const RingFile& file, std::size_t at, void* data, std::size_t bytes) {
-  char* to = static_cast<char*>(data);
-  while (bytes > 0) {
-    const ssize_t n = pread(file.number(), to, bytes, static_cast<off_t>(at));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return false;
-    to += n, at += static_cast<std::size_t>(n), bytes -= static_cast<std::size_t>(n);
-  }
-  return true;
+  return move_all(pread, file, at, static_cast<char*>(data), bytes);
 }
 
 constexpr std::size_t kNewestAt = offsetof(RingHeader, newest);

@@ -6,15 +6,12 @@
 
 namespace palp {
 
-std::span<const std::uint32_t> FrontToBack::rank(std::span<const osg::Vec4f> places, const osg::Vec3d& eye) {
+std::span<const std::uint32_t> FrontToBack::rank(std::span<const osg::Vec4f> places, const osg::Vec3f& along) {
   constexpr std::size_t kLayers = 512;
   ranks_.resize(places.size());
   box_.init();
   for (const osg::Vec4f& place : places) box_.expandBy(place.x(), place.y(), place.z());
   if (places.empty()) return ranks_;
-  // layers across the line from the eye to the middle
-  osg::Vec3f along(osg::Vec3d(box_.center()) - eye);
-  along.normalize();
   float nearest = 0, farthest = 0;  // along it
   for (int a = 0; a < 3; ++a) {
     nearest += along[a] * (along[a] > 0 ? box_._min[a] : box_._max[a]);

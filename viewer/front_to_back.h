@@ -7,17 +7,17 @@
 #include <vector>
 
 #include <osg/BoundingBox>
-#include <osg/Vec3d>
+#include <osg/Vec3f>
 #include <osg/Vec4f>
 
 namespace palp {
 
-// Places in thin layers by how far they are from an eye.
+// Places in thin layers by how far they are along the way of looking.
 class FrontToBack {
  public:
-  // places: x, y and z are finite [m]; w is not looked at. eye: anywhere [m]. Returns of each place how many come
-  // before it: those of nearer layers, and those before it in its own. Valid until the next call.
-  std::span<const std::uint32_t> rank(std::span<const osg::Vec4f> places, const osg::Vec3d& eye);
+  // places: x, y and z are finite [m]; w is not looked at. along: of unit length, away from the eye. Returns of each
+  // place how many come before it: those of nearer layers, and those before it in its own. Valid until the next call.
+  std::span<const std::uint32_t> rank(std::span<const osg::Vec4f> places, const osg::Vec3f& along);
   // Returns the box around the places that were ranked last, invalid where there were none.
   const osg::BoundingBox& box() const { return box_; }
 

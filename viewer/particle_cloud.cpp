@@ -37,8 +37,6 @@ constexpr float kFarthest = 1e5f;
 
 constexpr std::size_t kStages = 32;  // between two looks: bodies mix those of their neighbours, so that no step is seen
 
-constexpr double kFarAway = 1e7;  // [m] of an eye that sees all scenes from one side
-
 constexpr float kNoScalar = -3e38f;  // the shader colours such a particle by its body
 
 // Points that are drawn wherever they are, and that nobody asks for their bounds: OSG would go through a million of
@@ -300,13 +298,15 @@ void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
         new osg::DrawArrays(GL_POINTS, static_cast<GLint>(first), static_cast<GLsizei>(lumps)));
 }
 
-// Adds the places of a medium that can be seen, what is near an eye on the home view's side first. The eye that looks
-// would do better from other sides, but then the last bit of a picture depended on the camera of the one before.
+// Adds the places of a medium that can be seen, what is near the home view first. The camera's way of looking would do
+// better from other sides, but then the last bit of a picture depended on the camera of the one before.
 void ParticleCloud::add_outer(Medium medium, Set& set) {
   const auto m = static_cast<std::size_t>(medium);
   const Outer& outer = outer_[m];
   if (outer.places.empty()) return;
-  const std::span<const std::uint32_t> ranks = front_to_back_.rank(outer.places, kHomeSide * kFarAway);
+  osg::Vec3f along(-kHomeSide);
+  along.normalize();
+  const std::span<const std::uint32_t> ranks = front_to_back_.rank(outer.places, along);
   const std::size_t first = set.vertices->size(), count = outer.places.size();
   set.vertices->resize(first + count);
   set.colors->resize(first + count);
