@@ -36,7 +36,11 @@ class Talker {
     scene_message_.spacing = 0.005;
     scene_message_.support_radius = 0.01;
     scene_message_.haptic_rate_hz = 1000;
-    scene_message_.bodies = {{"water", BodyKind::fluid, 0, 6000, 1000, {0, 0, 1}, {}, {}, {}, {}, {}}};
+    BodyDescription& water = scene_message_.bodies.emplace_back();
+    water.name = "water";
+    water.count = 6000;
+    water.density = 1000;
+    water.color = {0, 0, 1};
     scene_->publish(scene_message_);
   }
 
