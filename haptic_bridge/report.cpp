@@ -69,6 +69,15 @@ std::vector<Metric> bridge_metrics(const LoopReport& report, const LoopPorts& po
       {"trips", as_number(report.trips)},
       {"damped_ticks", as_number(report.damped_ticks)},
       {"gains_share", report.gains_share},
+      {"clutch", report.shifted ? 1.0 : 0.0},
+      {"motion_scale", report.motion_scale},
+      {"force_scale", report.force_scale},
+      {"reach_x_m", report.reach.center[0]},
+      {"reach_y_m", report.reach.center[1]},
+      {"reach_z_m", report.reach.center[2]},
+      {"reach_half_x_m", report.reach.half[0]},
+      {"reach_half_y_m", report.reach.half[1]},
+      {"reach_half_z_m", report.reach.half[2]},
   };
 }
 

@@ -9,11 +9,12 @@ namespace {
 
 using Key = osgGA::GUIEventAdapter;
 
-constexpr std::array<ActionRow, 24> kRows{{
+constexpr std::array<ActionRow, 25> kRows{{
     {Action::figures, Menu::view, "u", "fewer, more, no figures", 'u'},
     {Action::panels, Menu::view, "p", "panels", 'p'},
     {Action::surfaces, Menu::view, "m", "surfaces or particles", 'm'},
     {Action::beads, Menu::view, "b", "liquids or beads", 'b'},
+    {Action::touch, Menu::view, "k", "mark where media touch tools", 'k'},
     {Action::full_screen, Menu::view, "f", "full screen", 'f'},
     {Action::screenshot, Menu::view, "s", "save a picture", 's'},
     {Action::home, Menu::camera, "r", "home view", 'r'},

@@ -17,6 +17,7 @@ enum class Action {
   recall_view,
   surfaces,
   beads,
+  touch,
   figures,
   panels,
   full_screen,

@@ -60,6 +60,8 @@ EGLConfig choose_config(EGLDisplay display, int samples) {
                              8,
                              EGL_DEPTH_SIZE,
                              24,
+                             EGL_STENCIL_SIZE,
+                             8,
                              EGL_SAMPLE_BUFFERS,
                              n > 1 ? 1 : 0,
                              EGL_SAMPLES,
@@ -69,7 +71,7 @@ EGLConfig choose_config(EGLDisplay display, int samples) {
     EGLint count = 0;
     if (eglChooseConfig(display, wanted, &config, 1, &count) && count > 0) return config;
   }
-  fail("no configuration with 8-bit colour and 24-bit depth");
+  fail("no configuration with 8-bit colour, 24-bit depth and 8-bit stencil");
 }
 
 class EglWindow : public osgViewer::GraphicsWindow {

@@ -75,6 +75,7 @@ HandView::HandView(std::uint32_t device)
       force_(kColors[device % kMaxDevices]),
       torque_(kColors[device % kMaxDevices]),
       values_(new osg::Group),
+      reach_box_(kColors[device % kMaxDevices]),
       wish_(new osg::Group),
       wished_tool_(new osg::MatrixTransform),
       line_(new osg::MatrixTransform) {
@@ -106,6 +107,7 @@ HandView::HandView(std::uint32_t device)
   root_->addChild(force_.node());
   root_->addChild(torque_.node());
   root_->addChild(wish_);
+  root_->addChild(reach_box_.node());
   root_->addChild(values_);
   hide();
 }
@@ -142,6 +144,13 @@ void HandView::hide() {
   wish_->setNodeMask(0);
   force_words_.clear();
   torque_words_.clear();
+  device_.reset();
+  reach_box_.set(std::nullopt, {});
+}
+
+void HandView::set_reach(const std::optional<HandReach>& reach) {
+  reach_ = reach;
+  if (device_) reach_box_.set(reach_, *device_);
 }
 
 void HandView::set_values(const WrenchD& wrench) {
@@ -186,6 +195,8 @@ void HandView::set(const ProxySample& sample, const HandScale& scale) {
   torque_radius_ = 0.12 * scale.scene_radius;
   torque_.set(handle_, torque, share, torque_radius_);
   set_wish(sample, scale);
+  device_ = vector_of(sample.device_pose.position);
+  reach_box_.set(reach_, *device_);
 }
 
 void HandView::set_wish(const ProxySample& sample, const HandScale& scale) {

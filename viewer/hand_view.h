@@ -12,6 +12,7 @@
 
 #include "idl/messages.h"
 #include "viewer/force_arrow.h"
+#include "viewer/hand_reach.h"
 #include "viewer/torque_arrow.h"
 
 namespace palp {
@@ -40,6 +41,8 @@ class HandView {
   void set(const ProxySample& sample, const HandScale& scale);
   // Writes this beside the arrows until it is told anew: what is felt changes faster than one can read.
   void set_values(const WrenchD& wrench);
+  // Takes where the arm's handle can be moved; nothing: not known.
+  void set_reach(const std::optional<HandReach>& reach);
   // No force is known.
   void hide();
   void set_values_shown(bool shown) { values_->setNodeMask(shown ? ~0u : 0u); }
@@ -59,9 +62,12 @@ class HandView {
   osg::ref_ptr<osg::Group> values_;
   osg::ref_ptr<osgText::Text> force_value_, torque_value_;
   std::string force_words_, torque_words_;
-  osg::Vec3d handle_, force_end_;  // [m]
-  double torque_radius_ = 0;       // [m]
-  osg::ref_ptr<osg::Group> wish_;  // the tool where the hand wants it, and a line from there to the tool
+  ReachBox reach_box_;
+  std::optional<HandReach> reach_;
+  std::optional<osg::Vec3d> device_;  // where the device is [m]
+  osg::Vec3d handle_, force_end_;     // [m]
+  double torque_radius_ = 0;          // [m]
+  osg::ref_ptr<osg::Group> wish_;     // the tool where the hand wants it, and a line from there to the tool
   osg::ref_ptr<osg::MatrixTransform> wished_tool_, line_;
   std::optional<osg::Matrixd> tool_;         // its pose
   std::optional<osg::Matrixd> from_handle_;  // of the tool's body in the handle's frame

@@ -288,7 +288,8 @@ void Hud::lay_out_body_legend() {
 void Hud::lay_out_field_legend() {
   constexpr float kSmall = 0.92f;
   const float pad = 0.8f * font_size_, bar = 0.75f * font_size_;
-  const std::string title = fmt::format("{} [{}]", legend_name(legend_.field), row_of(legend_.field).unit);
+  const std::string title = fmt::format("{} [{}]{}{}", legend_name(legend_.field), row_of(legend_.field).unit,
+                                        legend_.also.empty() ? "" : ", ", legend_.also);
   const auto number = [](double value) { return fmt::format("{:.6g}", value); };
   const double middle = 0.5 * (legend_.range.low + legend_.range.high);
   // the three numbers stand left, in the middle and right, and must not meet

@@ -22,6 +22,7 @@ struct Legend {
   ValueRange range;
   ColorMapKind map = ColorMapKind::sequential;
   std::vector<std::pair<std::string, std::array<float, 3>>> bodies;
+  std::string also;  // what stands behind the field's name
   bool operator==(const Legend&) const = default;
 };
 

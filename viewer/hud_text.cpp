@@ -67,11 +67,15 @@ std::vector<HudRow> hud_rows(const HudData& d) {
   if (d.bridge_late) bridge += fmt::format("{}{} late", bridge.empty() ? "" : "  ·  ", format_time(*d.bridge_late));
   if (!d.hand_state.empty()) bridge = bridge.empty() ? d.hand_state : d.hand_state + "  ·  " + bridge;
   if (d.bridge_data_age) bridge += fmt::format("  ·  {} old", format_time(*d.bridge_data_age));
+  if (!d.scales.empty()) bridge += fmt::format("{}{}", bridge.empty() ? "" : "  ·  ", d.scales);
   rows.push_back({"bridge", bridge.empty() ? kUnknown : bridge, d.bridge_late && *d.bridge_late > kLateBridge});
   std::string force = d.force ? fmt::format("{:.2f} N", *d.force) : kUnknown;
   if (d.force && d.torque) force += fmt::format("  ·  {:.3f} N m", *d.torque);
   rows.push_back({"force", force, false, true});
-  rows.push_back({"contact", d.contact ? fmt::format("{:.0f} % rigid", 100 * *d.contact) : kUnknown});
+  std::string contact = d.contact ? fmt::format("{:.0f} % rigid", 100 * *d.contact) : kUnknown;
+  if (d.touched) contact += fmt::format("  ·  {:.1f} cm² touched", 1e4 * d.touched->area);
+  if (d.touched && d.touched->pressure) contact += fmt::format(", {:.0f} Pa in the mean", *d.touched->pressure);
+  rows.push_back({"contact", contact, false, d.touched.has_value()});
   const std::string scale = fmt::format("{:g} N = {:.0f} mm", d.arrow_force, 1e3 * d.arrow_length);
   rows.push_back({"arrow", d.force ? scale : kUnknown});
   return rows;
@@ -106,7 +110,14 @@ void read_status(const std::map<std::string, Status>& newest, HudData& d) {
       d.kinetic_energy = metric(status, "kinetic_energy_J");
     } else if (process.starts_with("haptic_bridge")) {
       d.hand_state = d.bridge_rate_hz ? "" : status.state;
-      const bool held_back = status.state == "locked" || status.state == "fault" || status.state == "stale";
+      const bool clutched = metric(status, "clutch").value_or(0) > 0;
+      const bool strained = status.state == "engaged" && !status.text.empty();
+      const bool held_back =
+          status.state == "locked" || status.state == "fault" || status.state == "stale" || clutched || strained;
+      const auto scale = [&](const char* name) { return metric(status, name).value_or(1); };
+      d.scales = d.bridge_rate_hz || (scale("motion_scale") == 1 && scale("force_scale") == 1)
+                     ? ""
+                     : fmt::format("motion ×{:g}, force ×{:g}", scale("motion_scale"), scale("force_scale"));
       if (held_back && d.hand_trouble.empty())
         d.hand_trouble =
             fmt::format("{} is {}{}{}", process, status.state, status.text.empty() ? "" : ": ", status.text);

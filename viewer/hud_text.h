@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "idl/messages.h"
+#include "viewer/touch.h"
 
 namespace palp {
 
@@ -32,6 +33,7 @@ struct HudData {
   std::optional<double> force;            // [N] on the hand, largest of all devices
   std::optional<double> torque;           // [N m], likewise
   std::optional<double> contact;          // 0 in free space or fluid .. 1 in rigid contact, likewise
+  std::optional<Touch> touched;           // of all tools, while it is marked
   double arrow_force = 1;                 // [N] that arrow_length stands for
   double arrow_length = 0.1;              // [m]
   bool paused = false;
@@ -41,6 +43,7 @@ struct HudData {
   std::string note;                      // what the viewer itself has to say
   std::string hand_trouble;              // a bridge that holds its hand back, with the cause; or nothing
   std::string hand_state;                // of the only bridge
+  std::string scales;                    // of its motion and force, where they are not 1
 };
 
 struct HudRow {

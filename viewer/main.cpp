@@ -188,6 +188,7 @@ int show(const ViewerOptions& options) {
   };
   Session session(stage, options.color, send);
   session.set_beads(options.beads);
+  session.set_touch_marked(options.touch);
   SettingsFile settings(options.settings, options.writes_settings);
   Panels panels(stage, session, send, settings.settings(), panels_of(options));
 

@@ -114,6 +114,7 @@ void add_picture_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
       ->transform(CLI::CheckedTransformer(surfaces).description(""))
       ->type_name("auto|fine|quick");
   app.add_flag("--beads", o.beads, "draw liquids and soft bodies as one sphere a particle");
+  app.add_flag("--touch", o.touch, "mark where media touch tools: by their pressure with --color pressure");
 }
 
 void add_capture_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {

@@ -26,6 +26,7 @@ struct ViewerOptions {
   double seconds = 0;                     // run this long; 0: until told to stop
   ScalarField color = ScalarField::none;  // what the particles' colours show; none: how bodies look
   bool beads = false;                     // liquids and soft bodies as spheres
+  bool touch = false;                     // marks where media touch tools
   bool figures = true;
   bool panels = false;              // all panels from the start, and in pictures and videos
   std::string settings;             // file, or empty for none

@@ -25,6 +25,8 @@ bool is_on(Action action, const PanelData& d) {
       return d.settings.panels == PanelDetail::all;
     case Action::beads:
       return d.beads;
+    case Action::touch:
+      return d.settings.touch;
     case Action::follow:
       return d.following;
     case Action::hold_range:

@@ -50,6 +50,7 @@ Panels::Panels(Stage& stage, Session& session, Session::Send send, const ViewerS
   reading.map = settings.map;
   reading.held = settings.held;
   session.set_reading(reading);
+  session.set_touch_marked(session.touch_marked() || settings.touch);
   apply_settings();
 }
 
@@ -104,6 +105,7 @@ void Panels::update(const FeedView& view, std::int64_t now_ns) {
   data_.figures_shown = stage_.hud().visible();
   data_.reading = told_reading_ = session_.reading();
   data_.settings.map = data_.reading.map;
+  data_.settings.touch = session_.touch_marked();
   data_.settings.held = data_.reading.held;
   read_answers(view);
   ask_server(view, now_ns);

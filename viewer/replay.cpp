@@ -47,6 +47,7 @@ class Player {
     stage.scene().set_values_shown(options.figures);
     stage.add_overlay(overlay_.camera());
     session_.set_beads(options.beads);
+    session_.set_touch_marked(options.touch);
   }
 
   Playback& playback() { return playback_; }

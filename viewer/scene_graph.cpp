@@ -20,7 +20,7 @@ namespace {
 
 // The order of drawing: a later bin lies on top of what it cannot be sorted against.
 // Background and ground come before them all (surroundings.cpp), opaque media in bin 2 and clear ones in bin 4
-// (medium_surface.cpp).
+// (medium_surface.cpp), marks of touch in bins 1 and 12 (touch_marks.cpp).
 enum Bin { kSolidBin = 0, kCopyBin = 3, kGlassBin = 10, kEdgeBin = 11 };
 
 constexpr std::array<Medium, 2> kSurfaceMedia{Medium::opaque, Medium::clear};
@@ -198,6 +198,9 @@ void SceneGraph::set_scene(const SceneDescription& scene) {
   for (auto& hand : hands_) hand->clear();
   proxies_ = scene.proxies;
   std::erase_if(proxies_, [](const ProxyDescription& proxy) { return proxy.device >= kMaxDevices; });
+  touch_.set_scene(scene);
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    if (osg::Node* marks = touch_.node(i)) bodies_[i].place->addChild(marks);
   force_scale_ = ForceScale();
   torque_scale_ = ForceScale(kSmallestTorque);
   seen_frame_ = false;
@@ -218,6 +221,7 @@ void SceneGraph::set_surface(std::size_t index, const BodyMesh& mesh) {
     body.box.expandBy(part->getBoundingBox());
     for (const ProxyDescription& proxy : proxies_)
       if (proxy.body == index) hands_[proxy.device]->add_tool_part(*part);
+    touch_.add_part(index, *part);
     const auto& vertices = static_cast<const osg::Vec3Array&>(*part->getVertexArray());
     sample(
         vertices.size(), [&](std::size_t i) { return osg::Vec3d(vertices[i]); }, body.outline,
@@ -284,6 +288,10 @@ void SceneGraph::set_frame(const ParticleFrame& frame) {
   cloud_.set_frame(frame);
   for (std::size_t i = 0; i < media_.size(); ++i)
     media_[i]->set_colors(cloud_.shown_field() != ScalarField::none, cloud_.one_tint(kSurfaceMedia[i]));
+  const PressureColors colors{cloud_.range(), cloud_.color_map_kind()};
+  touch_.mark(
+      frame, [this](std::size_t body) { return body_pose(body); },
+      cloud_.shown_field() == ScalarField::pressure ? &colors : nullptr);
   if (seen_frame_) return;
   seen_frame_ = true;
   const auto particle = [&](std::size_t i) {
@@ -309,6 +317,13 @@ void SceneGraph::set_proxy(const ProxySample& sample) {
   scale.arrow_length = arrow_length();
   scale.scene_radius = content_.radius();
   hands_[sample.device]->set(sample, scale);
+}
+
+void SceneGraph::set_reaches(const std::map<std::uint32_t, HandReach>& reaches) {
+  for (std::uint32_t device = 0; device < kMaxDevices; ++device) {
+    const auto reach = reaches.find(device);
+    hands_[device]->set_reach(reach != reaches.end() ? std::optional(reach->second) : std::nullopt);
+  }
 }
 
 void SceneGraph::set_values_shown(bool shown) {

@@ -18,6 +18,7 @@
 #include "viewer/particle_cloud.h"
 #include "viewer/shadow_map.h"
 #include "viewer/soft_surface.h"
+#include "viewer/touch_view.h"
 
 namespace palp {
 
@@ -62,6 +63,13 @@ class SceneGraph {
   void set_draw_all(bool all);
   // Draws the particles of media as beads and not as surfaces, from the next frame on.
   void set_beads(bool beads) { cloud_.set_beads(beads); }
+
+  // Takes where the arms' handles can be moved, by device.
+  void set_reaches(const std::map<std::uint32_t, HandReach>& reaches);
+  // Marks where media touch tools (touch_marks.h), from the next frame on.
+  void set_touch_marked(bool marked) { touch_.set_marked(marked); }
+  // Returns how much of all tools is touched in the newest frame; nothing while that is not marked, or no tool is held.
+  const std::optional<Touch>& touch() const { return touch_.touch(); }
 
   const ParticleCloud& cloud() const { return cloud_; }
   // Returns the box around the surfaces and the first frame; the domain's bounds before there is either.
@@ -112,6 +120,7 @@ class SceneGraph {
   std::vector<PlacedBody> bodies_;
   std::array<std::unique_ptr<HandView>, kMaxDevices> hands_;
   std::vector<ProxyDescription> proxies_;  // of devices below kMaxDevices
+  TouchView touch_;
   ForceScale force_scale_, torque_scale_{kSmallestTorque};
   osg::BoundingBoxd domain_;
   osg::BoundingBoxd first_frame_;          // the box around its particles; invalid before it comes

@@ -40,6 +40,14 @@ void read_hands(const FeedView& view, HudData& d) {
   }
 }
 
+// Says what marks on tools stand for: the same pressures, or that they are touched.
+void tell_marks(Legend& legend) {
+  if (legend.field == ScalarField::none)
+    legend.bodies.emplace(legend.bodies.begin(), "touched on tools", kTouchedColor);
+  else
+    legend.also = legend.field == ScalarField::pressure ? "also on tools" : "tools where touched";
+}
+
 bool is_zero(float value) { return value == 0; }
 
 // Returns how fast a count grows, per second, over the last second or more.
@@ -171,6 +179,7 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
   d.connected = scene_ != nullptr;
   d.paused = paused_;
   read_status(view.status, d);
+  stage_.scene().set_reaches(reaches_of(view.status));
   d.shown_rate_hz = static_cast<double>(shown_at_ns_.size());
   d.frame_rate_hz = rate_of(frames_at_ns_, now_ns, view.frames);
   d.lost_frames = view.lost_frames;
@@ -191,6 +200,7 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
   read_hands(view, d);
   for (std::uint32_t device = 0; device < kMaxDevices; ++device)
     if (const auto& proxy = view.proxies[device]) stage_.scene().set_values(device, proxy->wrench);
+  d.touched = stage_.scene().touch();
   d.arrow_force = stage_.scene().arrow_force();
   d.arrow_length = stage_.scene().arrow_length();
   figures_ = d;
@@ -205,6 +215,7 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
     legend.map = {};
     for (const BodyDescription& body : scene_->bodies) legend.bodies.emplace_back(body.name, body.color);
   }
+  if (d.touched) tell_marks(legend);
   stage_.hud().set_legend(legend);
 }
 
@@ -222,6 +233,12 @@ void Session::show_again() {
 void Session::set_beads(bool beads) {
   beads_ = beads;
   stage_.scene().set_beads(beads);
+  show_again();
+}
+
+void Session::set_touch_marked(bool marked) {
+  touch_marked_ = marked;
+  stage_.scene().set_touch_marked(marked);
   show_again();
 }
 
@@ -276,6 +293,9 @@ void Session::act(const Request& request) {
       break;
     case Action::beads:
       set_beads(!beads_);
+      break;
+    case Action::touch:
+      set_touch_marked(!touch_marked_);
       break;
     case Action::next_map:
     case Action::hold_range:

@@ -39,6 +39,8 @@ class Session {
   void set_following(bool following) { following_ = following; }
   // Draws liquids and soft bodies as beads, or as surfaces.
   void set_beads(bool beads);
+  // Marks where media touch tools.
+  void set_touch_marked(bool marked);
   // Returns whether a picture was asked for by key since the last call.
   bool take_screenshot_wish();
 
@@ -48,6 +50,7 @@ class Session {
   const Reading& reading() const { return reading_; }
   ScalarField field() const { return color_; }  // that was asked for
   bool beads() const { return beads_; }
+  bool touch_marked() const { return touch_marked_; }
   bool draws_all() const { return draw_all_; }
   bool following() const { return following_; }
   bool paused() const { return paused_; }
@@ -74,6 +77,7 @@ class Session {
   std::int64_t asked_at_ns_ = 0;
   bool draw_all_ = false;
   bool beads_ = false;
+  bool touch_marked_ = false;
   bool following_ = false;
   std::int64_t followed_at_ns_ = 0;
   Reading reading_;

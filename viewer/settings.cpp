@@ -104,6 +104,7 @@ ViewerSettings parse_settings(const std::string& text, const std::string& path) 
   s.reading = root.boolean("reading").value_or(s.reading);
   s.plots = root.boolean("plots").value_or(s.plots);
   s.bill = root.boolean("bill").value_or(s.bill);
+  s.touch = root.boolean("touch").value_or(s.touch);
   s.text_scale = root.number("text_scale", {"", kSmallestTextScale, kLargestTextScale}).value_or(s.text_scale);
   read_ranges(root.table("range"), s);
   for (const TomlTable& view : root.tables("view")) read_view(view, s);
@@ -117,7 +118,7 @@ std::string settings_text(const ViewerSettings& s) {
   text += fmt::format("theme = \"{}\"\n", kThemeNames[static_cast<std::size_t>(s.theme)]);
   text += fmt::format("panels = \"{}\"\n", kPanelDetailNames[static_cast<std::size_t>(s.panels)]);
   text += fmt::format("control = {}\nreading = {}\nplots = {}\nbill = {}\n", s.control, s.reading, s.plots, s.bill);
-  text += fmt::format("text_scale = {}\n", s.text_scale);
+  text += fmt::format("touch = {}\ntext_scale = {}\n", s.touch, s.text_scale);
   if (std::ranges::any_of(s.held, [](const auto& range) { return range.has_value(); })) text += "\n[range]\n";
   for (std::size_t i = 1; i < s.held.size(); ++i)
     if (s.held[i]) text += fmt::format("{} = [{}, {}]\n", kScalarFields[i].name, s.held[i]->low, s.held[i]->high);

@@ -43,6 +43,7 @@ struct ViewerSettings {
   Theme theme = Theme::dark;
   PanelDetail panels = PanelDetail::menu;
   bool control = true, reading = true, plots = true, bill = false;  // which panels are open
+  bool touch = false;                                               // marks where media touch tools
   double text_scale = 1;                                            // kSmallestTextScale .. kLargestTextScale
   std::vector<SceneView> views;
   bool operator==(const ViewerSettings&) const = default;

@@ -50,6 +50,7 @@ osg::ref_ptr<osg::GraphicsContext> open_x11_window(const StageOptions& options) 
   traits->y = 60;
   traits->width = options.width;
   traits->height = options.height;
+  traits->stencil = 8;
   traits->samples = static_cast<unsigned>(options.samples);
   traits->sampleBuffers = options.samples > 0 ? 1 : 0;
   traits->windowDecoration = true;
@@ -86,7 +87,7 @@ Stage::Stage(const StageOptions& options)
     camera->setDrawBuffer(buffer);
     camera->setReadBuffer(buffer);
   }
-  camera->setClearMask(GL_DEPTH_BUFFER_BIT);  // the background is drawn all over
+  camera->setClearMask(GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);  // the background is drawn all over
   camera->setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
   camera->setFinalDrawCallback(read_back_);
 

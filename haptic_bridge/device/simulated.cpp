@@ -89,6 +89,12 @@ void check_stable(const char* what, double mass, double stiffness) {
         "the mass or inertia, or lower the stiffness or friction");
 }
 
+DeviceInfo info_of(const ArmModel& arm, const RigidState& home) {
+  DeviceInfo info{"simulated arm", arm.motors.force_limit, arm.motors.torque_limit, true};
+  if (arm.workspace.maxCoeff() < ArmModel::kNoStop) info.reach = DeviceReach{home.position, arm.workspace};
+  return info;
+}
+
 }  // namespace
 
 SimulatedDevice::SimulatedDevice(const ArmModel& arm, const HandScript& script, const RigidState& home,
@@ -97,7 +103,7 @@ SimulatedDevice::SimulatedDevice(const ArmModel& arm, const HandScript& script, 
       hand_(script.hand),
       approach_(make_approach(start, make_script(script, home).keyframes().front())),
       script_(make_script(script, home)),
-      info_{"simulated arm", arm.motors.force_limit, arm.motors.torque_limit, true},
+      info_(info_of(arm, home)),
       state_{start.position, start.orientation.normalized(), Vec3::Zero(), Vec3::Zero()},
       home_(home),
       commanded_(zero_wrench()),

@@ -28,8 +28,9 @@ struct ArmModel {
   double velocity_filter_hz = 60;  // of the low-pass after differentiating the encoders; 0: the exact velocity is given
   MotorRating motors;
   // its stops, either way from home: along the world's axes [m], and of each component of the rotation vector [rad]
-  Eigen::Vector3d workspace = Eigen::Vector3d::Constant(1e9);
-  double turn = 1e9;
+  static constexpr double kNoStop = 1e9;
+  Eigen::Vector3d workspace = Eigen::Vector3d::Constant(kNoStop);
+  double turn = kNoStop;
 };
 
 // DeviceReading::alarms of the simulated arm.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "haptic_bridge/loop/loop_state.h"
@@ -10,11 +11,17 @@
 
 namespace palp {
 
+// The box that the handle can be moved in, along the world's axes, in the space of the device's poses [m].
+struct DeviceReach {
+  Eigen::Vector3d center, half;
+};
+
 struct DeviceInfo {
   std::string name;
-  double force_limit = 0;     // most that it can render [N]
-  double torque_limit = 0;    // [N m]
-  bool renders_force = true;  // false: a wrench has no effect (replay)
+  double force_limit = 0;              // most that it can render [N]
+  double torque_limit = 0;             // [N m]
+  bool renders_force = true;           // false: a wrench has no effect (replay)
+  std::optional<DeviceReach> reach{};  // unset: not known
 };
 
 // The state of a device as it was read, world frame, about the handle.

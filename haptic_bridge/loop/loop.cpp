@@ -381,6 +381,9 @@ void HapticLoop::describe(std::int64_t now_ns) {
   report_.shifted = reading_.shifted;
   report_.strained = reading_.strained;
   report_.gains_share = record_.gains_share;
+  report_.motion_scale = config_.workspace.motion_scale;
+  report_.force_scale = config_.workspace.force_scale;
+  report_.reach = device_.info().reach && referenced_ ? workspace_.to_scene(*device_.info().reach) : SceneReach{};
   report_.force = record_.sent.force.norm();
   report_.torque = record_.sent.torque.norm();
   report_.peak_force = std::max(report_.peak_force, report_.force);

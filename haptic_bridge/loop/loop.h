@@ -109,6 +109,8 @@ struct LoopReport {
   bool dead_man = false, powered = false, chain_closed = false, shifted = false;  // of the last good reading
   bool strained = false;  // the device is at a bound, too warm or saturated
   double gains_share = 1;
+  double motion_scale = 1, force_scale = 1;  // of the workspace
+  SceneReach reach;               // half of it is 0 where it is not known, or the hand has not taken hold yet
   std::uint64_t passed_over = 0;  // samples of the server that never came to use
   std::array<std::uint64_t, kVerdicts> verdicts{};
   std::int64_t age_ns = 0;

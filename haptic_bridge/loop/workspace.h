@@ -3,7 +3,10 @@
 //   x_sim = x_0 + s (x_dev - x_ref), F_dev = f F_sim: a hand feels s f K of a stiffness K, and f / s of a work
 #pragma once
 
+#include <array>
+
 #include "haptic_bridge/loop/force_limits.h"
+#include "haptic_bridge/loop/haptic_device.h"
 
 namespace palp {
 
@@ -11,6 +14,11 @@ struct WorkspaceConfig {
   double motion_scale = 1;  // s: the tool's way over the arm's
   double force_scale = 1;   // f: force and torque on the hand over those of the simulation
   bool relative = false;    // a hand that takes hold begins at the tool; false: the arm's space is the scene's
+};
+
+// Where the handle can be moved, in the scene: a box along the world's axes [m].
+struct SceneReach {
+  std::array<double, 3> center{}, half{};
 };
 
 class Workspace {
@@ -21,6 +29,10 @@ class Workspace {
   void reference(const RigidState& arm, const RigidState& tool) {
     offset_ = tool.position - config_.motion_scale * arm.position;
     turn_ = (arm.orientation.conjugate() * tool.orientation).normalized();
+  }
+  SceneReach to_scene(const DeviceReach& reach) const {
+    const Eigen::Vector3d c = offset_ + config_.motion_scale * reach.center, h = config_.motion_scale * reach.half;
+    return {{c.x(), c.y(), c.z()}, {h.x(), h.y(), h.z()}};
   }
   RigidState to_scene(const RigidState& arm) const {
     return {offset_ + config_.motion_scale * arm.position, (arm.orientation * turn_).normalized(),

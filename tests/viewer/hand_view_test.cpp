@@ -67,6 +67,61 @@ TEST(HandView, TheToolIsShownWhereTheHandWantsIt) {
   EXPECT_LT((seen.middle - middle).length(), 30) << seen.middle.x() << ' ' << seen.middle.y();
 }
 
+// The blade stands in opaque liquid: its marks glimmer through.
+TEST(HandView, WhereMediaTouchTheToolIsMarked) {
+  SyntheticScene s = held_paddle();
+  make_look(s.scene.bodies[0], "custard");
+  s.scene.bodies[0].color = {0.2f, 0.5f, 0.9f};
+  s.frame.field = ScalarField::pressure;
+  Stage stage(small_stage(640, 480));
+  set(stage, s);
+  const Picture plain = shoot(stage);
+  EXPECT_FALSE(stage.scene().touch());
+
+  stage.scene().set_touch_marked(true);
+  stage.scene().set_frame(s.frame);
+  const Picture marked = shoot(stage);
+  const Spot seen = difference(plain, marked);
+  ASSERT_GT(seen.pixels, 300);
+  // 5 cm of the blade are in the liquid, and its lower edge
+  const auto& p = s.poses.pose[0].position;
+  EXPECT_LT((seen.middle - stage.project({p[0], p[1], p[2] - 0.075})).length(), 30);
+  ASSERT_TRUE(stage.scene().touch());
+  EXPECT_GT(stage.scene().touch()->area, 0.03 * 0.056);
+  EXPECT_LT(stage.scene().touch()->area, 2 * 0.06 * (0.056 + 0.01) + 0.002);
+  EXPECT_FALSE(stage.scene().touch()->pressure) << "colours show no pressure";
+
+  stage.scene().set_color(ScalarField::pressure);
+  stage.scene().set_frame(s.frame);
+  EXPECT_GT(differing(marked, shoot(stage)), 300);
+  EXPECT_GT(stage.scene().touch()->pressure.value(), 0);
+
+  stage.scene().set_color(ScalarField::none);
+  stage.scene().set_touch_marked(false);
+  stage.scene().set_frame(s.frame);
+  EXPECT_EQ(differing(plain, shoot(stage)), 0);
+}
+
+TEST(HandView, TheEndOfTheArmsReachIsShownWhereTheHandComesNearIt) {
+  const SyntheticScene s = held_paddle();
+  Stage stage(small_stage(640, 480));
+  set(stage, s);
+  const Picture plain = shoot(stage);
+  const auto& p = s.proxy.device_pose.position;
+  HandReach reach{{p[0], p[1], p[2]}, {0.3, 0.3, 0.3}};
+  stage.scene().set_reaches({{0, reach}});
+  EXPECT_EQ(differing(plain, shoot(stage)), 0) << "the hand is far from all sides";
+  reach.center.x() += 0.3;
+  stage.scene().set_reaches({{0, reach}});
+  const int one_side = differing(plain, shoot(stage));
+  EXPECT_GT(one_side, 200);
+  reach.clutched = true;
+  stage.scene().set_reaches({{0, reach}});
+  EXPECT_GT(differing(plain, shoot(stage)), one_side);
+  stage.scene().set_reaches({});
+  EXPECT_EQ(differing(plain, shoot(stage)), 0);
+}
+
 TEST(HandView, NoWishIsShownWhereThereIsNone) {
   const Picture rest = picture_of(held_paddle());
   SyntheticScene near = held_paddle(), loose = held_paddle(), senseless = held_paddle();

@@ -34,6 +34,46 @@ TEST(HudText, SaysByWhichWayParticlesCome) {
   EXPECT_EQ(age(), "12 ms old  ·  by shared memory");
 }
 
+TEST(HudText, AClutchABoundAndScalesOfAHandAreTold) {
+  Status bridge;
+  bridge.process = "haptic_bridge 0";
+  bridge.state = "idle";
+  bridge.text = "the shift button is pressed: the hand moves the arm and not the tool";
+  const auto read = [&] {
+    HudData data;
+    data.connected = true;
+    read_status({{bridge.process, bridge}}, data);
+    return data;
+  };
+  EXPECT_EQ(read().hand_trouble, "") << "an idle hand is no trouble";
+  bridge.metrics = {{"clutch", 1}, {"motion_scale", 1}, {"force_scale", 1}};
+  EXPECT_EQ(hud_banner(read()), "haptic_bridge 0 is idle: " + bridge.text);
+  EXPECT_EQ(read().scales, "");
+  bridge.state = "engaged";
+  bridge.metrics = {{"clutch", 0}, {"motion_scale", 2}, {"force_scale", 0.5}};
+  bridge.text = "the arm is at a bound, too warm or saturated: the force is halved";
+  EXPECT_EQ(hud_banner(read()), "haptic_bridge 0 is engaged: " + bridge.text);
+  EXPECT_EQ(read().scales, "motion ×2, force ×0.5");
+  EXPECT_NE(hud_rows(read())[5].value.find("motion ×2, force ×0.5"), std::string::npos);
+  bridge.text.clear();
+  EXPECT_EQ(read().hand_trouble, "");
+}
+
+TEST(HudText, WhatIsTouchedStandsBesideTheContactWhileItIsMarked) {
+  const auto contact = [](const HudData& data) {
+    for (const HudRow& row : hud_rows(data))
+      if (row.label == "contact") return row.value + (row.main ? "!" : "");
+    return std::string();
+  };
+  HudData data;
+  data.contact = 0.25;
+  EXPECT_EQ(contact(data), "25 % rigid");
+  data.touched = Touch{0.00123, std::nullopt};
+  EXPECT_EQ(contact(data), "25 % rigid  ·  12.3 cm² touched!");
+  data.touched->pressure = 345.6;
+  EXPECT_EQ(contact(data), "25 % rigid  ·  12.3 cm² touched, 346 Pa in the mean!");
+}
+
 TEST(HudText, TimesHaveTheUnitThatSuits) {
   EXPECT_EQ(format_time(42e-6), "42 us");
   EXPECT_EQ(format_time(0.42e-3), "0.42 ms");

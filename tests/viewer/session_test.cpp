@@ -167,6 +167,29 @@ TEST_F(SessionTest, TheCutMovesByKeyAndStaysInTheScene) {
   EXPECT_EQ(stage_.scene().clip(), kNoClip);
 }
 
+TEST_F(SessionTest, WhatIsTouchedIsMarkedByKeyAndTold) {
+  Session& session = start(ScalarField::none);
+  SyntheticScene s = synthetic_scene(0.4, ScalarField::pressure);
+  s.scene.proxies = {{0, 2, s.poses.pose[0]}};
+  view_.scene = std::make_shared<const SceneDescription>(s.scene);
+  view_.poses = std::make_shared<const BodyPoses>(s.poses);
+  hear_frame(ScalarField::pressure);
+  wait_for_surfaces();
+  session.update(view_, now_);
+  EXPECT_FALSE(session.touch_marked() || session.figures().touched);
+  session.act({Action::touch});
+  session.update(view_, now_);
+  ASSERT_TRUE(session.touch_marked() && session.figures().touched);
+  EXPECT_GT(session.figures().touched->area, 0);
+  EXPECT_FALSE(session.figures().touched->pressure);
+  session.show_field(ScalarField::pressure);
+  session.update(view_, now_);
+  EXPECT_TRUE(session.figures().touched->pressure);
+  session.act({Action::touch});
+  session.update(view_, now_);
+  EXPECT_FALSE(session.touch_marked() || session.figures().touched);
+}
+
 TEST_F(SessionTest, TheCameraFollowsTheToolWhenAsked) {
   Session& session = start(ScalarField::none);
   SceneDescription scene = *view_.scene;

@@ -25,6 +25,7 @@ ViewerSettings full() {
   s.panels = PanelDetail::all;
   s.reading = false;
   s.bill = true;
+  s.touch = true;
   s.text_scale = 1.3;
   s.store_view("tray \"fluid\" \\ µ\n", 3, {{1, 2, 3}, {0.1, 0.2, 0.3}, {0, 0, 1}});
   s.store_view("other", 9, {{1, -2, 3}, {0, 0, 0}, {0, 0, 1}});

@@ -19,7 +19,7 @@ inline constexpr std::int64_t kMillisecond = 1'000'000;
 // A pose that the test sets by hand, and the wrenches that came back.
 class PuppetDevice final : public HapticDevice {
  public:
-  const DeviceInfo& info() const noexcept override { return info_; }
+  const DeviceInfo& info() const noexcept override { return about; }
   bool read(std::int64_t now_ns, DeviceReading& out) noexcept override {
     out = reading;
     out.dead_man = reading.dead_man && (!regrips || grip_.holds(now_ns));
@@ -44,10 +44,10 @@ class PuppetDevice final : public HapticDevice {
   bool readable = true;
   bool writable = true;
   bool regrips = true;  // lets go and takes hold again when the loop waits for that
+  DeviceInfo about{"puppet", 35, 3, true};
 
  private:
   Grip grip_;
-  DeviceInfo info_{"puppet", 35, 3, true};
 };
 
 // A sample that the bridge must take: answers a device state with a wrench.

@@ -162,6 +162,33 @@ TEST_F(FaultTable, AShiftedArmLeavesTheToolBehindAndFindsItAgain) {
   EXPECT_NEAR(b.loop.sample().pose.position[0], tool[0] + 1e-3, kRounding);
 }
 
+TEST_F(FaultTable, TheReachOfAnArmIsToldInTheSceneAndMovesWithTheClutch) {
+  LoopConfig config = config_for_tests();
+  config.workspace.motion_scale = 2;
+  Bench scaled(config);
+  scaled.device.about.reach = DeviceReach{{0.1, 0, 0}, {0.2, 0.3, 0.4}};
+  scaled.engage();
+  const std::array<double, 3> half{0.4, 0.6, 0.8};
+  EXPECT_EQ(scaled.loop.report().reach.half, half);
+  EXPECT_NEAR(scaled.loop.report().reach.center[0], 0.2, kRounding);
+  EXPECT_EQ(scaled.loop.report().motion_scale, 2);
+
+  scaled.device.reading.shifted = true;
+  scaled.lie = [](ProxySample& s) { s.proxy_pose.position = {0.01, 0.02, 0.03}; };
+  scaled.device.reading.state.position.x() += 1e-3;
+  scaled.tick();
+  EXPECT_EQ(scaled.loop.report().reach.half, (std::array<double, 3>{})) << "nobody knows where the hand will begin";
+  scaled.device.reading.shifted = false;
+  scaled.tick();
+  EXPECT_EQ(scaled.loop.report().reach.half, half);
+  EXPECT_NEAR(scaled.loop.report().reach.center[0], 0.01 + 2 * (0.1 - 1e-3), kRounding) << "the hand is at the tool";
+  EXPECT_NEAR(scaled.loop.report().reach.center[2], 0.03, kRounding);
+
+  Bench unknown;
+  unknown.engage();
+  EXPECT_EQ(unknown.loop.report().reach.half, (std::array<double, 3>{}));
+}
+
 TEST_F(FaultTable, ATickFiveMillisecondsLateEndsTheForce) {
   const auto late_by = [&](std::int64_t ns) {
     b.now += kMillisecond + ns;

@@ -1,0 +1,115 @@
+#include "viewer/hand_reach.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+#include <system_error>
+
+#include <osg/BlendFunc>
+#include <osg/Depth>
+#include <osg/LineWidth>
+
+#include "viewer/arrays.h"
+
+namespace palp {
+namespace {
+
+constexpr std::string_view kBridge = "haptic_bridge ";
+// Over the half of the box: where a side begins to show, and is whole.
+constexpr double kReachFrom = 0.75, kReachWhole = 0.97;
+constexpr float kSideOpacity = 0.22f, kEdgeOpacity = 0.9f;
+constexpr float kClutchedShare = 0.5f;  // of all sides while the clutch is held
+constexpr int kReachBin = 13;           // as the ghosts of tools
+
+double value_of(const Status& status, std::string_view name) {
+  const auto metric = std::ranges::find(status.metrics, name, &Metric::name);
+  return metric != status.metrics.end() && std::isfinite(metric->value) ? metric->value : 0;
+}
+
+// Corner 0 .. 3 of a side in turn.
+osg::Vec3d corner_of(const HandReach& reach, std::size_t side, unsigned corner) {
+  const int axis = static_cast<int>(side / 2), u = (axis + 1) % 3, v = (axis + 2) % 3;
+  osg::Vec3d at = reach.center;
+  at[axis] += (side % 2 == 0 ? -1 : 1) * reach.half[axis];
+  at[u] += (corner == 0 || corner == 3 ? -1 : 1) * reach.half[u];
+  at[v] += (corner < 2 ? -1 : 1) * reach.half[v];
+  return at;
+}
+
+osg::ref_ptr<osg::Geometry> make_part(std::size_t vertices) {
+  osg::ref_ptr<osg::Geometry> part = new osg::Geometry;
+  part->setUseVertexBufferObjects(true);
+  part->setDataVariance(osg::Object::DYNAMIC);
+  part->setCullingActive(false);
+  part->setVertexArray(new osg::Vec3Array(static_cast<unsigned>(vertices)));
+  part->setColorArray(new osg::Vec4Array(static_cast<unsigned>(vertices)), osg::Array::BIND_PER_VERTEX);
+  return part;
+}
+
+}  // namespace
+
+std::map<std::uint32_t, HandReach> reaches_of(const std::map<std::string, Status>& newest) {
+  std::map<std::uint32_t, HandReach> reaches;
+  for (const auto& [process, status] : newest) {
+    std::uint32_t device = 0;
+    if (!process.starts_with(kBridge)) continue;
+    const char* const end = process.data() + process.size();
+    const auto [at, error] = std::from_chars(process.data() + kBridge.size(), end, device);
+    if (error != std::errc() || at != end) continue;
+    const HandReach reach{
+        {value_of(status, "reach_x_m"), value_of(status, "reach_y_m"), value_of(status, "reach_z_m")},
+        {value_of(status, "reach_half_x_m"), value_of(status, "reach_half_y_m"), value_of(status, "reach_half_z_m")},
+        value_of(status, "clutch") > 0};
+    if (reach.half.x() > 0 && reach.half.y() > 0 && reach.half.z() > 0) reaches[device] = reach;
+  }
+  return reaches;
+}
+
+std::array<float, 6> reach_shown(const HandReach& reach, const osg::Vec3d& handle) {
+  std::array<float, 6> shown{};
+  for (std::size_t side = 0; side < shown.size(); ++side) {
+    const int axis = static_cast<int>(side / 2);
+    const double way = (side % 2 == 0 ? -1 : 1) * (handle[axis] - reach.center[axis]) / reach.half[axis];
+    const double share = std::clamp((way - kReachFrom) / (kReachWhole - kReachFrom), 0.0, 1.0);
+    shown[side] = std::max(static_cast<float>(share), reach.clutched ? kClutchedShare : 0.0f);
+  }
+  return shown;
+}
+
+ReachBox::ReachBox(const osg::Vec4f& color)
+    : color_(color), root_(new osg::Group), sides_(make_part(24)), edges_(make_part(48)) {
+  sides_->addPrimitiveSet(new osg::DrawArrays(GL_QUADS, 0, 24));
+  edges_->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, 48));
+  edges_->getOrCreateStateSet()->setAttributeAndModes(new osg::LineWidth(2));
+  osg::StateSet* state = root_->getOrCreateStateSet();
+  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
+  state->setAttributeAndModes(new osg::Depth(osg::Depth::LESS, 0, 1, false));
+  state->setRenderBinDetails(kReachBin, "RenderBin");
+  root_->addChild(sides_);
+  root_->addChild(edges_);
+  root_->setNodeMask(0);
+}
+
+void ReachBox::set(const std::optional<HandReach>& reach, const osg::Vec3d& handle) {
+  root_->setNodeMask(0);
+  if (!reach || !handle.valid()) return;
+  const std::array<float, 6> shown = reach_shown(*reach, handle);
+  if (*std::ranges::max_element(shown) <= 0) return;
+  const auto fill = [&](osg::Geometry& part, float opacity, auto&& corner_at) {
+    auto& vertices = static_cast<osg::Vec3Array&>(*part.getVertexArray());
+    auto& colors = static_cast<osg::Vec4Array&>(*part.getColorArray());
+    const std::size_t each = vertices.size() / shown.size();
+    for (std::size_t k = 0; k < vertices.size(); ++k) {
+      vertices[k] = corner_of(*reach, k / each, corner_at(k % each));
+      colors[k] = osg::Vec4f(color_.x(), color_.y(), color_.z(), opacity * shown[k / each]);
+    }
+    vertices.dirty();
+    colors.dirty();
+  };
+  fill(*sides_, kSideOpacity, [](std::size_t k) { return static_cast<unsigned>(k); });
+  fill(*edges_, kEdgeOpacity, [](std::size_t k) { return static_cast<unsigned>((k + 1) / 2 % 4); });
+  root_->setNodeMask(~0u);
+}
+
+}  // namespace palp
