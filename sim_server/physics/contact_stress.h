@@ -5,22 +5,46 @@
 
 namespace palp {
 
+// The volume, over that at rest, below which matter has no face that could be found.
+inline constexpr real kFlatCell = real(0.05);
+
+// Returns det(F) F^-T.
+PALP_HD inline Mat3 cofactors(const Mat3& F) {
+  Mat3 c;
+  c.col(0) = F.col(1).cross(F.col(2));
+  c.col(1) = F.col(2).cross(F.col(0));
+  c.col(2) = F.col(0).cross(F.col(1));
+  return c;
+}
+
+// Returns a place from a particle's middle [m], brought nearer until it is no farther from there at rest.
+PALP_HD inline Vec3 within_cell(const Mat3& F, const Vec3& at) {
+  const Mat3 c = cofactors(F);
+  const real volume = F.col(0).dot(c.col(0)), now = at.norm();
+  if (!(volume > kFlatCell)) return Vec3(0, 0, 0);
+  const real at_rest = (c.transpose() * at).norm() / volume;
+  return (at_rest > now ? now / at_rest : real(1)) * at;
+}
+
 // Returns what contact adds to the stress P [Pa]. A push f at x_f from a particle's middle, on its cell's face, does
 // the work f.(dx + dF X_f), so that it is f on the middle and a stress -f X_f^T / V. Without that the first layer of a
 // body that is pressed bears half of the pressure, and the one below too much: in matter that is nearly incompressible
 // the rest is missing where it flows aside, and a ball on a layer of n spacings was felt harder by about 1 / 2n.
 // pressed: -f x_f^T / V, of the last sub-step.
 PALP_HD inline Mat3 contact_stress(const Mat3& pressed, const Mat3& F) {
-  constexpr real kFlat = real(0.05);  // of the volume at rest: matter that has less has no face that could be found
   if (pressed.isZero(0)) return Mat3::Zero();
-  const Vec3 a = F.col(0), b = F.col(1), c = F.col(2);
-  Mat3 cofactors;  // det(F) F^-T
-  cofactors.col(0) = b.cross(c);
-  cofactors.col(1) = c.cross(a);
-  cofactors.col(2) = a.cross(b);
-  const real volume = a.dot(b.cross(c));
-  if (!(volume > kFlat)) return Mat3::Zero();
-  return (real(1) / volume) * (pressed * cofactors);
+  const Mat3 c = cofactors(F);
+  const real volume = F.col(0).dot(c.col(0));
+  if (!(volume > kFlatCell)) return Mat3::Zero();
+  return (real(1) / volume) * (pressed * c);
+}
+
+// Returns the work per volume that contact's stress has done on a particle's strain, as if both had grown together,
+// with the opposite sign [J/m^3]: what the particle's own energy holds of it comes back as the push does. The spring of
+// contact is stiffer than half a cell (kContactLayers) and holds less than that, so that both together may hold less
+// than none.
+PALP_HD inline real contact_energy(const Mat3& pressed, const Mat3& F, const Mat3& R) {
+  return real(0.5) * contact_stress(pressed, F).cwiseProduct(F - R).sum();
 }
 
 // Returns the couple with which contact's stress turns a particle's neighbourhood, x_f cross f [N m].

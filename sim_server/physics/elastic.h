@@ -341,6 +341,7 @@ struct MeasureStored {
       density = elastic_energy(m, F, R);
     if (elastic.integrity != nullptr) density *= elastic.integrity[i];
     if (hold_of(m) > real(0)) density += real(0.5) * hold_of(m) * hourglass(i, F);
+    if (elastic.pressed != nullptr) density += contact_energy(elastic.pressed[i], F, R);
     elastic.stored[i] = elastic.rest[i].w * density;
   }
 };

@@ -180,7 +180,8 @@ void Books::add_particles(std::size_t b, Sums& out) {
     out.momentum += m * v;
     out.momenta += m * v.norm();
   }
-  out.swing += waves_[b] * std::sqrt(moving * strained);
+  // contact may hold less than none
+  out.swing += waves_[b] * std::sqrt(moving * std::max(strained, 0.0));
 }
 
 Books::Sums Books::sums(const StepOutput& output) {
