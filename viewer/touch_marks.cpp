@@ -39,7 +39,7 @@ struct TakeTriangles {
 };
 
 // Vertices stay as the part has them: they are shared where it is smooth and not along its edges.
-Surface surface_of(const osg::Geometry& part) {
+Surface uncut_surface(const osg::Geometry& part) {
   Surface surface;
   const auto* vertices = dynamic_cast<const osg::Vec3Array*>(part.getVertexArray());
   if (vertices == nullptr) return surface;
@@ -103,7 +103,7 @@ void TouchMarks::add_part(const osg::Geometry& part) { uncut_.emplace_back(&part
 void TouchMarks::cut_parts() {
   if (uncut_.empty()) return;
   for (const auto& part : uncut_) {
-    Surface fine = surface_of(*part);
+    Surface fine = uncut_surface(*part);
     // a triangle that is cut has about a quarter of the square of its longest edge
     refine(fine, std::max({kFinestEdge * static_cast<double>(spacing_), std::sqrt(4 * area_of(fine) / kManyTriangles),
                            1e-6}));
