@@ -102,6 +102,25 @@ TEST(HandView, WhereMediaTouchTheToolIsMarked) {
   EXPECT_EQ(differing(plain, shoot(stage)), 0);
 }
 
+TEST(HandView, MarksDoNotShineThroughSolids) {
+  SyntheticScene s = held_paddle();
+  make_look(s.scene.bodies[0], "custard");
+  BodyDescription wall;
+  wall.kind = BodyKind::rigid;
+  wall.color = {0.1f, 0.1f, 0.1f};
+  add_box(wall, {-0.4, -0.14, -0.01}, {0.4, -0.13, 0.5}, true, true);
+  s.scene.bodies.push_back(wall);
+  s.poses.body.push_back(3);
+  s.poses.pose.push_back({});
+  Stage stage(small_stage(640, 480));
+  set(stage, s);
+  const Picture plain = shoot(stage);
+  stage.scene().set_touch_marked(true);
+  stage.scene().set_frame(s.frame);
+  ASSERT_GT(stage.scene().touch().value().area, 0);
+  EXPECT_EQ(difference(plain, shoot(stage)).pixels, 0);
+}
+
 TEST(HandView, TheEndOfTheArmsReachIsShownWhereTheHandComesNearIt) {
   const SyntheticScene s = held_paddle();
   Stage stage(small_stage(640, 480));
