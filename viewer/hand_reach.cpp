@@ -6,11 +6,10 @@
 #include <string_view>
 #include <system_error>
 
-#include <osg/BlendFunc>
-#include <osg/Depth>
 #include <osg/LineWidth>
 
-#include "viewer/arrays.h"
+#include "viewer/blending.h"
+#include "viewer/metric.h"
 
 namespace palp {
 namespace {
@@ -21,11 +20,6 @@ constexpr double kReachFrom = 0.75, kReachWhole = 0.97;
 constexpr float kSideOpacity = 0.22f, kEdgeOpacity = 0.9f;
 constexpr float kClutchedShare = 0.5f;  // of all sides while the clutch is held
 constexpr int kReachBin = 13;           // as the ghosts of tools
-
-double value_of(const Status& status, std::string_view name) {
-  const auto metric = std::ranges::find(status.metrics, name, &Metric::name);
-  return metric != status.metrics.end() && std::isfinite(metric->value) ? metric->value : 0;
-}
 
 // Corner 0 .. 3 of a side in turn.
 osg::Vec3d corner_of(const HandReach& reach, std::size_t side, unsigned corner) {
@@ -57,10 +51,10 @@ std::map<std::uint32_t, HandReach> reaches_of(const std::map<std::string, Status
     const char* const end = process.data() + process.size();
     const auto [at, error] = std::from_chars(process.data() + kBridge.size(), end, device);
     if (error != std::errc() || at != end) continue;
-    const HandReach reach{
-        {value_of(status, "reach_x_m"), value_of(status, "reach_y_m"), value_of(status, "reach_z_m")},
-        {value_of(status, "reach_half_x_m"), value_of(status, "reach_half_y_m"), value_of(status, "reach_half_z_m")},
-        value_of(status, "clutch") > 0};
+    const auto value = [&](const char* name) { return metric(status, name).value_or(0); };
+    const HandReach reach{{value("reach_x_m"), value("reach_y_m"), value("reach_z_m")},
+                          {value("reach_half_x_m"), value("reach_half_y_m"), value("reach_half_z_m")},
+                          value("clutch") > 0};
     if (reach.half.x() > 0 && reach.half.y() > 0 && reach.half.z() > 0) reaches[device] = reach;
   }
   return reaches;
@@ -83,8 +77,7 @@ ReachBox::ReachBox(const osg::Vec4f& color)
   edges_->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, 48));
   edges_->getOrCreateStateSet()->setAttributeAndModes(new osg::LineWidth(2));
   osg::StateSet* state = root_->getOrCreateStateSet();
-  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
-  state->setAttributeAndModes(new osg::Depth(osg::Depth::LESS, 0, 1, false));
+  blend_over(state);
   state->setRenderBinDetails(kReachBin, "RenderBin");
   root_->addChild(sides_);
   root_->addChild(edges_);

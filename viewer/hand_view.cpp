@@ -8,11 +8,11 @@
 #include <fmt/format.h>
 #include <osg/BlendFunc>
 #include <osg/CullFace>
-#include <osg/Depth>
 #include <osg/Geometry>
 #include <osg/LineWidth>
 
 #include "viewer/arrays.h"
+#include "viewer/blending.h"
 #include "viewer/font.h"
 #include "viewer/pose_matrix.h"
 #include "viewer/shaders.h"
@@ -94,8 +94,7 @@ HandView::HandView(std::uint32_t device)
   osg::StateSet* state = wished_tool_->getOrCreateStateSet();
   state->setAttributeAndModes(load_program("wish", {"mesh.vert", "mesh.frag", "color.glsl", "lighting.glsl"}));
   state->setAttributeAndModes(new osg::CullFace(osg::CullFace::BACK));
-  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
-  state->setAttributeAndModes(new osg::Depth(osg::Depth::LESS, 0, 1, false));
+  blend_over(state);
   state->addUniform(new osg::Uniform("glass", 0.30f));
   state->addUniform(new osg::Uniform("tint", osg::Vec4f(color.x(), color.y(), color.z(), 0.6f)));
   state->addUniform(new osg::Uniform("presence", 1.0f));

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "viewer/metric.h"
+
 namespace palp {
 namespace {
 
@@ -21,14 +23,6 @@ std::string grouped(std::size_t n) {
     digits.insert(static_cast<std::size_t>(at), 1, ' ');
   }
   return digits;
-}
-
-// The metric of that name times a factor, if it is there and finite.
-std::optional<double> metric(const Status& status, std::string_view name, double factor = 1) {
-  for (const Metric& m : status.metrics) {
-    if (m.name == name && std::isfinite(m.value)) return m.value * factor;
-  }
-  return std::nullopt;
 }
 
 void keep_larger(std::optional<double>& kept, const std::optional<double>& other) {

@@ -5,12 +5,11 @@
 #include <span>
 #include <utility>
 
-#include <osg/BlendFunc>
 #include <osg/CullFace>
-#include <osg/Depth>
 #include <osg/LineWidth>
 
 #include "viewer/arrays.h"
+#include "viewer/blending.h"
 #include "viewer/pose_matrix.h"
 #include "viewer/shaders.h"
 #include "viewer/surroundings.h"
@@ -24,11 +23,6 @@ namespace {
 enum Bin { kSolidBin = 0, kCopyBin = 3, kGlassBin = 10, kEdgeBin = 11 };
 
 constexpr std::array<Medium, 2> kSurfaceMedia{Medium::opaque, Medium::clear};
-
-void blend_over(osg::StateSet* state) {
-  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
-  state->setAttributeAndModes(new osg::Depth(osg::Depth::LESS, 0, 1, false));
-}
 
 osg::BoundingBoxd domain_of(const SceneDescription& scene) {
   const auto& a = scene.bounds_min;

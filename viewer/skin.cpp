@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "viewer/cells.h"
+
 namespace palp {
 namespace {
 
@@ -20,45 +22,6 @@ constexpr int kBareRings = 2;  // of particles around a tear: the surface ends s
 // The share in a vertex of the particles that lie right beneath it: these alone are bare where the surface ends, since
 // those farther on would stick out of what is left of it.
 constexpr float kBeneath = 0.1f;
-
-// Places by cells as wide as what is looked for around them.
-class Cells {
- public:
-  Cells(std::span<const float> places, double reach) : places_(places), per_metre_(1 / reach) {
-    for (std::size_t i = 0; 3 * i + 2 < places.size(); ++i) order_.emplace_back(key(cell(place(i))), i);
-    std::sort(order_.begin(), order_.end());
-  }
-
-  Eigen::Vector3d place(std::size_t i) const { return {places_[3 * i], places_[3 * i + 1], places_[3 * i + 2]}; }
-
-  // Calls f(index) for each place in the cells around x.
-  template <class F>
-  void around(const Eigen::Vector3d& x, F&& f) const {
-    const Cell c = cell(x);
-    for (std::int64_t k = -1; k <= 1; ++k)
-      for (std::int64_t j = -1; j <= 1; ++j)
-        for (std::int64_t i = -1; i <= 1; ++i) {
-          const std::uint64_t wanted = key(c + Cell(i, j, k));
-          auto at = std::lower_bound(order_.begin(), order_.end(), std::pair(wanted, std::size_t{0}));
-          for (; at != order_.end() && at->first == wanted; ++at) f(at->second);
-        }
-  }
-
- private:
-  using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
-  Cell cell(const Eigen::Vector3d& x) const {
-    constexpr double kMost = 1 << 20;  // where cells are so many that some share a key, more places are looked at
-    return (x * per_metre_).array().max(-kMost).min(kMost).floor().cast<std::int64_t>();
-  }
-  static std::uint64_t key(const Cell& c) {
-    const auto bits = [](std::int64_t n) { return static_cast<std::uint64_t>(n) & 0x1fffff; };
-    return bits(c.x()) | bits(c.y()) << 21 | bits(c.z()) << 42;
-  }
-
-  std::span<const float> places_;
-  double per_metre_;
-  std::vector<std::pair<std::uint64_t, std::size_t>> order_;
-};
 
 }  // namespace
 

@@ -1,9 +1,9 @@
 #include "viewer/surroundings.h"
 
-#include <osg/BlendFunc>
 #include <osg/Depth>
 
 #include "viewer/arrays.h"
+#include "viewer/blending.h"
 #include "viewer/render_targets.h"
 #include "viewer/shaders.h"
 
@@ -38,8 +38,7 @@ osg::ref_ptr<osg::Geometry> make_ground() {
   osg::ref_ptr<osg::Geometry> geometry = quad({-1, -1}, {1, 1}, 0);
   osg::StateSet* state = geometry->getOrCreateStateSet();
   state->setAttributeAndModes(load_program("ground", {"ground.vert", "ground.frag", "lighting.glsl"}));
-  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
-  state->setAttributeAndModes(new osg::Depth(osg::Depth::LESS, 0, 1, false));
+  blend_over(state);
   state->setRenderBinDetails(kGroundBin, "RenderBin");
   state->addUniform(new osg::Uniform("footprint", osg::Vec4f(0, 0, 1, 1)));
   state->addUniform(new osg::Uniform("fade", osg::Vec2f(1, 2)));

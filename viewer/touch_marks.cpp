@@ -26,9 +26,8 @@ constexpr float kFacing = 0.3f;
 constexpr double kFinestEdge = 0.75;
 constexpr double kManyTriangles = 100'000;  // of a part, about: larger ones are marked less finely
 constexpr float kOpacity = 0.85f, kHiddenOpacity = 0.45f;
-constexpr int kMostMarkCells = 96;  // along each axis
-constexpr int kReachedBin = 1;      // after solids, before media
-constexpr int kMarkBin = 12;        // after all that may hide a mark, before what belongs to the hand
+constexpr int kReachedBin = 1;  // after solids, before media
+constexpr int kMarkBin = 12;    // after all that may hide a mark, before what belongs to the hand
 
 struct TakeTriangles {
   Surface* out = nullptr;
@@ -132,60 +131,27 @@ void TouchMarks::cut_parts() {
     marks->removePrimitiveSet(0, marks->getNumPrimitiveSets());
     marks->addPrimitiveSet(new osg::DrawElementsUInt(GL_TRIANGLES));
   }
-  sort_into_cells();
-}
-
-std::array<int, 3> TouchMarks::cell_of(const osg::Vec3f& p) const {
-  std::array<int, 3> cell{};
-  for (int k = 0; k < 3; ++k) cell[static_cast<std::size_t>(k)] = static_cast<int>((p[k] - box_._min[k]) / cell_);
-  return cell;
-}
-
-// A counting sort. The box is wider than the vertices by what a mark reaches, so that particles beyond it touch none.
-void TouchMarks::sort_into_cells() {
+  const float reach = kTouchEnd * spacing_;
+  const auto* first = surface_.vertices.empty() ? nullptr : surface_.vertices.front().ptr();
+  cells_ = Cells({first, 3 * surface_.vertices.size()}, static_cast<double>(reach));
   box_.init();
   for (const osg::Vec3f& v : surface_.vertices)
     if (v.valid()) box_.expandBy(v);
   if (!box_.valid()) return;
-  const float reach = kTouchEnd * spacing_;
-  const osg::Vec3f margin(reach, reach, reach);
-  box_._min -= margin;
-  box_._max += margin;
-  const osg::Vec3f size = box_._max - box_._min;
-  cell_ = std::max(reach, std::max({size.x(), size.y(), size.z()}) / (kMostMarkCells - 1));
-  for (int k = 0; k < 3; ++k) cells_[static_cast<std::size_t>(k)] = static_cast<int>(size[k] / cell_) + 1;
-  first_.assign(number_of(0, 0, cells_[2]) + 1, 0);
-  const auto number = [&](const osg::Vec3f& v) {
-    const auto [x, y, z] = cell_of(v);
-    return number_of(x, y, z);
-  };
-  for (const osg::Vec3f& v : surface_.vertices)
-    if (v.valid()) ++first_[number(v) + 1];
-  for (std::size_t c = 1; c < first_.size(); ++c) first_[c] += first_[c - 1];
-  in_cells_.resize(first_.back());
-  std::vector<unsigned> next(first_.begin(), first_.end() - 1);
-  for (unsigned v = 0; v < surface_.vertices.size(); ++v)
-    if (surface_.vertices[v].valid()) in_cells_[next[number(surface_.vertices[v])]++] = v;
+  box_._min -= osg::Vec3f(reach, reach, reach);
+  box_._max += osg::Vec3f(reach, reach, reach);
 }
 
 void TouchMarks::add(const osg::Vec3f& particle, float pressure) {
-  const auto [cx, cy, cz] = cell_of(particle);
   const float reach = kTouchEnd * spacing_;
-  for (int z = std::max(cz - 1, 0); z <= std::min(cz + 1, cells_[2] - 1); ++z) {
-    for (int y = std::max(cy - 1, 0); y <= std::min(cy + 1, cells_[1] - 1); ++y) {
-      const unsigned begin = first_[number_of(std::max(cx - 1, 0), y, z)];
-      const unsigned end = first_[number_of(std::min(cx + 1, cells_[0] - 1), y, z) + 1];
-      for (unsigned k = begin; k < end; ++k) {
-        const unsigned v = in_cells_[k];
-        const osg::Vec3f away = particle - surface_.vertices[v];
-        if (!(away.length2() < reach * reach) || !(away * normals_[v] > kFacing * away.length())) continue;
-        const float near = nearness(away.length() / spacing_);
-        touched_[v] = std::max(touched_[v], near);
-        weights_[v] += near;
-        pressure_[v] += near * pressure;
-      }
-    }
-  }
+  cells_.around({particle.x(), particle.y(), particle.z()}, [&](std::size_t v) {
+    const osg::Vec3f away = particle - surface_.vertices[v];
+    if (!(away.length2() < reach * reach) || !(away * normals_[v] > kFacing * away.length())) return;
+    const float near = nearness(away.length() / spacing_);
+    touched_[v] = std::max(touched_[v], near);
+    weights_[v] += near;
+    pressure_[v] += near * pressure;
+  });
 }
 
 Touch TouchMarks::set(const ParticleFrame& frame, std::span<const ParticleRange> media, const osg::Matrixd& pose,

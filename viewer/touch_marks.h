@@ -1,7 +1,6 @@
 // The marks on a tool's surface where media touch it: a tint by their pressure where that is sent, else by nearness.
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include <osg/ref_ptr>
 
 #include "idl/particle_frame.h"
+#include "viewer/cells.h"
 #include "viewer/color_map.h"
 #include "viewer/touch.h"
 #include "viewer/welded_surface.h"
@@ -48,13 +48,6 @@ class TouchMarks {
 
  private:
   void cut_parts();
-  void sort_into_cells();
-  std::array<int, 3> cell_of(const osg::Vec3f& p) const;
-  std::size_t number_of(int x, int y, int z) const {
-    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(cells_[1]) + static_cast<std::size_t>(y)) *
-               static_cast<std::size_t>(cells_[0]) +
-           static_cast<std::size_t>(x);
-  }
   void add(const osg::Vec3f& particle, float pressure);
   void draw(const PressureColors* pressures);
 
@@ -69,11 +62,8 @@ class TouchMarks {
   std::vector<float> touched_;       // by vertex: 0 .. 1
   std::vector<float> weights_;       // by vertex: of what adds to its pressure
   std::vector<float> pressure_;      // by vertex [Pa], times the weight while they are added up
-  // the vertices by cells as wide as marks reach
-  osg::BoundingBox box_;
-  float cell_ = 1;                          // [m]
-  std::array<int, 3> cells_{};              // along each axis
-  std::vector<unsigned> first_, in_cells_;  // of each cell the first one in in_cells_, which has all of them
+  Cells cells_;                      // of the vertices, as wide as marks reach
+  osg::BoundingBox box_;             // the vertices and what marks reach; particles beyond it touch none
 };
 
 }  // namespace palp

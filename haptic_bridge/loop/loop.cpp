@@ -71,6 +71,8 @@ HapticLoop::HapticLoop(const LoopConfig& config, HapticDevice& device)
   config_.limits.force = std::min(config.limits.force, device.info().force_limit);
   config_.limits.torque = std::min(config.limits.torque, device.info().torque_limit);
   reading_.state = record_.device;
+  report_.motion_scale = config.workspace.motion_scale;
+  report_.force_scale = config.workspace.force_scale;
   sample_.device = config.device;
   sample_.gains = governor_.gains();
 }
@@ -381,8 +383,6 @@ void HapticLoop::describe(std::int64_t now_ns) {
   report_.shifted = reading_.shifted;
   report_.strained = reading_.strained;
   report_.gains_share = record_.gains_share;
-  report_.motion_scale = config_.workspace.motion_scale;
-  report_.force_scale = config_.workspace.force_scale;
   report_.reach = device_.info().reach && referenced_ ? workspace_.to_scene(*device_.info().reach) : SceneReach{};
   report_.force = record_.sent.force.norm();
   report_.torque = record_.sent.torque.norm();

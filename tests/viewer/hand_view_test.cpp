@@ -21,6 +21,17 @@ SyntheticScene held_paddle() {
   return s;
 }
 
+// Stands before the scene as one looks from home.
+void add_wall(SyntheticScene& s, std::array<double, 3> low, std::array<double, 3> high) {
+  BodyDescription wall;
+  wall.kind = BodyKind::rigid;
+  wall.color = {0.1f, 0.1f, 0.1f};
+  add_box(wall, low, high, true, true);
+  s.poses.body.push_back(static_cast<std::uint32_t>(s.scene.bodies.size()));
+  s.scene.bodies.push_back(wall);
+  s.poses.pose.push_back({});
+}
+
 void set(Stage& stage, const SyntheticScene& s) {
   stage.hud().set_visible(false);
   set_scene(stage, s.scene);
@@ -105,13 +116,7 @@ TEST(HandView, WhereMediaTouchTheToolIsMarked) {
 TEST(HandView, MarksDoNotShineThroughSolids) {
   SyntheticScene s = held_paddle();
   make_look(s.scene.bodies[0], "custard");
-  BodyDescription wall;
-  wall.kind = BodyKind::rigid;
-  wall.color = {0.1f, 0.1f, 0.1f};
-  add_box(wall, {-0.4, -0.14, -0.01}, {0.4, -0.13, 0.5}, true, true);
-  s.scene.bodies.push_back(wall);
-  s.poses.body.push_back(3);
-  s.poses.pose.push_back({});
+  add_wall(s, {-0.4, -0.14, -0.01}, {0.4, -0.13, 0.5});
   Stage stage(small_stage(640, 480));
   set(stage, s);
   const Picture plain = shoot(stage);
@@ -210,15 +215,7 @@ TEST(HandView, NothingHidesAValue) {
   for (const bool behind : {false, true}) {
     SyntheticScene s = held_paddle();
     s.proxy.wrench.force = {1.9, 0, 0.4};
-    if (behind) {
-      BodyDescription wall;
-      wall.kind = BodyKind::rigid;
-      wall.color = {0.1f, 0.1f, 0.1f};
-      add_box(wall, {-0.2, -0.14, -0.01}, {0.3, -0.13, 0.25}, true, true);
-      s.scene.bodies.push_back(wall);
-      s.poses.body.push_back(3);
-      s.poses.pose.push_back({});
-    }
+    if (behind) add_wall(s, {-0.2, -0.14, -0.01}, {0.3, -0.13, 0.25});
     Stage stage(small_stage(640, 480));
     set(stage, s);
     pixels[behind] = values_in(stage).pixels;
