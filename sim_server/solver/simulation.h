@@ -91,9 +91,9 @@ struct Snapshot {
   // elastic energy of the particle, less what contact's push on its face gave to it (physics/contact_stress.h) [J];
   // empty when the scene has no elastic bodies
   std::vector<float> stored;
-  std::vector<float> heat;         // heat taken up by the particle since the start [J]; empty when nothing conducts
-  std::vector<float> liquid;       // fraction, 0..1; NaN: it does not melt; empty when nothing conducts
-  std::vector<float> solid;        // fraction K^d, 0..1; empty when nothing changes state
+  std::vector<float> heat;    // heat taken up by the particle since the start [J]; empty when nothing conducts
+  std::vector<float> liquid;  // fraction, 0..1; NaN: it does not melt; empty when nothing conducts
+  std::vector<float> solid;   // fraction K^d, 0..1; empty when nothing changes state
   // The body that the particle belongs to: the index of the scene's body. In a solid piece of matter that changes state
   // it is the index of a tool which the piece is bonded to, else the number of the scene's bodies plus the index of the
   // piece's first particle. Empty when nothing changes state.
