@@ -19,6 +19,14 @@ osg::Vec4f surface_numbers(const Look& look) {
   return {look.roughness, look.scattering_length / (look.scattering_length + kSoftOver), root * root, look.metallic};
 }
 
+osg::Vec4f grain_numbers(const Look& look, const osg::BoundingBox& box) {
+  const osg::Vec3f size = box._max - box._min;
+  const int longest = size.x() >= size.y() && size.x() >= size.z() ? 0 : size.y() >= size.z() ? 1 : 2;
+  osg::Vec4f grain(0, 0, 0, look.grain);
+  grain[longest] = 1;
+  return grain;
+}
+
 Look between(const Look& a, const Look& b, float t) {
   if (t == 0) return a;
   Look look = a;

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include <osg/BoundingBox>
 #include <osg/Texture2D>
 #include <osg/Vec4f>
 #include <osg/ref_ptr>
@@ -17,6 +18,9 @@ inline constexpr unsigned kLooksUnit = 6;
 // Returns roughness, softness, reflection where one looks straight at it, and how much of a metal it is. Softness, 0 to
 // nearly 1, is the scattering length against the few millimetres over which a surface turns from the light.
 osg::Vec4f surface_numbers(const Look& look);
+
+// Returns the axis along which wood of these bounds grows, its longest one, and its contrast.
+osg::Vec4f grain_numbers(const Look& look, const osg::BoundingBox& box);
 
 // Returns the look a share t, 0 .. 1, of the way from a to b.
 Look between(const Look& a, const Look& b, float t);

@@ -70,15 +70,21 @@ SurfaceQuality quick_surface(int width, int height) {
   return {std::clamp(scale, 0.5, 1.0), 1, 8, 1, 8};
 }
 
+int surface_texels(int pixels, const SurfaceQuality& quality) {
+  return std::max(1, static_cast<int>(std::lround(pixels * quality.scale)));
+}
+
 MediumSurface::MediumSurface(Medium medium, osg::Node* particles, osg::Node* tinting, osg::Texture1D* color_map,
-                             const PictureCopy* copy)
+                             const PictureCopy* copy, osg::Texture2D* walls)
     : medium_(medium),
       root_(new osg::Group),
       smoothing_(new osg::Group),
       shading_(screen_rectangle()),
+      walls_(walls),
       picture_scissor_(new osg::Scissor) {
   root_->getOrCreateStateSet()->addUniform(new osg::Uniform("is_clear", medium == Medium::clear));
   root_->getStateSet()->addUniform(new osg::Uniform("outline_taps", 1));
+  root_->getStateSet()->addUniform(new osg::Uniform("ended_by_walls", false));
   root_->getStateSet()->addUniform(number("outline_stride", 1));
   root_->getStateSet()->addUniform(number("lump_over_spacing", 1));
   add_depth_pass(particles);
@@ -181,6 +187,8 @@ void MediumSurface::make_smoothing() {
     }
   }
   osg::StateSet* state = add("medium_clean.frag", "medium clean-up");
+  state->setTextureAttribute(1, walls_);
+  state->addUniform(new osg::Uniform("walls", 1));
   state->addUniform(new osg::Uniform("most_taps", quality_.clean_taps));
   // streaks of a large picture are wider
   state->addUniform(new osg::Uniform("stride", std::clamp(static_cast<int>(quality_.scale * height_ / 500), 1, 3)));
@@ -258,6 +266,8 @@ void MediumSurface::choose_formats() {
   else
     tint.attach(osg::Camera::COLOR_BUFFER1, surface_looks_);
 }
+
+void MediumSurface::set_ended_by_walls(bool ended) { root_->getStateSet()->getUniform("ended_by_walls")->set(ended); }
 
 void MediumSurface::set_size(int width, int height, const SurfaceQuality& quality) {
   if (width == width_ && height == height_ && quality == quality_) return;

@@ -36,19 +36,24 @@ SurfaceQuality fine_surface(double spacing_pixels, const SurfaceQuality& now);
 // Returns what a rasteriser on a CPU can do for a picture of this size: each texel counts.
 SurfaceQuality quick_surface(int width, int height);
 
+// Returns how many texels the surface has for so many pixels.
+int surface_texels(int pixels, const SurfaceQuality& quality);
+
 // All calls from the thread that renders, between frames.
 class MediumSurface {
  public:
   // medium: opaque or clear. particles, tinting: points as medium.vert takes them, those that make the surface and
-  // those that give it its tint. copy: of the picture behind a clear medium.
+  // those that give it its tint. copy: of the picture behind a clear medium. walls: those that end it (wall_depths.h).
   MediumSurface(Medium medium, osg::Node* particles, osg::Node* tinting, osg::Texture1D* color_map,
-                const PictureCopy* copy);
+                const PictureCopy* copy, osg::Texture2D* walls);
   osg::Node* node() { return root_; }
 
   void set_spacing(double spacing);  // of the particles [m]
   // Takes whether colours stand for numbers, and the look that all of the medium has; without one looks are drawn
   // particle by particle.
   void set_colors(bool by_scalar, const std::optional<OneTint>& tint);
+  // Takes whether the surface goes on into walls that are to end it. They have as many texels as it has.
+  void set_ended_by_walls(bool ended);
   // The size of the picture [pixels].
   void set_size(int width, int height, const SurfaceQuality& quality);
   // Confines the work to where the box of the particles is seen. An invalid box: nothing is drawn.
@@ -79,6 +84,7 @@ class MediumSurface {
   osg::ref_ptr<osg::Group> smoothing_;  // its passes follow the quality
   osg::ref_ptr<osg::Geometry> shading_;
   osg::ref_ptr<osg::Texture2D> surface_looks_;  // beside the tints
+  osg::ref_ptr<osg::Texture2D> walls_;
   osg::ref_ptr<osg::Program> tint_program_, thickness_program_;
   std::vector<Pass> passes_;  // depth, tint, outline along both axes, then those of the smoothing
   double spacing_ = 0.01;

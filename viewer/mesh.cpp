@@ -13,6 +13,7 @@
 
 #include <osg/BoundingBox>
 #include <osg/PrimitiveSet>
+#include <osg/TriangleIndexFunctor>
 
 #include "viewer/arrays.h"
 #include "viewer/medium.h"
@@ -264,7 +265,27 @@ osg::ref_ptr<osg::Geometry> crease_lines(const Surface& surface) {
   return geometry;
 }
 
+struct TakeTriangles {
+  Surface* out = nullptr;
+  void operator()(unsigned a, unsigned b, unsigned c) const {
+    Triangle triangle{{a, b, c}, {}, 0};
+    if (measure(*out, triangle)) out->triangles.push_back(triangle);
+  }
+};
+
 }  // namespace
+
+Surface surface_of(const osg::Geometry& part) {
+  Surface surface;
+  const auto* vertices = dynamic_cast<const osg::Vec3Array*>(part.getVertexArray());
+  if (vertices == nullptr) return surface;
+  surface.vertices.assign(vertices->begin(), vertices->end());
+  for (const osg::Vec3f& vertex : surface.vertices) surface.box.expandBy(vertex);
+  osg::TriangleIndexFunctor<TakeTriangles> take;
+  take.out = &surface;
+  part.accept(take);
+  return surface;
+}
 
 bool measure(const Surface& surface, Triangle& t) {
   const osg::Vec3f& a = surface.vertices[t.corner[0]];

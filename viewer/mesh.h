@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <memory>
 
 #include <osg/Geometry>
 #include <osg/ref_ptr>
@@ -11,13 +12,16 @@
 
 namespace palp {
 
+class MirrorImages;
+
 // The drawable parts of one body, in its body frame; null when there is nothing of that part. Normals are smooth but
 // for creases. A fixed body that is hollow (a tray, a glass) is split: what faces its inside is solid, what faces away
 // from it is glass, so that the contents show through the near wall and the far wall is still there.
 struct BodyMesh {
   osg::ref_ptr<osg::Geometry> solid;
   osg::ref_ptr<osg::Geometry> glass;
-  osg::ref_ptr<osg::Geometry> edges;  // creases as lines, of hollow bodies
+  osg::ref_ptr<osg::Geometry> edges;           // creases as lines, of hollow bodies
+  std::shared_ptr<const MirrorImages> images;  // of what touches the body; none in a soft one
 };
 
 // Tells other threads how far a build is, and lets them end it.

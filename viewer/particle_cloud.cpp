@@ -285,7 +285,10 @@ void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
     outer.tints.push_back(body.tints[stages_.empty() ? 0 : stages_[i]]);
   }
   if (outer.places.size() == before) return;
-  if (medium != Medium::beads) note_tints(body, medium);
+  if (medium != Medium::beads) {
+    note_tints(body, medium);
+    add_images(before, medium);
+  }
   if (medium != Medium::clear) return;
   const std::size_t first = set.vertices->size();
   if (stages_.empty())
@@ -296,6 +299,28 @@ void ParticleCloud::add_body(const Body& body, Medium medium, Set& set) {
   if (const std::size_t lumps = set.vertices->size() - first; lumps > 0)
     set.clear_lumps->addPrimitiveSet(
         new osg::DrawArrays(GL_POINTS, static_cast<GLint>(first), static_cast<GLsizei>(lumps)));
+}
+
+// Adds the mirror images of the places of a medium from that one on.
+void ParticleCloud::add_images(std::size_t from, Medium medium) {
+  if (clip_ != kNoClip) return;
+  Outer& outer = outer_[static_cast<std::size_t>(medium)];
+  const std::size_t end = outer.places.size();
+  std::vector<osg::Vec3f> images;
+  for (const StandingSolid& solid : solids_) {
+    const osg::Matrixf to_world(solid.pose), to_solid(osg::Matrixd::inverse(solid.pose));
+    for (std::size_t i = from; i < end; ++i) {
+      const osg::Vec4f place = outer.places[i];
+      const osg::Vec3f at = osg::Vec3f(place.x(), place.y(), place.z()) * to_solid;
+      if (!solid.images->box().contains(at)) continue;
+      images.clear();
+      solid.images->add_of(at, images);
+      for (const osg::Vec3f& image : images) {
+        outer.places.emplace_back(image * to_world, place.w());
+        outer.tints.push_back(outer.tints[i]);
+      }
+    }
+  }
 }
 
 // Adds the places of a medium that can be seen, what is near the home view first. The camera's way of looking would do

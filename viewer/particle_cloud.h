@@ -3,11 +3,14 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <osg/BoundingBox>
 #include <osg/Geometry>
+#include <osg/Matrixd>
 #include <osg/Switch>
 #include <osg/Texture1D>
 #include <osg/ref_ptr>
@@ -19,11 +22,18 @@
 #include "viewer/interior.h"
 #include "viewer/look_table.h"
 #include "viewer/medium.h"
+#include "viewer/mirror_images.h"
 #include "viewer/reading.h"
 #include "viewer/skin.h"
 #include "viewer/streamed_array.h"
 
 namespace palp {
+
+// A solid where it stands.
+struct StandingSolid {
+  std::shared_ptr<const MirrorImages> images;
+  osg::Matrixd pose;
+};
 
 // All calls from the thread that renders, between frames. Three sets of arrays take turns, so that a driver never waits
 // for a buffer that the last frame still reads.
@@ -51,6 +61,9 @@ class ParticleCloud {
   void set_skin(std::size_t body, const Skin* skin) { bodies_[body].skin = skin; }
   // Draws media as beads, from the next frame on.
   void set_beads(bool beads) { beads_ = beads; }
+  // Takes the solids that particles touch, from the next frame on: mirror images of media are drawn with them, but for
+  // beads, and not while the scene is cut open.
+  void set_solids(std::vector<StandingSolid> solids) { solids_ = std::move(solids); }
   // Frames may come with any number of particles; those that no body of the scene claims are not drawn.
   void set_frame(const ParticleFrame& frame);
   void clear();
@@ -103,6 +116,7 @@ class ParticleCloud {
   std::vector<osg::Vec4ub> tints_of(const BodyDescription& body, std::size_t stages);
   void find_seen(const Body& body, const ParticleFrame& frame);
   void add_body(const Body& body, Medium medium, Set& set);
+  void add_images(std::size_t from, Medium medium);
   void add_outer(Medium medium, Set& set);
   void add_within(const Body& body, Set& set);
   void note_tints(const Body& body, Medium medium);
@@ -124,6 +138,7 @@ class ParticleCloud {
     std::vector<osg::Vec4ub> tints;
   };
   std::array<Outer, kMediums> outer_;  // of all bodies of a medium what is not within
+  std::vector<StandingSolid> solids_;
   FrontToBack front_to_back_;
   bool draw_all_ = false;
   bool beads_ = false;

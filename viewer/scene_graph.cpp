@@ -32,15 +32,6 @@ osg::BoundingBoxd domain_of(const SceneDescription& scene) {
   return std::isfinite(size) && size > 0 ? box : osg::BoundingBoxd(-0.1, -0.1, 0, 0.1, 0.1, 0.1);
 }
 
-// Wood grows along its longest side.
-osg::Uniform* grain_of(const Look& look, const osg::BoundingBox& box) {
-  const osg::Vec3f size = box._max - box._min;
-  const int longest = size.x() >= size.y() && size.x() >= size.z() ? 0 : size.y() >= size.z() ? 1 : 2;
-  osg::Vec4f grain(0, 0, 0, look.grain);
-  grain[longest] = 1;
-  return new osg::Uniform("grain", grain);
-}
-
 // Adds some of the points, evenly over their order.
 template <class Point, class Keep>
 void sample(std::size_t count, Point&& point, std::vector<osg::Vec3d>& out, Keep&& keep) {
@@ -108,9 +99,11 @@ void SceneGraph::add_media() {
     osg::ref_ptr<osg::Group> tinting = new osg::Group;
     tinting->addChild(points);
     if (medium == Medium::clear) tinting->addChild(cloud_.clear_lumps());
-    media_[i] = std::make_unique<MediumSurface>(medium, points, tinting, cloud_.color_map_texture(), picture_copy_);
+    media_[i] = std::make_unique<MediumSurface>(medium, points, tinting, cloud_.color_map_texture(), picture_copy_,
+                                                walls_.texture());
     particles->addChild(media_[i]->node());
   }
+  particles->addChild(walls_.node());
   picture_copy_->getOrCreateStateSet()->setRenderBinDetails(kCopyBin, "RenderBin");
   particles->addChild(picture_copy_);
   root_->addChild(particles);
@@ -141,6 +134,7 @@ void SceneGraph::set_view(const osg::Matrixd& view, const osg::Matrixd& projecti
   const double spacing_pixels = 0.5 * height_ * projection(1, 1) * spacing_ / away;
   quality_ = quick_ ? quick_surface(width_, height_) : fine_surface(spacing_pixels, quality_);
   for (auto& medium : media_) medium->set_size(width_, height_, quality_);
+  walls_.set_size(surface_texels(width_, quality_), surface_texels(height_, quality_));
   for (std::size_t i = 0; i < media_.size(); ++i) media_[i]->set_seen(cloud_.box(kSurfaceMedia[i]), view, projection);
   shadow_map_.set_view(content_, view);
   root_->getStateSet()->getUniform("clip_plane")->set(osg::Vec4f(osg::Matrixd::inverse(view) * clip_));
@@ -159,6 +153,7 @@ void SceneGraph::cut_open() {
   clip_ = equation_of(reading_.clip, content_);
   cloud_.set_reading(reading_, clip_);
   const bool open = clip_ != kNoClip;
+  for (auto& medium : media_) medium->set_ended_by_walls(walls_.any() && !open);
   surfaces_->getOrCreateStateSet()->setMode(GL_CLIP_PLANE0, open ? osg::StateAttribute::ON : osg::StateAttribute::OFF);
   // one looks into what is cut open and sees its walls from behind
   for (osg::StateSet* state : {solid_.get(), glass_.get()})
@@ -172,6 +167,7 @@ void SceneGraph::clear() {
 
 void SceneGraph::set_scene(const SceneDescription& scene) {
   surfaces_->removeChildren(0, surfaces_->getNumChildren());
+  walls_.clear();
   bodies_.clear();
   for (const BodyDescription& description : scene.bodies) {
     PlacedBody body;
@@ -188,6 +184,7 @@ void SceneGraph::set_scene(const SceneDescription& scene) {
   cloud_.set_scene(scene);
   spacing_ = scene.spacing;
   for (auto& medium : media_) medium->set_spacing(scene.spacing);
+  walls_.set_spacing(scene.spacing);
   shadow_map_.set_spacing(scene.spacing);
   for (auto& hand : hands_) hand->clear();
   proxies_ = scene.proxies;
@@ -225,7 +222,14 @@ void SceneGraph::set_surface(std::size_t index, const BodyMesh& mesh) {
   add(mesh.glass, glass_);
   if (mesh.solid && body.look.clear) mesh.solid->setNodeMask(~kCastsShadow);
   if (mesh.glass) mesh.glass->setNodeMask(~kCastsShadow);
-  if (body.look.grain > 0) body.place->getOrCreateStateSet()->addUniform(grain_of(body.look, body.box));
+  if (body.look.grain > 0)
+    body.place->getOrCreateStateSet()->addUniform(new osg::Uniform("grain", grain_numbers(body.look, body.box)));
+  body.images = mesh.images;
+  if (mesh.solid && mesh.glass) {
+    body.wall = walls_.add(mesh.solid, mesh.glass);
+    body.wall->setMatrix(body.place->getMatrix());
+    cut_open();
+  }
   if (mesh.edges) {
     mesh.edges->setStateSet(edges_);
     body.place->addChild(mesh.edges);
@@ -257,6 +261,7 @@ void SceneGraph::set_poses(const BodyPoses& poses) {
     moved_fixed = moved_fixed || (body.kind == BodyKind::fixed && body.place->getMatrix() != matrix);
     body.place->setMatrix(matrix);
     body.place->setNodeMask(~0u);
+    if (body.wall) body.wall->setMatrix(matrix);
     for (const ProxyDescription& proxy : proxies_)
       if (proxy.body == poses.body[i]) hands_[proxy.device]->set_tool_pose(matrix, poses.sim_time);
   }
@@ -279,6 +284,7 @@ void SceneGraph::follow_particles(const ParticleFrame& frame) {
 
 void SceneGraph::set_frame(const ParticleFrame& frame) {
   follow_particles(frame);
+  cloud_.set_solids(standing_solids());
   cloud_.set_frame(frame);
   for (std::size_t i = 0; i < media_.size(); ++i)
     media_[i]->set_colors(cloud_.shown_field() != ScalarField::none, cloud_.one_tint(kSurfaceMedia[i]));
@@ -322,6 +328,13 @@ void SceneGraph::set_reaches(const std::map<std::uint32_t, HandReach>& reaches) 
 
 void SceneGraph::set_values_shown(bool shown) {
   for (auto& hand : hands_) hand->set_values_shown(shown);
+}
+
+std::vector<StandingSolid> SceneGraph::standing_solids() const {
+  std::vector<StandingSolid> solids;
+  for (const PlacedBody& body : bodies_)
+    if (body.images && body.place->getNodeMask() != 0) solids.push_back({body.images, body.place->getMatrix()});
+  return solids;
 }
 
 std::vector<osg::Vec3d> SceneGraph::tools() const {

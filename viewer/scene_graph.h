@@ -19,6 +19,7 @@
 #include "viewer/shadow_map.h"
 #include "viewer/soft_surface.h"
 #include "viewer/touch_view.h"
+#include "viewer/wall_depths.h"
 
 namespace palp {
 
@@ -98,11 +99,14 @@ class SceneGraph {
     osg::BoundingBox box;                // of the surface, body frame
     std::vector<osg::Vec3d> outline;     // points of it, body frame
     osg::ref_ptr<osg::MatrixTransform> place;
+    osg::ref_ptr<osg::MatrixTransform> wall;  // of a hollow one that is looked through
+    std::shared_ptr<const MirrorImages> images;
     std::unique_ptr<SoftSurface> soft;
   };
 
   void add_media();
   void add_shadows();
+  std::vector<StandingSolid> standing_solids() const;
   void follow_particles(const ParticleFrame& frame);
   void update_content();
   void place_ground();
@@ -116,6 +120,7 @@ class SceneGraph {
   ParticleCloud cloud_;
   osg::ref_ptr<PictureCopy> picture_copy_;  // behind clear media
   std::array<std::unique_ptr<MediumSurface>, 2> media_;
+  WallDepths walls_;
   ShadowMap shadow_map_;
   std::vector<PlacedBody> bodies_;
   std::array<std::unique_ptr<HandView>, kMaxDevices> hands_;

@@ -122,15 +122,15 @@ void Session::take_scene(const FeedView& view, std::int64_t now_ns) {
 
 void Session::take_surfaces(std::int64_t now_ns) {
   if (!surfaces_.busy()) return;
-  bool follows = false;
-  for (LoadedSurface& surface : surfaces_.take()) {
+  std::vector<LoadedSurface> taken = surfaces_.take();
+  for (LoadedSurface& surface : taken) {
     if (surface.skin)
       stage_.scene().set_soft_surface(surface.body, surface.mesh, std::move(*surface.skin));
     else
       stage_.scene().set_surface(surface.body, surface.mesh);
-    follows = follows || surface.skin;
   }
-  if (follows && frame_) stage_.scene().set_frame(*frame_);
+  // its particles carry some of them along, and are mirrored in others
+  if (!taken.empty() && frame_) stage_.scene().set_frame(*frame_);
   const std::int64_t since = now_ns - surfaces_asked_ns_;
   if (!surfaces_.busy()) {
     stage_.go_home_unless_moved();

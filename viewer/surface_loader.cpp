@@ -1,7 +1,11 @@
 #include "viewer/surface_loader.h"
 
 #include <algorithm>
+#include <array>
+#include <memory>
 #include <utility>
+
+#include "viewer/mirror_images.h"
 
 namespace palp {
 
@@ -9,6 +13,10 @@ LoadedSurface load_surface(const BodyDescription& body, double spacing, BuildPro
   LoadedSurface out;
   const bool soft = has_skin(body);
   out.mesh = build_mesh(body, progress, soft ? spacing : 0);
+  if (!soft) {
+    const std::array parts{out.mesh.solid, out.mesh.glass};
+    out.mesh.images = std::make_shared<MirrorImages>(parts, spacing);
+  }
   if (!soft || !out.mesh.solid) return out;
   const auto& vertices = static_cast<const osg::Vec3Array&>(*out.mesh.solid->getVertexArray());
   out.skin = Skin::bind(vertices.asVector(), body.rest, spacing);

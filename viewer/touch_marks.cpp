@@ -9,7 +9,6 @@
 #include <osg/Depth>
 #include <osg/PolygonOffset>
 #include <osg/Stencil>
-#include <osg/TriangleIndexFunctor>
 
 #include "viewer/refine.h"
 #include "viewer/shadow_map.h"
@@ -28,27 +27,6 @@ constexpr double kManyTriangles = 100'000;  // of a part, about: larger ones are
 constexpr float kOpacity = 0.85f, kHiddenOpacity = 0.45f;
 constexpr int kReachedBin = 1;  // after solids, before media
 constexpr int kMarkBin = 12;    // after all that may hide a mark, before what belongs to the hand
-
-struct TakeTriangles {
-  Surface* out = nullptr;
-  void operator()(unsigned a, unsigned b, unsigned c) const {
-    Triangle triangle{{a, b, c}, {}, 0};
-    if (measure(*out, triangle)) out->triangles.push_back(triangle);
-  }
-};
-
-// Vertices stay as the part has them: they are shared where it is smooth and not along its edges.
-Surface uncut_surface(const osg::Geometry& part) {
-  Surface surface;
-  const auto* vertices = dynamic_cast<const osg::Vec3Array*>(part.getVertexArray());
-  if (vertices == nullptr) return surface;
-  surface.vertices.assign(vertices->begin(), vertices->end());
-  for (const osg::Vec3f& vertex : surface.vertices) surface.box.expandBy(vertex);
-  osg::TriangleIndexFunctor<TakeTriangles> take;
-  take.out = &surface;
-  part.accept(take);
-  return surface;
-}
 
 double area_of(const Surface& surface) {
   double area = 0;
@@ -102,7 +80,7 @@ void TouchMarks::add_part(const osg::Geometry& part) { uncut_.emplace_back(&part
 void TouchMarks::cut_parts() {
   if (uncut_.empty()) return;
   for (const auto& part : uncut_) {
-    Surface fine = uncut_surface(*part);
+    Surface fine = surface_of(*part);
     // a triangle that is cut has about a quarter of the square of its longest edge
     refine(fine, std::max({kFinestEdge * static_cast<double>(spacing_), std::sqrt(4 * area_of(fine) / kManyTriangles),
                            1e-6}));

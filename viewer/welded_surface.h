@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <osg/BoundingBox>
+#include <osg/Geometry>
 #include <osg/Vec3f>
 
 #include "viewer/primitives.h"
@@ -27,5 +28,9 @@ struct Surface {
 
 // Sets normal and area from the corners. Returns false for a triangle too small to have a direction.
 bool measure(const Surface& surface, Triangle& triangle);
+
+// Returns the triangles of a drawn part, with the vertices as it has them: shared where it is smooth and not along its
+// edges.
+Surface surface_of(const osg::Geometry& part);
 
 }  // namespace palp

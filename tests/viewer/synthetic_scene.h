@@ -43,13 +43,14 @@ inline void add_box(BodyDescription& body, std::array<double, 3> a, std::array<d
   if (top) side({{{a[0], a[1], b[2]}, {b[0], a[1], b[2]}, {b[0], b[1], b[2]}, {a[0], b[1], b[2]}}});
 }
 
-inline BodyDescription tray() {
+// wall: how thick its walls are [m]
+inline BodyDescription tray(double wall = kWall) {
   BodyDescription body;
   body.name = "tray";
   body.kind = BodyKind::fixed;
   body.color = {0.55f, 0.57f, 0.60f};
-  const double x = kHalfX, y = kHalfY, X = x + kWall, Y = y + kWall;
-  add_box(body, {-X, -Y, -kWall}, {X, Y, kRim}, true, false);
+  const double x = kHalfX, y = kHalfY, X = x + wall, Y = y + wall;
+  add_box(body, {-X, -Y, -wall}, {X, Y, kRim}, true, false);
   add_box(body, {-x, -y, 0}, {x, y, kRim}, false, false);
   add_quad(body, {{{-X, -Y, kRim}, {X, -Y, kRim}, {x, -y, kRim}, {-x, -y, kRim}}});
   add_quad(body, {{{X, -Y, kRim}, {X, Y, kRim}, {x, y, kRim}, {x, -y, kRim}}});

@@ -20,6 +20,7 @@ uniform bool one_tint;   // all of it has this look: of a clear medium tints are
 uniform vec4 own_tint;   // sRGB and the depth that gives it [m]; or what a clear medium absorbs [1/m]
 uniform vec4 own_look;
 
+const float kCrease = 0.5;        // how much slopes to both sides differ at least
 const float kInside = 0.8;       // of the surroundings are covered where the beads of an outline are not seen any more
 const float kMostInward = 24.0;  // [pixels]
 const float kAgainstWalls = 0.1; // of what a surface reflects that faces sideways
@@ -54,9 +55,32 @@ vec2 surface_at(vec2 place) {
   return weights > 0.0 ? sum / weights : vec2(0.0);
 }
 
+// The share of the place that has a surface.
+float share_at(vec2 place) {
+  ivec2 i = ivec2(floor(place - 0.5));
+  vec2 t = place - 0.5 - vec2(i);
+  vec4 s = vec4(texelFetch(surface, i, 0).r, texelFetch(surface, i + ivec2(1, 0), 0).r,
+                texelFetch(surface, i + ivec2(0, 1), 0).r, texelFetch(surface, i + ivec2(1, 1), 0).r);
+  return dot(vec4(greaterThan(s, vec4(0.0))),
+             vec4((1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y));
+}
+
 vec3 eye_point(vec2 place, float depth) {
   vec2 ndc = 2.0 * place / surface_size - 1.0;
   return vec3(ndc * depth / vec2(gl_ProjectionMatrix[0][0], gl_ProjectionMatrix[1][1]), -depth);
+}
+
+vec3 texel_point(ivec2 texel) { return eye_point(vec2(texel) + 0.5, texelFetch(surface, texel, 0).r); }
+
+// The slope of that side of a crease which leads nearer to p, between the next two texels; 0 where one has no surface.
+// A slope over the crease would be a bevel, which shines.
+vec3 slope_beside(vec2 place, vec3 p, vec2 offset) {
+  ivec2 texel = ivec2(floor(place)), step = ivec2(offset);
+  vec3 a = texel_point(texel + step), b = texel_point(texel + 2 * step);
+  vec3 c = texel_point(texel - step), d = texel_point(texel - 2 * step);
+  if (max(max(a.z, b.z), max(c.z, d.z)) >= 0.0) return vec3(0.0);
+  vec3 after = b - a, before = c - d;
+  return abs(a.z - after.z - p.z) < abs(c.z + before.z - p.z) ? after : before;
 }
 
 // The smaller of the differences to both sides, so that an edge does not bend the normal on its near side.
@@ -64,7 +88,18 @@ vec3 slope(vec2 place, vec3 p, vec2 offset) {
   float after = surface_at(place + offset).x, before = surface_at(place - offset).x;
   vec3 forth = eye_point(place + offset, after) - p, back = p - eye_point(place - offset, before);
   if (after <= 0.0) return before <= 0.0 ? vec3(offset, 0.0) : back;
+  if (before > 0.0 && abs(forth.z - back.z) > kCrease * length(forth.xy)) {
+    vec3 at_crease = slope_beside(place, p, offset);
+    if (at_crease != vec3(0.0)) return at_crease;
+  }
   return before > 0.0 && abs(back.z) < abs(forth.z) ? back : forth;
+}
+
+// The place of the ray where the surface goes on flat from q, but not much farther.
+vec3 flat_from(vec3 q, vec3 normal, vec3 ray) {
+  float slant = dot(ray, normal);
+  float depth = abs(slant) > 1e-4 ? dot(q, normal) / slant : 0.0;
+  return ray * clamp(depth, -q.z, -q.z + range);
 }
 
 float linear_depth(float window_depth) {
@@ -125,11 +160,15 @@ void main() {
   vec2 inward = vec2(dFdx(enclosed), dFdy(enclosed));
   float way = clamp(kInside - enclosed, 0.0, kInside) / max(dot(inward, inward), 1e-6);
   vec2 inside = place + min(way, kMostInward / max(length(inward), 1e-3)) * inward * surface_size / target_size;
+  // walls end the surface within its outline
+  float share = share_at(place);
+  coverage *= clamp((share - 0.5) / max(fwidth(share), 0.01) + 0.5, 0.0, 1.0);
   vec2 s = surface_at(inside);
-  if (s.x <= 0.0) discard;
-  vec3 q = eye_point(inside, s.x), p = eye_point(place, s.x);
+  if (s.x <= 0.0 || coverage <= 0.0) discard;
+  vec3 q = eye_point(inside, s.x);
   vec3 right = slope(inside, q, vec2(1.0, 0.0)), up = slope(inside, q, vec2(0.0, 1.0));
   vec3 normal = normalize(cross(right, up));
+  vec3 p = flat_from(q, normal, eye_point(place, 1.0));
   vec3 to_eye = normalize(-p);
   if (dot(normal, to_eye) < 0.0) normal = -normal;
   vec4 tint = vec4(to_linear(own_tint.rgb), own_tint.a), look = own_look;

@@ -1,0 +1,89 @@
+// Mirror images in a tray whose walls are thick enough to hold them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "tests/viewer/synthetic_scene.h"
+#include "viewer/mesh.h"
+#include "viewer/mirror_images.h"
+#include "viewer/surface_loader.h"
+
+namespace palp::test::mirror_images_test {
+namespace {
+
+constexpr double kThick = 3 * kSpacing;
+constexpr auto kHalf = static_cast<float>(0.5 * kSpacing);
+
+std::vector<osg::Vec3f> images_in(const BodyDescription& body, const osg::Vec3f& x) {
+  const LoadedSurface loaded = load_surface(body, kSpacing);
+  std::vector<osg::Vec3f> images;
+  if (loaded.mesh.images->box().contains(x)) loaded.mesh.images->add_of(x, images);
+  return images;
+}
+
+bool among(const std::vector<osg::Vec3f>& images, const osg::Vec3f& image) {
+  for (const osg::Vec3f& i : images)
+    if ((i - image).length() < 1e-6f) return true;
+  return false;
+}
+
+TEST(MirrorImages, AWallHasOneAnEdgeThreeACornerSeven) {
+  const BodyDescription body = tray(kThick);
+  const auto x = static_cast<float>(-kHalfX) + kHalf, y = static_cast<float>(kHalfY) - kHalf;
+  const std::vector<osg::Vec3f> on_floor = images_in(body, {0.01f, 0.02f, kHalf});
+  EXPECT_EQ(on_floor.size(), 1u);
+  EXPECT_TRUE(among(on_floor, {0.01f, 0.02f, -kHalf}));
+
+  const std::vector<osg::Vec3f> at_edge = images_in(body, {x, 0.02f, kHalf});
+  EXPECT_EQ(at_edge.size(), 3u);
+  for (const osg::Vec3f image : {osg::Vec3f(x - 2 * kHalf, 0.02f, kHalf), osg::Vec3f(x, 0.02f, -kHalf),
+                                 osg::Vec3f(x - 2 * kHalf, 0.02f, -kHalf)})
+    EXPECT_TRUE(among(at_edge, image)) << image.x() << " " << image.y() << " " << image.z();
+
+  const std::vector<osg::Vec3f> in_corner = images_in(body, {x, y, kHalf});
+  EXPECT_EQ(in_corner.size(), MirrorImages::kMost);
+  EXPECT_TRUE(among(in_corner, {x - 2 * kHalf, y + 2 * kHalf, -kHalf}));
+}
+
+TEST(MirrorImages, WhatDoesNotTouchHasNone) {
+  const BodyDescription body = tray(kThick);
+  EXPECT_TRUE(images_in(body, {0, 0, 3 * kHalf}).empty()) << "the second layer";
+  EXPECT_TRUE(images_in(body, {0, 0, -kHalf}).empty()) << "within the floor";
+  EXPECT_TRUE(images_in(body, {static_cast<float>(-kHalfX) + kHalf, 0, static_cast<float>(kRim) + kHalf}).empty())
+      << "above the rim";
+  EXPECT_TRUE(images_in(body, {5, 5, 5}).empty());
+  const float nowhere = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_TRUE(images_in(body, {nowhere, 0, kHalf}).empty());
+}
+
+TEST(MirrorImages, AThinWallHoldsNone) {
+  const BodyDescription thin = tray(kSpacing);
+  EXPECT_TRUE(images_in(thin, {0, 0, kHalf}).empty());
+  EXPECT_EQ(images_in(tray(1.5 * kSpacing), {0, 0, kHalf}).size(), 1u);
+}
+
+TEST(MirrorImages, ARoundWallMirrorsAlongItsRadius) {
+  BodyDescription body;
+  body.kind = BodyKind::rigid;
+  constexpr int kSides = 64;
+  constexpr double kRadius = 0.05, kHeight = 0.04;
+  for (int i = 0; i < kSides; ++i) {
+    const double p = 2 * M_PI * i / kSides, q = 2 * M_PI * (i + 1) / kSides;
+    const double cp = kRadius * std::cos(p), sp = kRadius * std::sin(p);
+    const double cq = kRadius * std::cos(q), sq = kRadius * std::sin(q);
+    add_quad(body, {{{cp, sp, -kHeight}, {cq, sq, -kHeight}, {cq, sq, kHeight}, {cp, sp, kHeight}}});
+  }
+  for (int k = 0; k < 100; ++k) {
+    const double turn = 0.0611 * k;
+    const osg::Vec3d out(std::cos(turn), std::sin(turn), 0);
+    const std::vector<osg::Vec3f> images = images_in(body, out * (kRadius + 0.5 * kSpacing));
+    ASSERT_EQ(images.size(), 1u) << turn;
+    // a facet is up to R (1 - cos(pi / 64)) within the circle
+    EXPECT_NEAR((osg::Vec3d(images[0]) - out * (kRadius - 0.5 * kSpacing)).length(), 0, 5e-4) << turn;
+  }
+}
+
+}  // namespace
+}  // namespace palp::test::mirror_images_test

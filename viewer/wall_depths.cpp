@@ -1,0 +1,66 @@
+#include "viewer/wall_depths.h"
+
+#include <osg/BlendEquation>
+#include <osg/BlendFunc>
+#include <osg/CullFace>
+#include <osg/Geode>
+
+#include "viewer/render_targets.h"
+#include "viewer/shaders.h"
+
+namespace palp {
+namespace {
+
+constexpr int kFirstPass = -1;
+constexpr float kNowhere = 1e30f;
+constexpr double kSlackOverSpacing = 0.8;  // the surface of what lies on a wall is farther off
+
+// The same arrays, without the state that the part is drawn with in the picture.
+osg::ref_ptr<osg::Geode> bare(const osg::Geometry& part, bool inner) {
+  osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry(part, osg::CopyOp::SHALLOW_COPY);
+  geometry->setStateSet(nullptr);
+  geometry->setNodeMask(~0u);
+  osg::ref_ptr<osg::Geode> geode = new osg::Geode;
+  geode->addDrawable(geometry);
+  geode->getOrCreateStateSet()->addUniform(new osg::Uniform("inner", inner));
+  return geode;
+}
+
+}  // namespace
+
+WallDepths::WallDepths()
+    : texture_(float_texture(GL_RGBA32F_ARB, GL_RGBA)), camera_(pass_into(texture_, kFirstPass, false)) {
+  camera_->setClearColor(osg::Vec4f(kNowhere, kNowhere, kNowhere, 0));
+  osg::StateSet* state = camera_->getOrCreateStateSet();
+  state->setAttributeAndModes(load_program("wall depths", {"wall_depths.vert", "wall_depths.frag"}));
+  state->setMode(GL_CULL_FACE, osg::StateAttribute::OFF);
+  state->setAttributeAndModes(new osg::BlendEquation(osg::BlendEquation::RGBA_MIN));
+  state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::ONE, osg::BlendFunc::ONE));
+  state->addUniform(new osg::Uniform("wall_slack", 0.0f));
+  clear();
+}
+
+void WallDepths::set_spacing(double spacing) {
+  camera_->getStateSet()->getUniform("wall_slack")->set(static_cast<float>(kSlackOverSpacing * spacing));
+}
+
+void WallDepths::clear() {
+  camera_->removeChildren(0, camera_->getNumChildren());
+  camera_->setNodeMask(0);
+}
+
+osg::ref_ptr<osg::MatrixTransform> WallDepths::add(osg::Geometry* inner, osg::Geometry* outer) {
+  osg::ref_ptr<osg::MatrixTransform> place = new osg::MatrixTransform;
+  if (inner != nullptr) place->addChild(bare(*inner, true));
+  if (outer != nullptr) place->addChild(bare(*outer, false));
+  camera_->addChild(place);
+  camera_->setNodeMask(~0u);
+  return place;
+}
+
+void WallDepths::set_size(int width, int height) {
+  if (width == texture_->getTextureWidth() && height == texture_->getTextureHeight()) return;
+  resize_pass(*camera_, *texture_, width, height);
+}
+
+}  // namespace palp
