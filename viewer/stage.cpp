@@ -68,7 +68,8 @@ osg::ref_ptr<osg::GraphicsContext> open_x11_window(const StageOptions& options) 
 }  // namespace
 
 Stage::Stage(const StageOptions& options)
-    : viewer_(new osgViewer::Viewer),
+    : media_(scene_),
+      viewer_(new osgViewer::Viewer),
       read_back_(new ReadBack),
       surfaces_(options.surfaces),
       on_gl_error_(options.on_gl_error) {
@@ -93,6 +94,7 @@ Stage::Stage(const StageOptions& options)
 
   osg::ref_ptr<osg::Group> root = new osg::Group;
   root->addChild(scene_.root());
+  root->addChild(media_.node());
   root->addChild(hud_.camera());
   viewer_->setSceneData(root);
   osg::ref_ptr<osgGA::OrbitManipulator> orbit = new osgGA::OrbitManipulator;
@@ -169,8 +171,6 @@ void Stage::pace(GpuPacing* pacing) {
 void Stage::draw(const std::function<void(Picture&&)>& read) {
   if (pacing_) pacing_->begin_picture();
   hud_.set_size(width(), height());
-  const bool automatic = surfaces_ == Surfaces::automatic;
-  scene_.set_picture(width(), height(), automatic ? software_rendered() : surfaces_ == Surfaces::quick);
   keep_tools_in_picture();
   // The events first, then the depth range that suits where they have put the camera.
   viewer_->advance();
@@ -183,7 +183,14 @@ void Stage::draw(const std::function<void(Picture&&)>& read) {
   const double near = std::max(far - 14 * radius, 0.02 * radius);
   viewer_->getCamera()->setProjectionMatrixAsPerspective(field_of_view_, static_cast<double>(width()) / height(), near,
                                                          far);
-  scene_.set_view(viewer_->getCamera()->getViewMatrix(), viewer_->getCamera()->getProjectionMatrix());
+  PictureView picture;
+  picture.width = width();
+  picture.height = height();
+  picture.quick = surfaces_ == Surfaces::automatic ? software_rendered() : surfaces_ == Surfaces::quick;
+  picture.view = viewer_->getCamera()->getViewMatrix();
+  picture.projection = viewer_->getCamera()->getProjectionMatrix();
+  scene_.set_view(picture);
+  media_.set_view(picture);
   read_back_->wanted = read ? &read : nullptr;
   viewer_->renderingTraversals();
   read_back_->wanted = nullptr;

@@ -14,6 +14,7 @@
 #include "viewer/gpu_pacing.h"
 #include "viewer/home_view.h"
 #include "viewer/hud.h"
+#include "viewer/media_view.h"
 #include "viewer/picking.h"
 #include "viewer/scene_graph.h"
 
@@ -94,6 +95,7 @@ class Stage {
   void open_window(const StageOptions& options);
 
   SceneGraph scene_;
+  MediaView media_;
   Hud hud_;
   osg::ref_ptr<osgViewer::Viewer> viewer_;
   osg::ref_ptr<osgViewer::GraphicsWindow> window_;
