@@ -11,7 +11,7 @@ namespace palp {
 namespace {
 
 constexpr int kLeastWidth = 320, kLeastHeight = 240;  // of a further window [pixels]
-constexpr int kStep = 48;                             // from one window to the next, across and down [pixels]
+constexpr int kStepOfWindows = 48;                    // from one window to the next, across and down [pixels]
 
 }  // namespace
 
@@ -37,8 +37,8 @@ void Windows::open() {
   options.height = std::max(options.height / 2, kLeastHeight);
   const int number = ++opened_;
   options.title = fmt::format("{} {}", options.title, number + 1);
-  options.x += kStep * number;
-  options.y += kStep * number;
+  options.x += kStepOfWindows * number;
+  options.y += kStepOfWindows * number;
   Window window{std::make_unique<Stage>(options, first_), new KeyHandler};
   Hud& hud = window.stage->hud();
   hud.set_detail(HudDetail::banner);
