@@ -145,7 +145,7 @@ class Stopwatch {
  public:
   explicit Stopwatch(Stage& stage) {
     FindPasses passes;
-    stage.scene().root()->accept(passes);
+    stage.viewer().getSceneData()->accept(passes);
     passes_ = passes.found;
     clocks_.reserve(passes_.size());
     for (osg::Camera* pass : passes_) {

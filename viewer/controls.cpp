@@ -9,13 +9,15 @@ namespace {
 
 using Key = osgGA::GUIEventAdapter;
 
-constexpr std::array<ActionRow, 25> kRows{{
+constexpr std::array<ActionRow, 27> kRows{{
     {Action::figures, Menu::view, "u", "fewer, more, no figures", 'u'},
     {Action::panels, Menu::view, "p", "panels", 'p'},
     {Action::surfaces, Menu::view, "m", "surfaces or particles", 'm'},
     {Action::beads, Menu::view, "b", "liquids or beads", 'b'},
     {Action::touch, Menu::view, "k", "mark where media touch tools", 'k'},
     {Action::full_screen, Menu::view, "f", "full screen", 'f'},
+    {Action::open_window, Menu::view, "w", "another window", 'w'},
+    {Action::close_window, Menu::view, "W", "close a further window", 'W'},
     {Action::screenshot, Menu::view, "s", "save a picture", 's'},
     {Action::home, Menu::camera, "r", "home view", 'r'},
     {Action::follow, Menu::camera, "t", "follow the tool", 't'},
@@ -34,7 +36,7 @@ constexpr std::array<ActionRow, 25> kRows{{
     {Action::reload, Menu::simulation, "L", "read the scene's file anew", 'L'},
     {Action::next_scene, Menu::simulation, "N", "the next scene", 'N'},
     {Action::help, Menu::help, "h", "help", 'h', Key::KEY_F1},
-    {Action::let_go, Menu::help, "Esc", "let go, or quit", Key::KEY_Escape},
+    {Action::let_go, Menu::help, "Esc", "let go, or close", Key::KEY_Escape},
 }};
 
 constexpr std::pair<const char*, const char*> kMouse[] = {

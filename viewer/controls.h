@@ -21,6 +21,8 @@ enum class Action {
   figures,
   panels,
   full_screen,
+  open_window,
+  close_window,
   next_color,
   next_map,
   hold_range,

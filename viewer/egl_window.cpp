@@ -79,38 +79,39 @@ class EglWindow : public osgViewer::GraphicsWindow {
   EglWindow(int width, int height, int samples, const std::string& gpu, bool debug) {
     display_ = choose_display(gpu);
     if (!eglBindAPI(EGL_OPENGL_API)) fail("desktop OpenGL is not offered");
-    const EGLConfig config = choose_config(display_, samples);
-    const EGLint size[] = {EGL_WIDTH, width, EGL_HEIGHT, height, EGL_NONE};
-    surface_ = eglCreatePbufferSurface(display_, config, size);
-    if (surface_ == EGL_NO_SURFACE) fail("no surface of the asked size");
+    config_ = choose_config(display_, samples);
+    make_surface(width, height);
     const EGLint profile[] = {EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_COMPATIBILITY_PROFILE_BIT,
                               debug ? EGL_CONTEXT_OPENGL_DEBUG : EGL_NONE, EGL_TRUE, EGL_NONE};
-    context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, profile);
+    context_ = eglCreateContext(display_, config_, EGL_NO_CONTEXT, profile);
     if (context_ == EGL_NO_CONTEXT) fail("no OpenGL compatibility context");
 
-    _traits = new osg::GraphicsContext::Traits;
-    _traits->width = width;
-    _traits->height = height;
-    _traits->doubleBuffer = false;
-    eglGetConfigAttrib(display_, config, EGL_SAMPLES, reinterpret_cast<EGLint*>(&_traits->samples));
     setState(new osg::State);
     getState()->setGraphicsContext(this);
     getState()->setContextID(osg::GraphicsContext::createNewContextID());
-    getEventQueue()->syncWindowRectangleWithGraphicsContext();
   }
 
-  bool valid() const override { return context_ != EGL_NO_CONTEXT; }
+  // Another surface of the first one's context.
+  EglWindow(EglWindow& first, int width, int height)
+      : first_(&first), display_(first.display_), config_(first.config_), context_(first.context_) {
+    make_surface(width, height);
+    setState(first.getState());
+  }
+
+  bool valid() const override { return context_ != EGL_NO_CONTEXT && (!first_ || first_->valid()); }
   bool realizeImplementation() override { return realized_ = true; }
   bool isRealizedImplementation() const override { return realized_; }
   void closeImplementation() override {
     if (context_ == EGL_NO_CONTEXT) return;
     eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-    eglDestroyContext(display_, context_);
+    if (!first_) eglDestroyContext(display_, context_);
     eglDestroySurface(display_, surface_);
     context_ = EGL_NO_CONTEXT;
     realized_ = false;
   }
-  bool makeCurrentImplementation() override { return eglMakeCurrent(display_, surface_, surface_, context_); }
+  bool makeCurrentImplementation() override {
+    return valid() && eglMakeCurrent(display_, surface_, surface_, context_);
+  }
   bool releaseContextImplementation() override {
     return eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   }
@@ -124,7 +125,21 @@ class EglWindow : public osgViewer::GraphicsWindow {
   ~EglWindow() override { closeImplementation(); }
 
  private:
+  void make_surface(int width, int height) {
+    const EGLint size[] = {EGL_WIDTH, width, EGL_HEIGHT, height, EGL_NONE};
+    surface_ = eglCreatePbufferSurface(display_, config_, size);
+    if (surface_ == EGL_NO_SURFACE) fail("no surface of the asked size");
+    _traits = new osg::GraphicsContext::Traits;
+    _traits->width = width;
+    _traits->height = height;
+    _traits->doubleBuffer = false;
+    eglGetConfigAttrib(display_, config_, EGL_SAMPLES, reinterpret_cast<EGLint*>(&_traits->samples));
+    getEventQueue()->syncWindowRectangleWithGraphicsContext();
+  }
+
+  osg::ref_ptr<EglWindow> first_;  // whose context it is; null: its own
   EGLDisplay display_ = EGL_NO_DISPLAY;
+  EGLConfig config_ = nullptr;
   EGLSurface surface_ = EGL_NO_SURFACE;
   EGLContext context_ = EGL_NO_CONTEXT;
   bool realized_ = false;
@@ -148,6 +163,12 @@ std::string renderer_of(std::size_t number) {
 osg::ref_ptr<osgViewer::GraphicsWindow> make_egl_window(int width, int height, int samples, const std::string& gpu,
                                                         bool debug) {
   return new EglWindow(width, height, samples, gpu, debug);
+}
+
+osg::ref_ptr<osgViewer::GraphicsWindow> make_egl_window_beside(osgViewer::GraphicsWindow& first, int width,
+                                                               int height) {
+  auto* window = dynamic_cast<EglWindow*>(&first);
+  return window != nullptr ? new EglWindow(*window, width, height) : nullptr;
 }
 
 std::string list_gpus() {

@@ -18,6 +18,10 @@ namespace palp {
 osg::ref_ptr<osgViewer::GraphicsWindow> make_egl_window(int width, int height, int samples, const std::string& gpu,
                                                         bool debug);
 
+// Returns a surface of that size on the context of a window that make_egl_window() has made, or null where first is
+// none of these (window_beside.h). Throws as make_egl_window() does.
+osg::ref_ptr<osgViewer::GraphicsWindow> make_egl_window_beside(osgViewer::GraphicsWindow& first, int width, int height);
+
 // Returns a line for each device of EGL: the names that gpu takes, what OpenGL calls itself there, and whether a server
 // of this user computes on it. Opens each of them once.
 std::string list_gpus();

@@ -156,6 +156,8 @@ float Hud::width_of(const std::string& words, float scale) {
 void Hud::lay_out_rows() {
   rows_group_->removeChildren(0, rows_group_->getNumChildren());
   values_.clear();
+  rows_width_ = rows_height_ = 0;
+  if (detail_ == HudDetail::banner) return;
   const float margin = font_size_, pad = 0.8f * font_size_;
   float labels = 0;
   value_width_ = width_of(kUsualValue);
@@ -180,6 +182,7 @@ void Hud::lay_out_rows() {
 
 std::vector<HudRow> Hud::rows_to_show() const {
   std::vector<HudRow> rows;
+  if (detail_ == HudDetail::banner) return rows;
   for (const HudRow& row : known_) {
     if (detail_ == HudDetail::full || row.main || row.warn) rows.push_back(row);
   }
@@ -250,6 +253,7 @@ osg::Vec2f Hud::place_legend(float w, float h) {
 void Hud::lay_out_legend() {
   legend_group_->removeChildren(0, legend_group_->getNumChildren());
   legend_top_ = 0;
+  if (detail_ == HudDetail::banner) return;
   if (legend_.field != ScalarField::none) {
     lay_out_field_legend();
   } else if (!legend_.bodies.empty()) {

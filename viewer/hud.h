@@ -27,8 +27,8 @@ struct Legend {
 };
 
 // How many of the figures are shown: those that say how the simulation goes and what the hand feels, with whatever is
-// out of order; or all of them.
-enum class HudDetail { brief, full };
+// out of order; all of them; or none and no legend either, but the banner and the help all the same.
+enum class HudDetail { brief, full, banner };
 
 struct HudColors {
   osg::Vec4f panel, label, value, amber;
@@ -54,6 +54,7 @@ class Hud {
   void set_help(bool shown);
   // Takes the lines of the help, in place of help_lines() (controls.h).
   void set_help_lines(std::vector<std::pair<std::string, std::string>> lines);
+  const std::vector<std::pair<std::string, std::string>>& help_lines() const { return help_lines_; }
   void set_detail(HudDetail detail);
   // Goes from brief figures to all of them, to none, and back.
   void show_next_detail();

@@ -28,6 +28,7 @@
 #include "viewer/settings.h"
 #include "viewer/shaders.h"
 #include "viewer/summary.h"
+#include "viewer/windows.h"
 
 namespace palp {
 namespace {
@@ -66,6 +67,9 @@ class Recorder {
     for (const std::string& file : pngs_) capture_.write_png(file, picture);
     pngs_.clear();
   }
+
+  // Writes a picture that someone asked for in a further window.
+  void save(Picture&& picture) { capture_.write_png(screenshot_name(), std::move(picture)); }
 
   bool finish() {
     const bool whole = capture_.finish();
@@ -121,12 +125,6 @@ bool bench(const ViewerOptions& options, Stage& stage) {
                                          {"passes_p50_ms", passes}});
 }
 
-osg::ref_ptr<KeyHandler> take_keys(Stage& stage) {
-  osg::ref_ptr<KeyHandler> keys = new KeyHandler;
-  stage.viewer().addEventHandler(keys);
-  return keys;
-}
-
 // How pictures waited for steps of a simulation on the same GPU.
 struct GpuWaits {
   DrawTimes times;
@@ -179,7 +177,6 @@ int show(const ViewerOptions& options) {
   if (!options.replay.file.empty()) return show_recording(options, stage);
   stage.hud().set_visible(options.figures);
   stage.scene().set_values_shown(options.figures);
-  const osg::ref_ptr<KeyHandler> keys = take_keys(stage);
 
   Recorder recorder(options, stage);
   Feed feed(options.bus);
@@ -191,6 +188,7 @@ int show(const ViewerOptions& options) {
   session.set_touch_marked(options.touch);
   SettingsFile settings(options.settings, options.writes_settings);
   Panels panels(stage, session, send, settings.settings(), panels_of(options));
+  Windows windows(stage, options, session, panels);
 
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
@@ -205,7 +203,7 @@ int show(const ViewerOptions& options) {
     const FeedView view = feed.view();
     session.update(view, now_ns());
     panels.update(view, now_ns());
-    const bool wanted = recorder.wants(seconds, last, session.take_screenshot_wish());
+    const bool wanted = recorder.wants(seconds, last, stage.take_picture_wish());
     if (last && !wanted) break;  // a picture of a large scene may take seconds
     const std::int64_t begun_ns = now_ns();
     if (wanted) {
@@ -216,8 +214,8 @@ int show(const ViewerOptions& options) {
     session.shown(now_ns());
     draw_times.add(1e-9 * static_cast<double>(now_ns() - begun_ns));
     if (stage.pacing()) waits.add(*stage.pacing());
-    obey(keys->take(), session, panels);
-    obey(panels.take_requests(), session, panels);
+    windows.draw([&](Picture&& picture) { recorder.save(std::move(picture)); });
+    windows.obey();
     settings.keep(panels.settings(), now_ns());
     if (seconds - reported >= 0.5) {
       report(feed, session, view);

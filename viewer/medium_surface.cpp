@@ -216,6 +216,7 @@ void MediumSurface::make_shading(osg::Texture1D* color_map, const PictureCopy* c
 }
 
 void MediumSurface::set_spacing(double spacing) {
+  if (spacing == spacing_) return;
   spacing_ = spacing;
   const auto set = [spacing](osg::StateSet* state, const char* name, double spacings) {
     state->addUniform(number(name, spacings * spacing), osg::StateAttribute::ON);

@@ -87,7 +87,7 @@ class MediumSurface {
   osg::ref_ptr<osg::Texture2D> walls_;
   osg::ref_ptr<osg::Program> tint_program_, thickness_program_;
   std::vector<Pass> passes_;  // depth, tint, outline along both axes, then those of the smoothing
-  double spacing_ = 0.01;
+  double spacing_ = 0;        // [m]
   bool by_scalar_ = false;
   bool one_tint_ = false;
   int width_ = 0, height_ = 0;

@@ -91,6 +91,11 @@ void add_picture_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   app.add_option("--size", line.size, "of the picture, WIDTHxHEIGHT in pixels")
       ->check(CLI::Validator(fault_of_size, ""))
       ->capture_default_str();
+  app.add_option("--windows", o.windows,
+                 "open so many windows on the scene, each with a camera of its own (keys w and W open and close one). "
+                 "The first one has menu, panels and figures, and closing it ends the viewer")
+      ->check(CLI::Range(1, kMostWindows))
+      ->capture_default_str();
   app.add_option("--fps", o.rate_hz, "pictures per second at most (60; off-screen 30 with --video, else 5)")
       ->check(number_between(0.1, 1000.0));
   app.add_option("--samples", line.samples, "samples per pixel against jagged edges (4; off-screen 0)")
@@ -135,6 +140,15 @@ void add_capture_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
                "otherwise");
 }
 
+// Returns why there can be no more windows than one, or nothing.
+const char* fault_of_windows(const ViewerOptions& o) {
+  if (o.windows == 1) return nullptr;
+  if (o.stage.headless || !has_display())
+    return "off-screen there are no windows; leave out --headless, or set DISPLAY";
+  if (o.bench > 0) return "--bench draws in one window";
+  return makes_film(o) ? "a film is made in one window" : nullptr;
+}
+
 void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   add_picture_options(app, o, line);
   add_capture_options(app, o, line);
@@ -162,6 +176,9 @@ void add_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
   app.add_flag("--gl-errors", o.gl_errors, "tell every error of OpenGL, and end with status 1 if there was one");
   add_replay_options(app, o.replay);
   add_bus_options(app, o.bus);
+  app.callback([&o] {
+    if (const char* fault = fault_of_windows(o)) throw CLI::ValidationError("--windows", fault);
+  });
 }
 
 }  // namespace

@@ -19,12 +19,15 @@ struct PlayOptions {
   std::string frames;          // picture file whose name is numbered, one a picture of the film; or empty
 };
 
+inline constexpr int kMostWindows = 9;
+
 struct ViewerOptions {
   BusOptions bus;
   StageOptions stage;
   double rate_hz = 0;                     // pictures per second at most
   double seconds = 0;                     // run this long; 0: until told to stop
   ScalarField color = ScalarField::none;  // what the particles' colours show; none: how bodies look
+  int windows = 1;                        // of them, 1 .. kMostWindows
   bool beads = false;                     // liquids and soft bodies as spheres
   bool touch = false;                     // marks where media touch tools
   bool figures = true;

@@ -101,7 +101,7 @@ void Panels::update(const FeedView& view, std::int64_t now_ns) {
   data_.content = stage_.scene().content();
   data_.beads = session_.beads();
   data_.draws_all = session_.draws_all();
-  data_.following = session_.following();
+  data_.following = stage_.following();
   data_.figures_shown = stage_.hud().visible();
   data_.reading = told_reading_ = session_.reading();
   data_.settings.map = data_.reading.map;
@@ -161,20 +161,20 @@ void Panels::pick_at(const osg::Vec2d& place) {
   data_.picked = picked_ ? describe(stage_, session_, *picked_) : std::nullopt;
 }
 
-void Panels::act(const Request& request) {
+void Panels::act(const Request& request, Stage& in) {
   ViewerSettings& s = data_.settings;
   switch (request.action) {
     case Action::panels:
       s.panels = static_cast<PanelDetail>((static_cast<std::size_t>(s.panels) + 1) % kPanelDetailNames.size());
       break;
     case Action::full_screen:
-      stage_.toggle_full_screen();
+      in.toggle_full_screen();
       break;
     case Action::store_view:
-      if (!data_.scene.empty()) s.store_view(data_.scene, request.number, stage_.view());
+      if (!data_.scene.empty()) s.store_view(data_.scene, request.number, in.view());
       break;
     case Action::recall_view:
-      if (const auto view = s.view_of(data_.scene, request.number)) stage_.set_view(*view);
+      if (const auto view = s.view_of(data_.scene, request.number)) in.set_view(*view);
       break;
     case Action::next_scene:
       if (!data_.scenes.empty()) {
@@ -184,23 +184,16 @@ void Panels::act(const Request& request) {
       }
       break;
     case Action::let_go:
-      if (picked_) {
+      if (picked_ && &in == &stage_) {
         picked_.reset();
-      } else if (stage_.hud().help_shown()) {
-        stage_.hud().set_help(false);
+      } else if (in.hud().help_shown()) {
+        in.hud().set_help(false);
       } else {
-        stage_.viewer().setDone(true);
+        in.viewer().setDone(true);
       }
       break;
     default:
       break;  // of the session
-  }
-}
-
-void obey(const std::vector<Request>& requests, Session& session, Panels& panels) {
-  for (const Request& request : requests) {
-    session.act(request);
-    panels.act(request);
   }
 }
 

@@ -37,8 +37,9 @@ class Panels {
   // Does what was asked for with the mouse since the last call, after a picture. Returns what else was asked for, for
   // session and panels alike.
   std::vector<Request> take_requests();
-  // Does what concerns panels, views and the window; the rest is passed over.
-  void act(const Request& request);
+  // Does what concerns panels, stored views and a window, which is the stage or one beside it; the rest is passed over.
+  void act(const Request& request, Stage& in);
+  void act(const Request& request) { act(request, stage_); }
 
   const ViewerSettings& settings() const { return data_.settings; }
   const std::optional<PickedLines>& picked() const { return data_.picked; }
@@ -68,8 +69,5 @@ class Panels {
   float column_width_ = 0;                        // [pixels]
   ImguiLayer layer_;                              // last: it draws from the others
 };
-
-// Does what was asked for, in order.
-void obey(const std::vector<Request>& requests, Session& session, Panels& panels);
 
 }  // namespace palp

@@ -73,7 +73,7 @@ bool PlaybackKeys::press(int key) {
 
 void PlaybackKeys::scrub(const osgGA::GUIEventAdapter& event) {
   const TimeRange range = playback_.range();
-  playback_.seek(range.first + overlay_.share_at(event.getX()) * (range.last - range.first));
+  playback_.seek(range.first + overlay_->share_at(event.getX()) * (range.last - range.first));
 }
 
 bool PlaybackKeys::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& /*unused*/,
@@ -83,7 +83,7 @@ bool PlaybackKeys::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionA
     case osgGA::GUIEventAdapter::KEYDOWN:
       return press(event.getKey());
     case osgGA::GUIEventAdapter::PUSH:
-      scrubbing_ = overlay_.on_timeline(event.getX(), event.getY());
+      scrubbing_ = overlay_ != nullptr && overlay_->on_timeline(event.getX(), event.getY());
       if (scrubbing_) scrub(event);
       return scrubbing_;
     case osgGA::GUIEventAdapter::DRAG:

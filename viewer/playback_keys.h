@@ -16,7 +16,9 @@ namespace palp {
 // slower; Home and End; dragging along the timeline scrubs. Used by the thread that renders; both must outlive it.
 class PlaybackKeys : public osgGA::GUIEventHandler {
  public:
-  PlaybackKeys(Playback& playback, const ReplayOverlay& overlay) : playback_(playback), overlay_(overlay) {}
+  PlaybackKeys(Playback& playback, const ReplayOverlay& overlay) : playback_(playback), overlay_(&overlay) {}
+  // For a window without a timeline.
+  explicit PlaybackKeys(Playback& playback) : playback_(playback) {}
   bool handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter&, osg::Object*, osg::NodeVisitor*) override;
 
  private:
@@ -24,7 +26,7 @@ class PlaybackKeys : public osgGA::GUIEventHandler {
   void scrub(const osgGA::GUIEventAdapter& event);
 
   Playback& playback_;
-  const ReplayOverlay& overlay_;
+  const ReplayOverlay* overlay_ = nullptr;
   bool scrubbing_ = false;
 };
 

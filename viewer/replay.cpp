@@ -26,6 +26,7 @@
 #include "viewer/session.h"
 #include "viewer/settings.h"
 #include "viewer/summary.h"
+#include "viewer/windows.h"
 
 namespace palp {
 namespace {
@@ -218,10 +219,9 @@ int play(const ViewerOptions& options, Stage& stage) {
   const osg::ref_ptr<PlaybackKeys> playback_keys = new PlaybackKeys(player.playback(), player.overlay());
   stage.viewer().addEventHandler(playback_keys);
   stage.hud().set_help_lines(playback_help_lines());
-  const osg::ref_ptr<KeyHandler> keys = new KeyHandler;
-  stage.viewer().addEventHandler(keys);
   SettingsFile settings(options.settings, options.writes_settings);
   Panels panels(stage, player.session(), player.send(), settings.settings(), panels_of(options));
+  Windows windows(stage, options, player.session(), panels, new PlaybackKeys(player.playback()));
 
   using Clock = std::chrono::steady_clock;
   Capture capture;
@@ -237,16 +237,15 @@ int play(const ViewerOptions& options, Stage& stage) {
     panels.update(player.update(now_ns(), false), now_ns());
     show_time(player, stage);
     const std::int64_t begun_ns = now_ns();
-    if (player.session().take_screenshot_wish()) {
-      const std::string file = screenshot_name();
-      stage.draw([&](Picture&& picture) { capture.write_png(file, std::move(picture)); });
-    } else {
+    const auto save = [&](Picture&& picture) { capture.write_png(screenshot_name(), std::move(picture)); };
+    if (stage.take_picture_wish())
+      stage.draw(save);
+    else
       stage.draw();
-    }
     player.session().shown(now_ns());
     draw_times.add(1e-9 * static_cast<double>(now_ns() - begun_ns));
-    obey(keys->take(), player.session(), panels);
-    obey(panels.take_requests(), player.session(), panels);
+    windows.draw(save);
+    windows.obey();
     settings.keep(panels.settings(), now_ns());
     next = std::max(next + period, Clock::now());
     std::this_thread::sleep_until(next);

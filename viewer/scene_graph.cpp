@@ -13,16 +13,16 @@
 #include "viewer/pose_matrix.h"
 #include "viewer/shaders.h"
 #include "viewer/surroundings.h"
+#include "viewer/wall_depths.h"
 
 namespace palp {
 namespace {
 
 // The order of drawing: a later bin lies on top of what it cannot be sorted against.
 // Background and ground come before them all (surroundings.cpp), opaque media in bin 2 and clear ones in bin 4
-// (medium_surface.cpp), marks of touch in bins 1 and 12 (touch_marks.cpp).
-enum Bin { kSolidBin = 0, kCopyBin = 3, kGlassBin = 10, kEdgeBin = 11 };
-
-constexpr std::array<Medium, 2> kSurfaceMedia{Medium::opaque, Medium::clear};
+// (medium_surface.cpp) with a copy of the picture in between (media_view.cpp), marks of touch in bins 1 and 12
+// (touch_marks.cpp).
+enum Bin { kSolidBin = 0, kGlassBin = 10, kEdgeBin = 11 };
 
 osg::BoundingBoxd domain_of(const SceneDescription& scene) {
   const auto& a = scene.bounds_min;
@@ -50,8 +50,8 @@ SceneGraph::SceneGraph()
       solid_(new osg::StateSet),
       glass_(new osg::StateSet),
       edges_(new osg::StateSet),
-      ground_(make_ground()),
-      picture_copy_(new PictureCopy) {
+      hollow_walls_(new osg::Group),
+      ground_(make_ground()) {
   osg::StateSet* state = root_->getOrCreateStateSet();
   state->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
   state->addUniform(new osg::Uniform("glass", 0.0f));
@@ -80,33 +80,16 @@ SceneGraph::SceneGraph()
   root_->addChild(make_background());
   root_->addChild(ground_);
   root_->addChild(surfaces_);
-  add_media();
+  osg::ref_ptr<osg::Group> beads = new osg::Group;
+  beads->setStateSet(cloud_.shared_state());
+  beads->addChild(cloud_.points(Medium::beads));
+  root_->addChild(beads);
   add_shadows();
   for (std::uint32_t device = 0; device < kMaxDevices; ++device) {
     hands_[device] = std::make_unique<HandView>(device);
     root_->addChild(hands_[device]->node());
   }
   clear();
-}
-
-void SceneGraph::add_media() {
-  osg::ref_ptr<osg::Group> particles = new osg::Group;
-  particles->setStateSet(cloud_.shared_state());
-  particles->addChild(cloud_.points(Medium::beads));
-  for (std::size_t i = 0; i < media_.size(); ++i) {
-    const Medium medium = kSurfaceMedia[i];
-    osg::Node* points = cloud_.points(medium);
-    osg::ref_ptr<osg::Group> tinting = new osg::Group;
-    tinting->addChild(points);
-    if (medium == Medium::clear) tinting->addChild(cloud_.clear_lumps());
-    media_[i] = std::make_unique<MediumSurface>(medium, points, tinting, cloud_.color_map_texture(), picture_copy_,
-                                                walls_.texture());
-    particles->addChild(media_[i]->node());
-  }
-  particles->addChild(walls_.node());
-  picture_copy_->getOrCreateStateSet()->setRenderBinDetails(kCopyBin, "RenderBin");
-  particles->addChild(picture_copy_);
-  root_->addChild(particles);
 }
 
 void SceneGraph::add_shadows() {
@@ -117,31 +100,21 @@ void SceneGraph::add_shadows() {
   root_->addChild(shadow_map_.node());
 }
 
-void SceneGraph::set_picture(int width, int height, bool quick) {
-  width_ = width;
-  height_ = height;
-  cloud_.set_picture_height(height);
-  const float words = std::round(std::clamp(static_cast<float>(height) / 46, 11.0f, 40.0f));
-  for (auto& hand : hands_) hand->set_value_size(words);
-  quick_ = quick;
-  picture_copy_->set_size(width, height);
+void SceneGraph::set_view(const PictureView& picture) {
+  cloud_.set_picture_height(picture.height);
   // about as many texels as the picture has pixels over the scene
-  shadow_map_.set_size(quick ? 512 : height <= 1024 ? 1024 : 2048);
-}
-
-void SceneGraph::set_view(const osg::Matrixd& view, const osg::Matrixd& projection) {
-  const double away = std::max((osg::Vec4d(content_.center(), 1) * view * projection).w(), 1e-3);
-  const double spacing_pixels = 0.5 * height_ * projection(1, 1) * spacing_ / away;
-  quality_ = quick_ ? quick_surface(width_, height_) : fine_surface(spacing_pixels, quality_);
-  for (auto& medium : media_) medium->set_size(width_, height_, quality_);
-  walls_.set_size(surface_texels(width_, quality_), surface_texels(height_, quality_));
-  for (std::size_t i = 0; i < media_.size(); ++i) media_[i]->set_seen(cloud_.box(kSurfaceMedia[i]), view, projection);
-  shadow_map_.set_view(content_, view);
-  root_->getStateSet()->getUniform("clip_plane")->set(osg::Vec4f(osg::Matrixd::inverse(view) * clip_));
+  if (picture.draws_shadows) shadow_map_.set_size(picture.quick ? 512 : picture.height <= 1024 ? 1024 : 2048);
+  shadow_map_.node()->setNodeMask(picture.draws_shadows ? ~0u : 0u);
+  shadow_map_.set_view(content_, picture.view);
+  root_->getStateSet()->getUniform("clip_plane")->set(osg::Vec4f(osg::Matrixd::inverse(picture.view) * clip_));
   shadow_map_.set_clip(clip_);
-  const osg::Matrixd to_pixels = view * projection * osg::Matrixd::scale(0.5 * width_, 0.5 * height_, 1);
-  for (auto& hand : hands_) hand->arrange_values(to_pixels);
-  picture_copy_->setNodeMask(cloud_.box(Medium::clear).valid() ? ~0u : 0u);
+  const osg::Matrixd to_pixels =
+      picture.view * picture.projection * osg::Matrixd::scale(0.5 * picture.width, 0.5 * picture.height, 1);
+  const float words = std::round(std::clamp(static_cast<float>(picture.height) / 46, 11.0f, 40.0f));
+  for (auto& hand : hands_) {
+    hand->set_value_size(words);
+    hand->arrange_values(to_pixels);
+  }
 }
 
 void SceneGraph::set_reading(const Reading& reading) {
@@ -153,7 +126,6 @@ void SceneGraph::cut_open() {
   clip_ = equation_of(reading_.clip, content_);
   cloud_.set_reading(reading_, clip_);
   const bool open = clip_ != kNoClip;
-  for (auto& medium : media_) medium->set_ended_by_walls(walls_.any() && !open);
   surfaces_->getOrCreateStateSet()->setMode(GL_CLIP_PLANE0, open ? osg::StateAttribute::ON : osg::StateAttribute::OFF);
   // one looks into what is cut open and sees its walls from behind
   for (osg::StateSet* state : {solid_.get(), glass_.get()})
@@ -167,7 +139,7 @@ void SceneGraph::clear() {
 
 void SceneGraph::set_scene(const SceneDescription& scene) {
   surfaces_->removeChildren(0, surfaces_->getNumChildren());
-  walls_.clear();
+  hollow_walls_->removeChildren(0, hollow_walls_->getNumChildren());
   bodies_.clear();
   for (const BodyDescription& description : scene.bodies) {
     PlacedBody body;
@@ -183,8 +155,6 @@ void SceneGraph::set_scene(const SceneDescription& scene) {
   }
   cloud_.set_scene(scene);
   spacing_ = scene.spacing;
-  for (auto& medium : media_) medium->set_spacing(scene.spacing);
-  walls_.set_spacing(scene.spacing);
   shadow_map_.set_spacing(scene.spacing);
   for (auto& hand : hands_) hand->clear();
   proxies_ = scene.proxies;
@@ -226,9 +196,9 @@ void SceneGraph::set_surface(std::size_t index, const BodyMesh& mesh) {
     body.place->getOrCreateStateSet()->addUniform(new osg::Uniform("grain", grain_numbers(body.look, body.box)));
   body.images = mesh.images;
   if (mesh.solid && mesh.glass) {
-    body.wall = walls_.add(mesh.solid, mesh.glass);
+    body.wall = hollow_wall(*mesh.solid, *mesh.glass);
     body.wall->setMatrix(body.place->getMatrix());
-    cut_open();
+    hollow_walls_->addChild(body.wall);
   }
   if (mesh.edges) {
     mesh.edges->setStateSet(edges_);
@@ -286,8 +256,6 @@ void SceneGraph::set_frame(const ParticleFrame& frame) {
   follow_particles(frame);
   cloud_.set_solids(standing_solids());
   cloud_.set_frame(frame);
-  for (std::size_t i = 0; i < media_.size(); ++i)
-    media_[i]->set_colors(cloud_.shown_field() != ScalarField::none, cloud_.one_tint(kSurfaceMedia[i]));
   const PressureColors colors{cloud_.range(), cloud_.color_map_kind()};
   touch_.mark(
       frame, [this](std::size_t body) { return body_pose(body); },

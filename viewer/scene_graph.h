@@ -1,4 +1,5 @@
-// Everything that is drawn of a scene, from plain messages. All calls from the thread that renders, between frames.
+// Everything that is drawn of a scene, from plain messages, for any number of views; only the surfaces of media are
+// each view's own (media_view.h). All calls from the thread that renders, between frames.
 #pragma once
 
 #include <array>
@@ -13,13 +14,12 @@
 
 #include "idl/messages.h"
 #include "viewer/hand_view.h"
-#include "viewer/medium_surface.h"
+#include "viewer/media_view.h"
 #include "viewer/mesh.h"
 #include "viewer/particle_cloud.h"
 #include "viewer/shadow_map.h"
 #include "viewer/soft_surface.h"
 #include "viewer/touch_view.h"
-#include "viewer/wall_depths.h"
 
 namespace palp {
 
@@ -50,10 +50,8 @@ class SceneGraph {
   void set_values(std::uint32_t device, const WrenchD& wrench) { hands_[device]->set_values(wrench); }
   void set_values_shown(bool shown);
   const HandView& hand(std::uint32_t device) const { return *hands_[device]; }
-  // The size of the picture [pixels], and whether the surfaces of media must be cheap: from set_view() on.
-  void set_picture(int width, int height, bool quick);
-  // Takes what the camera sees: media are looked for where they can be.
-  void set_view(const osg::Matrixd& view, const osg::Matrixd& projection);
+  // Makes it ready for the next picture, in whichever view that is.
+  void set_view(const PictureView& picture);
   void set_color(ScalarField field) { cloud_.set_color(field); }
   // Takes over how colours are read and where the scene is cut open: surfaces at once, particles from the next frame
   // on.
@@ -72,7 +70,11 @@ class SceneGraph {
   // Returns how much of all tools is touched in the newest frame; nothing while that is not marked, or no tool is held.
   const std::optional<Touch>& touch() const { return touch_.touch(); }
 
+  ParticleCloud& cloud() { return cloud_; }
   const ParticleCloud& cloud() const { return cloud_; }
+  double spacing() const { return spacing_; }  // of the particles [m]
+  // Returns the hollow solids that one looks through, for WallDepths.
+  osg::Group* hollow_walls() const { return hollow_walls_; }
   // Returns the box around the surfaces and the first frame; the domain's bounds before there is either.
   const osg::BoundingBoxd& content() const { return content_; }
   // Points all over what content() is around: enough of them to frame it.
@@ -104,7 +106,6 @@ class SceneGraph {
     std::unique_ptr<SoftSurface> soft;
   };
 
-  void add_media();
   void add_shadows();
   std::vector<StandingSolid> standing_solids() const;
   void follow_particles(const ParticleFrame& frame);
@@ -116,11 +117,9 @@ class SceneGraph {
   osg::ref_ptr<osg::Group> root_;
   osg::ref_ptr<osg::Group> surfaces_;
   osg::ref_ptr<osg::StateSet> solid_, glass_, edges_;
+  osg::ref_ptr<osg::Group> hollow_walls_;  // where media end that are seen through them
   osg::ref_ptr<osg::Geometry> ground_;
   ParticleCloud cloud_;
-  osg::ref_ptr<PictureCopy> picture_copy_;  // behind clear media
-  std::array<std::unique_ptr<MediumSurface>, 2> media_;
-  WallDepths walls_;
   ShadowMap shadow_map_;
   std::vector<PlacedBody> bodies_;
   std::array<std::unique_ptr<HandView>, kMaxDevices> hands_;
@@ -136,10 +135,7 @@ class SceneGraph {
   bool seen_frame_ = false;
   Reading reading_;
   osg::Vec4d clip_ = kNoClip;
-  int width_ = 1, height_ = 1;  // of the picture [pixels]
-  bool quick_ = false;
   double spacing_ = 0;  // of the particles [m]
-  SurfaceQuality quality_;
 };
 
 }  // namespace palp

@@ -62,8 +62,13 @@ double rate_of(std::deque<std::pair<std::int64_t, std::uint64_t>>& history, std:
 
 }  // namespace
 
-Session::Session(Stage& stage, ScalarField color, Send send) : stage_(stage), send_(std::move(send)) {
+Session::Session(Stage& stage, ScalarField color, Send send) : stage_(stage), stages_{&stage}, send_(std::move(send)) {
   set_color(color);
+}
+
+void Session::set_further(std::vector<Stage*> stages) {
+  stages_ = std::move(stages);
+  stages_.insert(stages_.begin(), &stage_);
 }
 
 void Session::set_color(ScalarField field) {
@@ -109,7 +114,7 @@ void Session::take_scene(const FeedView& view, std::int64_t now_ns) {
   poses_ = nullptr;
   frames_at_ns_.clear();
   stage_.scene().set_scene(*scene_);
-  stage_.go_home();
+  for (Stage* stage : stages_) stage->go_home();
   surfaces_.start(scene_);
   surfaces_asked_ns_ = now_ns;
   surfaces_told_ = false;
@@ -133,7 +138,7 @@ void Session::take_surfaces(std::int64_t now_ns) {
   if (!taken.empty() && frame_) stage_.scene().set_frame(*frame_);
   const std::int64_t since = now_ns - surfaces_asked_ns_;
   if (!surfaces_.busy()) {
-    stage_.go_home_unless_moved();
+    for (Stage* stage : stages_) stage->go_home_unless_moved();
     if (surfaces_told_) spdlog::info("the surfaces are built, after {:.1f} s", 1e-9 * static_cast<double>(since));
   } else if (!surfaces_told_ && since > kLongLoadNs) {
     spdlog::info("building surfaces of {} triangles beside the pictures", surfaces_.triangles());
@@ -156,14 +161,15 @@ void Session::update(const FeedView& view, std::int64_t now_ns) {
       ++frames_drawn_;
       field_came_ = field_came_ || frame_->field == color_;
       stage_.scene().set_frame(*frame_);
-      if (first) stage_.go_home();
+      for (Stage* stage : stages_)
+        if (first) stage->go_home();
     }
     for (std::uint32_t device = 0; device < kMaxDevices; ++device) {
       const auto& proxy = view.proxies[device];
       proxy ? stage_.scene().set_proxy(*proxy) : stage_.scene().hide_proxy(device);
     }
   }
-  if (following_) stage_.follow_tools(1e-9 * static_cast<double>(now_ns - followed_at_ns_));
+  for (Stage* stage : stages_) stage->follow_tools(1e-9 * static_cast<double>(now_ns - followed_at_ns_));
   followed_at_ns_ = now_ns;
   watch_server(view, now_ns);
   const bool paused = is_paused(view);
@@ -204,7 +210,7 @@ void Session::refresh_figures(const FeedView& view, std::int64_t now_ns) {
   d.arrow_force = stage_.scene().arrow_force();
   d.arrow_length = stage_.scene().arrow_length();
   figures_ = d;
-  stage_.hud().set_data(d);
+  for (Stage* stage : stages_) stage->hud().set_data(d);
   if (!scene_) return;
   Legend legend;
   legend.field = stage_.scene().cloud().shown_field();
@@ -275,16 +281,16 @@ void Session::act_on_reading(Action action) {
   set_reading(reading);
 }
 
-void Session::act(const Request& request) {
+void Session::act(const Request& request, Stage& in) {
   switch (request.action) {
     case Action::next_color:
       show_field(static_cast<ScalarField>((static_cast<std::size_t>(color_) + 1) % kScalarFields.size()));
       break;
     case Action::home:
-      stage_.go_home();
+      in.go_home();
       break;
     case Action::follow:
-      set_following(!following_);
+      in.set_following(!in.following());
       break;
     case Action::surfaces:
       draw_all_ = !draw_all_;
@@ -318,10 +324,10 @@ void Session::act(const Request& request) {
       send_(CommandKind::load_scene, "", "");
       break;
     case Action::screenshot:
-      screenshot_wanted_ = true;
+      in.ask_for_picture();
       break;
     case Action::help:
-      stage_.hud().set_help(!stage_.hud().help_shown());
+      in.hud().set_help(!in.hud().help_shown());
       break;
     case Action::figures:
       stage_.hud().show_next_detail();
@@ -331,7 +337,5 @@ void Session::act(const Request& request) {
       break;  // of the window and its panels
   }
 }
-
-bool Session::take_screenshot_wish() { return std::exchange(screenshot_wanted_, false); }
 
 }  // namespace palp

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "viewer/controls.h"
 #include "viewer/feed_state.h"
@@ -30,19 +31,19 @@ class Session {
   // Counts a picture that was shown.
   void shown(std::int64_t now_ns);
 
-  // Does what concerns the scene and its server; the rest is passed over.
-  void act(const Request& request);
+  // Does what concerns the scene, its server and the view of a window, which is the stage or one beside it; the rest is
+  // passed over.
+  void act(const Request& request, Stage& in);
+  void act(const Request& request) { act(request, stage_); }
+  // Takes the windows beside the stage on its scene: they go home with it, and have the same banner.
+  void set_further(std::vector<Stage*> stages);
   // Shows this field by colours, and asks the server for it; none: how bodies look.
   void show_field(ScalarField field);
   void set_reading(const Reading& reading);
-  // Lets the camera go with the tools.
-  void set_following(bool following) { following_ = following; }
   // Draws liquids and soft bodies as beads, or as surfaces.
   void set_beads(bool beads);
   // Marks where media touch tools.
   void set_touch_marked(bool marked);
-  // Returns whether a picture was asked for by key since the last call.
-  bool take_screenshot_wish();
 
   std::uint64_t frames_drawn() const { return frames_drawn_; }  // particle frames handed to the stage
   const HudData& figures() const { return figures_; }
@@ -52,7 +53,6 @@ class Session {
   bool beads() const { return beads_; }
   bool touch_marked() const { return touch_marked_; }
   bool draws_all() const { return draw_all_; }
-  bool following() const { return following_; }
   bool paused() const { return paused_; }
   // The scene with a colour for every body, and its newest particles; null: there are none.
   const std::shared_ptr<const SceneDescription>& scene() const { return scene_; }
@@ -70,6 +70,7 @@ class Session {
   void act_on_reading(Action action);
 
   Stage& stage_;
+  std::vector<Stage*> stages_;  // with those beside it
   Send send_;
   ScalarField color_ = ScalarField::none;
   bool field_came_ = false;  // the server has sent color_ since it was asked for
@@ -78,10 +79,8 @@ class Session {
   bool draw_all_ = false;
   bool beads_ = false;
   bool touch_marked_ = false;
-  bool following_ = false;
   std::int64_t followed_at_ns_ = 0;
   Reading reading_;
-  bool screenshot_wanted_ = false;
   bool paused_ = false;
   std::shared_ptr<const SceneDescription> sent_scene_;  // by the server
   std::shared_ptr<const SceneDescription> scene_;       // with a colour for every body

@@ -9,6 +9,7 @@
 #include <osgGA/OrbitManipulator>
 
 #include "viewer/egl_window.h"
+#include "viewer/window_beside.h"
 
 namespace palp {
 
@@ -46,8 +47,8 @@ osg::ref_ptr<osg::GraphicsContext> open_x11_window(const StageOptions& options) 
       new osg::GraphicsContext::Traits(osg::DisplaySettings::instance());
   traits->readDISPLAY();
   traits->setUndefinedScreenDetailsToDefaultScreen();
-  traits->x = 80;
-  traits->y = 60;
+  traits->x = options.x;
+  traits->y = options.y;
   traits->width = options.width;
   traits->height = options.height;
   traits->stencil = 8;
@@ -67,15 +68,24 @@ osg::ref_ptr<osg::GraphicsContext> open_x11_window(const StageOptions& options) 
 
 }  // namespace
 
-Stage::Stage(const StageOptions& options)
-    : viewer_(new osgViewer::Viewer),
+Stage::Stage(const StageOptions& options) : Stage(options, nullptr) {}
+Stage::Stage(const StageOptions& options, Stage& first) : Stage(options, &first) {}
+
+Stage::Stage(const StageOptions& options, Stage* first)
+    : is_first_(first == nullptr),
+      scene_(is_first_ ? std::make_shared<SceneGraph>() : first->scene_),
+      media_(*scene_),
+      viewer_(new osgViewer::Viewer),
       read_back_(new ReadBack),
       surfaces_(options.surfaces),
       on_gl_error_(options.on_gl_error) {
   viewer_->setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
   viewer_->setLightingMode(osg::View::NO_LIGHT);
   viewer_->setKeyEventSetsDone(0);  // Escape has other uses, too (controls.h)
-  open_window(options);
+  if (is_first_)
+    open_window(options);
+  else
+    window_ = open_window_beside(*first->window_, {options.width, options.height, options.title, options.x, options.y});
 
   osg::Camera* camera = viewer_->getCamera();
   camera->setGraphicsContext(window_);
@@ -92,7 +102,8 @@ Stage::Stage(const StageOptions& options)
   camera->setFinalDrawCallback(read_back_);
 
   osg::ref_ptr<osg::Group> root = new osg::Group;
-  root->addChild(scene_.root());
+  root->addChild(scene_->root());
+  root->addChild(media_.node());
   root->addChild(hud_.camera());
   viewer_->setSceneData(root);
   osg::ref_ptr<osgGA::OrbitManipulator> orbit = new osgGA::OrbitManipulator;
@@ -107,7 +118,7 @@ Stage::Stage(const StageOptions& options)
   }
   const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   renderer_ = name != nullptr ? name : "unknown";
-  if (on_gl_error_ && !listen_to_gl_errors(on_gl_error_))
+  if (is_first_ && on_gl_error_ && !listen_to_gl_errors(on_gl_error_))
     spdlog::warn("this OpenGL cannot tell of its errors as they happen");
   if (!software_rendered()) pace(pacing_of_current_gpu().get());
   window_->releaseContext();
@@ -115,9 +126,14 @@ Stage::Stage(const StageOptions& options)
 }
 
 // The context is closed while everything that lives in it still does, so that OpenGL objects are deleted with it
-// current.
+// current. A window beside another one goes without them: what it drew the other one draws, too, and what nobody draws
+// any more OSG deletes with the other one's next picture.
 Stage::~Stage() {
   viewer_->setDone(true);
+  if (!is_first_) {
+    viewer_->getCamera()->setGraphicsContext(nullptr);
+    window_->setState(nullptr);
+  }
   window_->close();
 }
 
@@ -151,26 +167,23 @@ void Stage::keep_tools_in_picture() {
   // the picture that is about to be drawn; how near and far it reaches does not matter
   const double aspect = static_cast<double>(width()) / height();
   const osg::Matrixd all = osg::Matrixd::inverse(home_) * osg::Matrixd::perspective(kFieldOfView, aspect, 1, 2);
-  const std::vector<osg::Vec3d> corners = scene_.tools();
+  const std::vector<osg::Vec3d> corners = scene_->tools();
   const bool left = std::ranges::any_of(corners, [&](const osg::Vec3d& corner) {
     const osg::Vec4d p = osg::Vec4d(corner, 1) * all;
     return p.w() <= 0 || std::max(std::abs(p.x()), std::abs(p.y())) > p.w();
   });
   if (!left) return;
-  scene_.widen_outline(corners);
+  scene_->widen_outline(corners);
   go_home();
 }
 
-void Stage::pace(GpuPacing* pacing) {
-  pacing_ = pacing;
-  window_->setUserData(pacing_);
-}
+void Stage::pace(GpuPacing* pacing) { pacing_ = pacing; }
 
 void Stage::draw(const std::function<void(Picture&&)>& read) {
+  if (!window_->valid()) return viewer_->setDone(true);
   if (pacing_) pacing_->begin_picture();
+  window_->getState()->getGraphicsContext()->setUserData(pacing_);  // several windows may have one context
   hud_.set_size(width(), height());
-  const bool automatic = surfaces_ == Surfaces::automatic;
-  scene_.set_picture(width(), height(), automatic ? software_rendered() : surfaces_ == Surfaces::quick);
   keep_tools_in_picture();
   // The events first, then the depth range that suits where they have put the camera.
   viewer_->advance();
@@ -178,12 +191,20 @@ void Stage::draw(const std::function<void(Picture&&)>& read) {
   viewer_->updateTraversal();
   osg::Vec3d eye, center, up;
   viewer_->getCamera()->getViewMatrixAsLookAt(eye, center, up);
-  const double radius = std::max(scene_.content().radius(), 1e-3);
-  const double far = (eye - scene_.content().center()).length() + 6 * radius;
+  const double radius = std::max(scene_->content().radius(), 1e-3);
+  const double far = (eye - scene_->content().center()).length() + 6 * radius;
   const double near = std::max(far - 14 * radius, 0.02 * radius);
   viewer_->getCamera()->setProjectionMatrixAsPerspective(field_of_view_, static_cast<double>(width()) / height(), near,
                                                          far);
-  scene_.set_view(viewer_->getCamera()->getViewMatrix(), viewer_->getCamera()->getProjectionMatrix());
+  PictureView picture;
+  picture.width = width();
+  picture.height = height();
+  picture.quick = surfaces_ == Surfaces::automatic ? software_rendered() : surfaces_ == Surfaces::quick;
+  picture.draws_shadows = is_first_;
+  picture.view = viewer_->getCamera()->getViewMatrix();
+  picture.projection = viewer_->getCamera()->getProjectionMatrix();
+  scene_->set_view(picture);
+  media_.set_view(picture);
   read_back_->wanted = read ? &read : nullptr;
   viewer_->renderingTraversals();
   read_back_->wanted = nullptr;

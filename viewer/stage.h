@@ -1,10 +1,13 @@
-// The window (or off-screen surface) with its camera, scene and head-up display: all that it takes to make a picture.
+// A window (or off-screen surface) with its camera, its head-up display and the scene: all that it takes to make a
+// picture. Several of them can show one scene.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <osg/ref_ptr>
@@ -14,6 +17,7 @@
 #include "viewer/gpu_pacing.h"
 #include "viewer/home_view.h"
 #include "viewer/hud.h"
+#include "viewer/media_view.h"
 #include "viewer/picking.h"
 #include "viewer/scene_graph.h"
 
@@ -29,6 +33,7 @@ struct StageOptions {
   bool headless = false;
   std::string gpu = "auto";  // see egl_window.h; headless only
   std::string title = "palp";
+  int x = 80, y = 60;  // of a window, from the upper left corner of the screen [pixels]
   Surfaces surfaces = Surfaces::automatic;
   GlErrorListener on_gl_error;  // of the stage's context until it is closed; unset: OSG's own checks alone
 };
@@ -46,10 +51,13 @@ class Stage {
   // Opens a window, or an off-screen surface when options.headless. Throws std::runtime_error when there is none to be
   // had.
   explicit Stage(const StageOptions& options);
+  // Opens another window on the scene of the first one, which must outlive it. It draws in the first one's OpenGL
+  // context, so that what is on the GPU is there once; shadows are those that the first one's last picture had.
+  Stage(const StageOptions& options, Stage& first);
   ~Stage();
 
-  SceneGraph& scene() { return scene_; }
-  const SceneGraph& scene() const { return scene_; }
+  SceneGraph& scene() { return *scene_; }
+  const SceneGraph& scene() const { return *scene_; }
   Hud& hud() { return hud_; }
   osgViewer::Viewer& viewer() { return *viewer_; }
   const std::string& renderer() const { return renderer_; }  // what OpenGL calls itself
@@ -71,8 +79,13 @@ class Stage {
   // Returns where the camera is, and puts it there. A view without a direction is passed over.
   StoredView view() const;
   void set_view(const StoredView& view);
-  // Moves the camera along with the tools for as long as that is called: seconds [s] are those since the call before.
+  // Moves the camera along with the tools while it is to follow them: seconds [s] are those since the call before.
   void follow_tools(double seconds);
+  void set_following(bool following) { following_ = following; }
+  bool following() const { return following_; }
+  // Notes that someone wants a picture of this window; returns whether anyone did since the last call.
+  void ask_for_picture() { picture_asked_ = true; }
+  bool take_picture_wish() { return std::exchange(picture_asked_, false); }
   // Draws on top of each picture, with the context current. in_pictures: also in the pictures that are read.
   void set_overlay(std::function<void()> draw, bool in_pictures);
   void toggle_full_screen();  // of a window
@@ -90,10 +103,13 @@ class Stage {
 
  private:
   class ReadBack;
+  Stage(const StageOptions& options, Stage* first);
   void keep_tools_in_picture();
   void open_window(const StageOptions& options);
 
-  SceneGraph scene_;
+  bool is_first_;
+  std::shared_ptr<SceneGraph> scene_;
+  MediaView media_;
   Hud hud_;
   osg::ref_ptr<osgViewer::Viewer> viewer_;
   osg::ref_ptr<osgViewer::GraphicsWindow> window_;
@@ -104,8 +120,10 @@ class Stage {
   GlErrorListener on_gl_error_;
   double field_of_view_ = kFieldOfView;  // vertical [degrees]
   double taken_right_ = 0;               // by panels [pixels]
-  osg::Matrixd home_;                    // where the camera was sent
-  std::array<int, 4> window_place_{};    // of a window before it was full screen: x, y, width, height [pixels]
+  bool following_ = false;               // the tools
+  bool picture_asked_ = false;
+  osg::Matrixd home_;                  // where the camera was sent
+  std::array<int, 4> window_place_{};  // of a window before it was full screen: x, y, width, height [pixels]
 };
 
 }  // namespace palp

@@ -20,7 +20,7 @@ osgGA::OrbitManipulator& orbit_of(osgViewer::Viewer& viewer) {
 void Stage::go_home() {
   // as if the free part were the whole picture, then moved into it
   const double free = std::max(width() - taken_right_, 0.3 * width());
-  CameraPose pose = home_view(scene_.outline(), free / height());
+  CameraPose pose = home_view(scene_->outline(), free / height());
   const osg::Vec3d along = pose.center - pose.eye;
   osg::Vec3d right = along ^ osg::Vec3d(0, 0, 1);
   right.normalize();
@@ -60,7 +60,8 @@ void Stage::set_view(const StoredView& view) {
 }
 
 void Stage::follow_tools(double seconds) {
-  const std::vector<osg::Vec3d> corners = scene_.tools();
+  if (!following_) return;
+  const std::vector<osg::Vec3d> corners = scene_->tools();
   if (corners.empty()) return;
   osgGA::OrbitManipulator& orbit = orbit_of(*viewer_);
   orbit.setCenter(followed(orbit.getCenter(), middle_of(corners), seconds));

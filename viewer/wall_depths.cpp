@@ -2,7 +2,6 @@
 
 #include <osg/BlendEquation>
 #include <osg/BlendFunc>
-#include <osg/CullFace>
 #include <osg/Geode>
 
 #include "viewer/render_targets.h"
@@ -28,7 +27,14 @@ osg::ref_ptr<osg::Geode> bare(const osg::Geometry& part, bool inner) {
 
 }  // namespace
 
-WallDepths::WallDepths()
+osg::ref_ptr<osg::MatrixTransform> hollow_wall(const osg::Geometry& inner, const osg::Geometry& outer) {
+  osg::ref_ptr<osg::MatrixTransform> wall = new osg::MatrixTransform;
+  wall->addChild(bare(inner, true));
+  wall->addChild(bare(outer, false));
+  return wall;
+}
+
+WallDepths::WallDepths(osg::Node* walls)
     : texture_(float_texture(GL_RGBA32F_ARB, GL_RGBA)), camera_(pass_into(texture_, kFirstPass, false)) {
   camera_->setClearColor(osg::Vec4f(kNowhere, kNowhere, kNowhere, 0));
   osg::StateSet* state = camera_->getOrCreateStateSet();
@@ -37,25 +43,11 @@ WallDepths::WallDepths()
   state->setAttributeAndModes(new osg::BlendEquation(osg::BlendEquation::RGBA_MIN));
   state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::ONE, osg::BlendFunc::ONE));
   state->addUniform(new osg::Uniform("wall_slack", 0.0f));
-  clear();
+  camera_->addChild(walls);
 }
 
 void WallDepths::set_spacing(double spacing) {
   camera_->getStateSet()->getUniform("wall_slack")->set(static_cast<float>(kSlackOverSpacing * spacing));
-}
-
-void WallDepths::clear() {
-  camera_->removeChildren(0, camera_->getNumChildren());
-  camera_->setNodeMask(0);
-}
-
-osg::ref_ptr<osg::MatrixTransform> WallDepths::add(osg::Geometry* inner, osg::Geometry* outer) {
-  osg::ref_ptr<osg::MatrixTransform> place = new osg::MatrixTransform;
-  if (inner != nullptr) place->addChild(bare(*inner, true));
-  if (outer != nullptr) place->addChild(bare(*outer, false));
-  camera_->addChild(place);
-  camera_->setNodeMask(~0u);
-  return place;
 }
 
 void WallDepths::set_size(int width, int height) {

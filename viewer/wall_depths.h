@@ -10,22 +10,22 @@
 
 namespace palp {
 
+// Returns a hollow solid as the pass takes it: the part that faces its hollow, and the rest. Its matrix is its pose.
+osg::ref_ptr<osg::MatrixTransform> hollow_wall(const osg::Geometry& inner, const osg::Geometry& outer);
+
 // All calls from the thread that renders, between frames.
 class WallDepths {
  public:
-  WallDepths();
+  // walls: those that hollow_wall() returned, and no others.
+  explicit WallDepths(osg::Node* walls);
   // A pass before all those of media.
   osg::Node* node() { return camera_; }
   // The depths are as wall_depths.frag says; 1e30 where there is no such face.
   osg::Texture2D* texture() const { return texture_; }
 
-  void clear();
-  void set_spacing(double spacing);  // of the particles [m]
-  // Adds a hollow solid: the part that faces its hollow, and the rest. Its pose is that of the node that is returned.
-  osg::ref_ptr<osg::MatrixTransform> add(osg::Geometry* inner, osg::Geometry* outer);
-  // Returns whether there is any.
-  bool any() const { return camera_->getNumChildren() > 0; }
+  void set_spacing(double spacing);      // of the particles [m]
   void set_size(int width, int height);  // [texels]
+  void set_drawn(bool drawn) { camera_->setNodeMask(drawn ? ~0u : 0u); }
 
  private:
   osg::ref_ptr<osg::Texture2D> texture_;

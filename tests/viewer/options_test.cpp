@@ -50,6 +50,23 @@ TEST(Options, OffScreenReadsNoSettingsButThoseNamedAndWritesNone) {
   EXPECT_FALSE(parse({"--no-settings", "--settings", "s.toml"}, code));
 }
 
+TEST(Options, SeveralWindowsNeedADisplayAndNoFilm) {
+  int code = 0;
+  setenv("DISPLAY", ":9", 0);
+  EXPECT_EQ(parse({}, code)->windows, 1);
+  EXPECT_EQ(parse({"--windows", "3"}, code)->windows, 3);
+  EXPECT_EQ(parse({"--windows", "3", "--replay", "r.mcap"}, code)->windows, 3);
+  const std::vector<std::vector<const char*>> bad{{"--windows", "0"},
+                                                  {"--windows", "10"},
+                                                  {"--windows", "2", "--headless"},
+                                                  {"--windows", "2", "--bench", "1000"},
+                                                  {"--windows", "2", "--replay", "r.mcap", "--video", "v.mp4"}};
+  for (const auto& arguments : bad) {
+    EXPECT_FALSE(parse(arguments, code)) << arguments[1];
+    EXPECT_EQ(code, 2) << arguments[1];
+  }
+}
+
 TEST(Options, SenselessOnesAreRefused) {
   const std::vector<std::vector<const char*>> bad{{"--size", "12"},        {"--size", "10x10"}, {"--size", "99999x2"},
                                                   {"--size", "640x480x2"}, {"--fps", "-3"},     {"--color", "smell"},

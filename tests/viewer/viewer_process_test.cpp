@@ -16,6 +16,7 @@
 #include "tests/support/files.h"
 #include "tests/support/process.h"
 #include "tests/viewer/synthetic_scene.h"
+#include "tests/viewer/x_display.h"
 
 namespace palp::test {
 namespace {
@@ -177,12 +178,42 @@ TEST_P(ViewerProcess, APictureOfNothingIsAFailure) {
 INSTANTIATE_TEST_SUITE_P(BothVendors, ViewerProcess, testing::Values(Vendor::cyclone, Vendor::fastdds),
                          [](const auto& of) { return std::string(to_string(of.param)); });
 
+// Without an X server there is nothing to see: Xvfb is among the packages that tests need.
+TEST(ViewerWindows, ShowTheSceneAndCloseByThemselvesUntilTheFirstDoes) {
+  XDisplay x;
+  if (!x.open()) GTEST_SKIP() << "no Xvfb";
+  const ScratchFolder folder;
+  ChildProcess viewer(
+      {"env", "DISPLAY=" + x.name(), "LIBGL_ALWAYS_SOFTWARE=1", std::string(PALP_BIN_DIR) + "/palp-viewer", "--windows",
+       "2", "--gl-errors", "--no-settings", "--size", "320x240", "--samples", "0", "--dds", "cyclone", "--domain",
+       std::to_string(test_domain())},
+      folder / "log");
+  Publisher server(Vendor::cyclone, test_domain(), {1, 0, 0});
+  ASSERT_TRUE(server.publish_until([&] { return x.window("palp") && x.window("palp 2"); }, 20s)) << viewer.output();
+  const unsigned long first = *x.window("palp"), second = *x.window("palp 2");
+  x.place(second, 600, 300, 400, 300);
+  const auto shown = [&](unsigned long window) { return x.red_pixels(window) > 3000; };
+  EXPECT_TRUE(server.publish_until([&] { return shown(first) && x.red_pixels(second) > 6000; }, 20s))
+      << viewer.output();
+  EXPECT_EQ(x.size(first), std::pair(320, 240));
+  x.press(first, 'w');
+  EXPECT_TRUE(server.publish_until([&] { return x.window("palp 3").has_value(); }, 20s)) << viewer.output();
+  x.close(second);
+  EXPECT_TRUE(server.publish_until([&] { return !x.window("palp 2"); }, 20s)) << viewer.output();
+  const unsigned long third = *x.window("palp 3");
+  x.place(third, 600, 60, 320, 240);
+  EXPECT_TRUE(server.publish_until([&] { return shown(first) && shown(third); }, 20s)) << viewer.output();
+  x.close(first);
+  EXPECT_EQ(viewer.wait(20s), 0) << viewer.output();
+}
+
 TEST(ViewerCommandLine, BadInputGivesOneMessageAndAFailure) {
   const std::vector<std::vector<std::string>> bad{{"--headless", "--gpu", "egl:99"},
                                                   {"--headless", "--gpu", "pci:ff:1f.7"},
                                                   {"--headless", "--gpu", "cuda:99"},
                                                   {"--headless", "--gpu", "fast"},
                                                   {"--size", "huge"},
+                                                  {"--windows", "2", "--headless"},
                                                   {"--headless", "--gpu", "cpu", "--video", "/nonexistent/v.mp4"}};
   for (const auto& more : bad) {
     std::vector<std::string> arguments{std::string(PALP_BIN_DIR) + "/palp-viewer"};
