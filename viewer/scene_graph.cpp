@@ -19,7 +19,7 @@ namespace {
 
 // The order of drawing: a later bin lies on top of what it cannot be sorted against.
 // Background and ground come before them all (surroundings.cpp), opaque media in bin 2 and clear ones in bin 4
-// (medium_surface.cpp), marks of touch in bins 1 and 12 (touch_marks.cpp).
+// (medium_surface.cpp), drops in bins 5 and 6 (spray_view.cpp), marks of touch in bins 1 and 12 (touch_marks.cpp).
 enum Bin { kSolidBin = 0, kCopyBin = 3, kGlassBin = 10, kEdgeBin = 11 };
 
 constexpr std::array<Medium, 2> kSurfaceMedia{Medium::opaque, Medium::clear};
@@ -111,6 +111,7 @@ void SceneGraph::add_media() {
     media_[i] = std::make_unique<MediumSurface>(medium, points, tinting, cloud_.color_map_texture(), picture_copy_);
     particles->addChild(media_[i]->node());
   }
+  particles->addChild(cloud_.spray());
   picture_copy_->getOrCreateStateSet()->setRenderBinDetails(kCopyBin, "RenderBin");
   particles->addChild(picture_copy_);
   root_->addChild(particles);
@@ -277,9 +278,9 @@ void SceneGraph::follow_particles(const ParticleFrame& frame) {
   }
 }
 
-void SceneGraph::set_frame(const ParticleFrame& frame) {
+void SceneGraph::set_frame(const ParticleFrame& frame, const ParticleFrame* earlier) {
   follow_particles(frame);
-  cloud_.set_frame(frame);
+  cloud_.set_frame(frame, earlier);
   for (std::size_t i = 0; i < media_.size(); ++i)
     media_[i]->set_colors(cloud_.shown_field() != ScalarField::none, cloud_.one_tint(kSurfaceMedia[i]));
   const PressureColors colors{cloud_.range(), cloud_.color_map_kind()};
