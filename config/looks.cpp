@@ -91,6 +91,7 @@ LookConfig read_look_table(TomlTable table) {
     look.absorption_per_m = Rgb{static_cast<float>((*a)[0]), static_cast<float>((*a)[1]), static_cast<float>((*a)[2])};
   look.scattering_length = number(table, "scattering_length", {"m", 0, kMostScatteringLength});
   look.grain = number(table, "grain", kShare);
+  look.foam = number(table, "foam", kShare);
   return look;
 }
 
@@ -105,6 +106,15 @@ void apply(const LookConfig& said, Look& look) {
   look.refractive_index = said.refractive_index.value_or(look.refractive_index);
   look.scattering_length = said.scattering_length.value_or(look.scattering_length);
   look.grain = said.grain.value_or(look.grain);
+  look.foam = said.foam.value_or(look.foam);
+}
+
+// Returns how much foam follows from the physics: thin liquids catch air and let it go, thick ones hang together.
+float usual_foam(BodyKind kind, const MaterialConfig& m) {
+  constexpr double kThin = 0.005, kThick = 0.05;  // [Pa s]; water has 0.001, oil 0.05 and more
+  if (kind != BodyKind::fluid || m.cooking_temperature) return 0;
+  const double share = std::log(kThick / std::max(m.viscosity, kThin)) / std::log(kThick / kThin);
+  return static_cast<float>(std::max(share, 0.0));
 }
 
 // Returns what follows from the physics: what sets browns, or turns white where it was clear; what freezes turns rough
@@ -189,6 +199,7 @@ ColoredLook look_of(BodyKind kind, const MaterialConfig& material, const std::op
   const bool named = !said.base.empty();
   ColoredLook out = named_look(named ? said.base : usual_look(kind, material));
   Look& look = out.look;
+  look.foam = usual_foam(kind, material);
   apply(said, look);
 
   const std::optional<Rgb> color = said.color ? said.color : own_color ? own_color : material.color;
@@ -210,6 +221,7 @@ ColoredLook changed_look_of(BodyKind kind, const MaterialConfig& material, const
   if (!changes_state(material)) return own;
   const LookConfig said = material.changed_look.value_or(LookConfig{});
   ColoredLook out = said.base.empty() ? usual_changed_look(kind, material, own) : named_look(said.base);
+  out.look.foam = 0;
   apply(said, out.look);
   out.look.clear = own.look.clear;
   if (said.color) out.color = *said.color;

@@ -30,7 +30,7 @@ struct LookConfig {
   std::optional<bool> clear;
   std::optional<float> roughness, metallic, refractive_index;
   std::optional<std::array<float, 3>> absorption_per_m;
-  std::optional<float> scattering_length, grain;
+  std::optional<float> scattering_length, grain, foam;
 };
 
 // sRGB, on the bus for bodies of which nothing says look or colour: viewers tell these apart by colours of their own.

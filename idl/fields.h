@@ -33,7 +33,7 @@
 #define PALP_FIELDS_OF_Look(FIELD, RENAMED, DERIVED) \
   FIELD(clear)                                       \
   FIELD(roughness)                                   \
-  FIELD(metallic) FIELD(refractive_index) FIELD(absorption_per_m) FIELD(scattering_length) FIELD(grain)
+  FIELD(metallic) FIELD(refractive_index) FIELD(absorption_per_m) FIELD(scattering_length) FIELD(grain) FIELD(foam)
 #define PALP_FIELDS_OF_BodyDescription(FIELD, RENAMED, DERIVED) \
   FIELD(name)                                                   \
   FIELD(kind)                                                   \

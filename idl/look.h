@@ -16,6 +16,7 @@ struct Look {
   float scattering_length = 0;  // how far light comes before it is scattered [m]: haze of what is clear, softness of
                                 // what is not
   float grain = 0;              // contrast of a solid's rings, as those of wood: 0 none .. 1
+  float foam = 0;               // how white a liquid is that flies apart: 0 stays one surface .. 1 water
   bool operator==(const Look&) const = default;
 };
 

@@ -20,7 +20,7 @@
 
 namespace palp {
 
-inline constexpr std::uint32_t kProtocolVersion = 4;
+inline constexpr std::uint32_t kProtocolVersion = 5;
 inline constexpr std::uint32_t kMaxDevices = 8;
 
 struct Header {

@@ -84,7 +84,7 @@ bool is_sound(const ParticleChunk& m) {
 bool is_sound(const Look& look) {
   const auto is_within = [](float value, float least, float most) { return value >= least && value <= most; };
   return is_within(look.roughness, 0, 1) && is_within(look.metallic, 0, 1) && is_within(look.grain, 0, 1) &&
-         is_within(look.refractive_index, 1, kMostRefractiveIndex) &&
+         is_within(look.foam, 0, 1) && is_within(look.refractive_index, 1, kMostRefractiveIndex) &&
          is_within(look.scattering_length, 0, kMostScatteringLength) &&
          std::all_of(look.absorption_per_m.begin(), look.absorption_per_m.end(),
                      [&](float a) { return is_within(a, 0, kMostAbsorptionPerM); });

@@ -54,6 +54,7 @@ SceneDescription describe(const Pool& pool, Medium medium) {
   water.look.clear = medium == Medium::clear;
   water.look.absorption_per_m = {2, 1, 0.5f};
   water.look.scattering_length = kMostScatteringLength;
+  water.look.foam = 1;
   scene.bodies = {water};
   return scene;
 }

@@ -62,6 +62,7 @@ void FeedState::take_scene(std::shared_ptr<const SceneDescription> scene) {
   }
   view_.scene = std::move(scene);
   view_.frame = nullptr;
+  view_.earlier = nullptr;
   view_.poses = nullptr;
   view_.proxies = {};
   view_.notice.clear();
@@ -103,6 +104,9 @@ bool FeedState::show_frame() {
   }
   // numbers that run backwards begin anew
   if (view_.frame && newest_->frame > view_.frame->frame) view_.lost_frames += newest_->frame - view_.frame->frame - 1;
+  // of the same time are frames of a simulation that stands
+  const double before = view_.frame ? view_.frame->sim_time : newest_->sim_time;
+  if (newest_->sim_time != before) view_.earlier = newest_->sim_time > before ? view_.frame : nullptr;
   view_.frame = newest_;
   view_.frame_time_ns = time_of(*newest_, same_host_);
   ++view_.frames;

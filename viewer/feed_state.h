@@ -21,6 +21,7 @@ namespace palp {
 struct FeedView {
   std::shared_ptr<const SceneDescription> scene;  // null: none has arrived
   std::shared_ptr<const ParticleFrame> frame;     // newest complete one; null: none since the scene
+  std::shared_ptr<const ParticleFrame> earlier;   // one a little before it in simulated time, or null
   std::int64_t frame_time_ns = 0;                 // CLOCK_MONOTONIC here: when it was sent (same host) or received
   std::shared_ptr<const BodyPoses> poses;
   std::array<std::optional<ProxySample>, kMaxDevices> proxies;

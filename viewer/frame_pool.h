@@ -33,7 +33,7 @@ class FramePool {
   }
 
  private:
-  static constexpr std::size_t kMostSpare = 2;
+  static constexpr std::size_t kMostSpare = 3;
   struct Spare {
     std::mutex mutex;
     std::vector<std::unique_ptr<ParticleFrame>> frames;

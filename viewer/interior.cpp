@@ -18,6 +18,16 @@ std::uint64_t shifted(const std::uint64_t* row, std::size_t words, std::size_t w
   return row[w] << -n | (w > 0 ? row[w - 1] >> (64 + n) : 0);
 }
 
+// Returns the word w of all rows one after the other, n bits farther on (n < 0: before).
+std::uint64_t moved(const std::vector<std::uint64_t>& bits, std::size_t w, std::ptrdiff_t n) {
+  const auto word_at = [&](std::ptrdiff_t k) {
+    return k >= 0 && k < static_cast<std::ptrdiff_t>(bits.size()) ? bits[static_cast<std::size_t>(k)] : 0;
+  };
+  const auto from = static_cast<std::ptrdiff_t>(w) + (n >> 6);
+  const auto bit = static_cast<unsigned>(n & 63);
+  return bit == 0 ? word_at(from) : word_at(from) >> bit | word_at(from + 1) << (64 - bit);
+}
+
 }  // namespace
 
 void Interior::lay_grid(std::span<const osg::Vec4f> places, double spacing) {
@@ -69,9 +79,41 @@ void Interior::erode() {
   std::swap(bits_, scratch_);
 }
 
-void Interior::find(std::span<const osg::Vec4f> places, double spacing) {
+// The last cell of each row, column and layer is empty, so that a step along an axis is one along all rows, too.
+void Interior::find_loose() {
+  const auto row = static_cast<std::ptrdiff_t>(64 * words_), layer = static_cast<std::ptrdiff_t>(rows_[0]) * row;
+  const std::ptrdiff_t steps[] = {1, row, layer};
+  // leaves the cells that are in blocks of so many along each side that all are set
+  const auto keep_blocks = [&](std::vector<std::uint64_t>& cells, int side) {
+    for (const std::ptrdiff_t step : steps)  // the first cell of each block
+      for (int n = 1; n < side; ++n)
+        for (std::size_t w = 0; w < cells.size(); ++w) cells[w] &= moved(cells, w, step);
+    for (const std::ptrdiff_t step : steps)
+      for (int n = 1; n < side; ++n)
+        for (std::size_t w = cells.size(); w-- > 0;) cells[w] |= moved(cells, w, -step);
+  };
+  const auto widen = [&](std::vector<std::uint64_t>& cells) {
+    for (const std::ptrdiff_t step : steps) {
+      scratch_ = cells;
+      for (std::size_t w = 0; w < scratch_.size(); ++w)
+        cells[w] |= moved(scratch_, w, step) | moved(scratch_, w, -step);
+    }
+  };
+  loose_ = bits_;
+  keep_blocks(loose_, 2);
+  for (std::size_t w = 0; w < loose_.size(); ++w) loose_[w] = bits_[w] & ~loose_[w];
+  // a small block of cells that each have a particle can be torn apart, too, but seldom far from what is loose
+  widen(loose_);
+  beside_loose_ = bits_;
+  keep_blocks(beside_loose_, 3);
+  for (std::size_t w = 0; w < loose_.size(); ++w) loose_[w] &= bits_[w] & ~beside_loose_[w];
+  beside_loose_ = loose_;
+  widen(beside_loose_);
+}
+
+void Interior::find(std::span<const osg::Vec4f> places, double spacing, bool with_loose) {
   cells_.clear();
-  if (!(spacing > 0) || places.size() < kFewest) return;
+  if (!(spacing > 0) || places.empty() || (places.size() < kFewest && !with_loose)) return;
   lay_grid(places, spacing);
   bits_.assign(words_ * rows_[0] * rows_[1], 0);
   cells_.resize(places.size());
@@ -85,7 +127,22 @@ void Interior::find(std::span<const osg::Vec4f> places, double spacing) {
     cells_[i] = along(2) * layer + along(1) * row + along(0);
   }
   for (const std::uint32_t cell : cells_) bits_[cell / 64] |= std::uint64_t{1} << cell % 64;
+  if (with_loose) find_loose();
   erode();
+}
+
+bool Interior::beside_loose(const osg::Vec3f& place) const {
+  if (cells_.empty()) return false;
+  std::size_t cell = 0;
+  const std::size_t along[3] = {64 * words_, rows_[0], rows_[1]};
+  for (int a = 2; a >= 0; --a) {
+    const float at = (place[a] - low_[a]) * per_metre_;
+    const std::size_t most = along[a];
+    // there is no cell before the first one, which is next to a place there; after the last one with places there is
+    if (!(at >= -1 && at < static_cast<float>(most))) return false;
+    cell = cell * most + static_cast<std::size_t>(std::max(at, 0.0f));
+  }
+  return has(beside_loose_, static_cast<std::uint32_t>(cell));
 }
 
 void Interior::add_lumps(std::span<const osg::Vec4f> places, osg::Vec4Array& to) const {

@@ -34,6 +34,7 @@ Look between(const Look& a, const Look& b, float t) {
   look.metallic = std::lerp(a.metallic, b.metallic, t);
   look.refractive_index = std::lerp(a.refractive_index, b.refractive_index, t);
   look.grain = std::lerp(a.grain, b.grain, t);
+  look.foam = std::lerp(a.foam, b.foam, t);
   for (std::size_t k = 0; k < 3; ++k)
     look.absorption_per_m[k] = std::lerp(a.absorption_per_m[k], b.absorption_per_m[k], t);
   // by the square root: the last haze is seen most
@@ -45,9 +46,9 @@ Look between(const Look& a, const Look& b, float t) {
 
 LookTable::LookTable() : texture_(new osg::Texture2D) {
   osg::ref_ptr<osg::Image> image = new osg::Image;
-  image->allocateImage(2, kRows, 1, GL_RGBA, GL_FLOAT);
+  image->allocateImage(kColumns, kRows, 1, GL_RGBA, GL_FLOAT);
   image->setInternalTextureFormat(GL_RGBA32F_ARB);
-  std::fill_n(reinterpret_cast<float*>(image->data()), 8 * kRows, 0.0f);
+  std::fill_n(reinterpret_cast<float*>(image->data()), 4 * kColumns * kRows, 0.0f);
   texture_->setImage(image);
   texture_->setInternalFormat(GL_RGBA32F_ARB);
   texture_->setFilter(osg::Texture::MIN_FILTER, osg::Texture::NEAREST);
@@ -67,6 +68,8 @@ unsigned char LookTable::row_of(const Look& look) {
   texel[3] = 1 / std::max(look.scattering_length, kShortestInHaze);
   const osg::Vec4f surface = surface_numbers(look);
   for (int k = 0; k < 4; ++k) texel[4 + k] = surface[k];
+  texel[8] = look.clear ? 1 : 0;
+  texel[9] = look.foam;
   texture_->getImage()->dirty();
   return static_cast<unsigned char>(row);
 }

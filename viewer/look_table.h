@@ -41,6 +41,7 @@ class LookTable {
   osg::Vec4f depth_of(unsigned char row) const { return texel(0, row); }
 
  private:
+  static constexpr int kColumns = 3;
   osg::Vec4f texel(int column, int row) const;
 
   std::vector<Look> looks_;

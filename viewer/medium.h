@@ -23,6 +23,9 @@ struct OneTint {
 // beads.
 Medium usual_medium(const BodyDescription& body);
 
+// Returns whether the body is a liquid that turns white where it flies apart.
+bool foams(const BodyDescription& body);
+
 // Returns whether the body's matter looks otherwise when it has changed state.
 bool changes_look(const BodyDescription& body);
 

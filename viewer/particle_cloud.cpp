@@ -5,12 +5,12 @@
 
 #include <osg/Image>
 #include <osg/PointSprite>
-#include <osg/PrimitiveSet>
 
-#include "viewer/gpu_pacing.h"
 #include "viewer/home_view.h"
 #include "viewer/mesh.h"
+#include "viewer/points.h"
 #include "viewer/shaders.h"
+#include "viewer/spray.h"
 
 namespace palp {
 namespace {
@@ -38,41 +38,7 @@ constexpr float kFarthest = 1e5f;
 constexpr std::size_t kStages = 32;  // between two looks: bodies mix those of their neighbours, so that no step is seen
 
 constexpr float kNoScalar = -3e38f;  // the shader colours such a particle by its body
-
-// Points that are drawn wherever they are, and that nobody asks for their bounds: OSG would go through a million of
-// them in each picture.
-class Points : public osg::Geometry {
- public:
-  Points(StreamedArray<osg::Vec4Array>* vertices, StreamedArray<osg::Vec4ubArray>* colors)
-      : vertices_(vertices), colors_(colors) {
-    setUseDisplayList(false);
-    setUseVertexBufferObjects(true);
-    setCullingActive(false);
-    setVertexArray(vertices);
-    setColorArray(colors, osg::Array::BIND_PER_VERTEX);
-  }
-  osg::BoundingBox computeBoundingBox() const override { return {}; }
-  osg::BoundingSphere computeBound() const override { return {}; }
-  // Each piece has its share of every range.
-  void drawImplementation(osg::RenderInfo& info) const override {
-    vertices_->copy(info);
-    colors_->copy(info);
-    drawVertexArraysImplementation(info);
-    in_pieces(info, kMostPieces, [&](int k, int n) {
-      for (const auto& primitives : getPrimitiveSetList()) {
-        const auto& range = static_cast<const osg::DrawArrays&>(*primitives);
-        const auto from = range.getCount() * std::int64_t{k} / n, to = range.getCount() * std::int64_t{k + 1} / n;
-        glDrawArrays(GL_POINTS, range.getFirst() + static_cast<GLint>(from), static_cast<GLsizei>(to - from));
-      }
-    });
-    info.getState()->unbindVertexBufferObject();
-  }
-
- private:
-  static constexpr int kMostPieces = 64;
-  osg::ref_ptr<StreamedArray<osg::Vec4Array>> vertices_;
-  osg::ref_ptr<StreamedArray<osg::Vec4ubArray>> colors_;
-};
+constexpr float kWhole = 1;          // where colours do not stand for numbers: all of a particle is part of the surface
 
 bool deforms(BodyKind kind) { return kind == BodyKind::fluid || kind == BodyKind::elastic; }
 
@@ -143,7 +109,7 @@ void ParticleCloud::set_scene(const SceneDescription& scene) {
   const std::size_t stages = std::clamp<std::size_t>(rows / std::max<std::size_t>(1, changing), 1, kStages);
   for (const BodyDescription& body : scene.bodies) {
     bodies_.push_back({body.kind, body.first, body.count, body.density, has_surface(body), usual_medium(body),
-                       tints_of(body, changes_look(body) ? stages : 1), nullptr});
+                       foams(body), tints_of(body, changes_look(body) ? stages : 1), nullptr});
   }
   rest_density_ = 0;
   for (const Body& body : bodies_) {
@@ -156,6 +122,7 @@ void ParticleCloud::set_scene(const SceneDescription& scene) {
       ->getUniform("radius")
       ->set(static_cast<float>(kRadiusOverSpacing * scene.spacing));
   spacing_ = scene.spacing;
+  spray_.set_spacing(spacing_);
   steady_ = {};
   clear();
 }
@@ -178,6 +145,7 @@ void ParticleCloud::set_reading(const Reading& reading, const osg::Vec4d& clip) 
 
 void ParticleCloud::set_picture_height(int height) {
   points(Medium::beads)->getStateSet()->getUniform("picture_height")->set(static_cast<float>(height));
+  spray_.set_picture_height(height);
 }
 
 void ParticleCloud::clear() {
@@ -187,6 +155,7 @@ void ParticleCloud::clear() {
   for (auto& tints : tints_) tints.clear();
   drawn_ = 0;
   seen_ = 0;
+  spray_.clear();
 }
 
 std::optional<OneTint> ParticleCloud::one_tint(Medium medium) const {
@@ -253,26 +222,55 @@ void ParticleCloud::choose_colors(const ParticleFrame& frame) {
 void ParticleCloud::find_seen(const Body& body, const ParticleFrame& frame) {
   const std::size_t count = frame.positions.size() / 3, first = std::min<std::size_t>(body.first, count);
   const std::size_t end = first + std::min<std::size_t>(body.count, count - first);
-  const bool with_scalar = frame.scalars.size() == count && has_field(body.kind, shown_);
+  const bool with_scalar = shown_ != ScalarField::none && frame.scalars.size() == count && has_field(body.kind, shown_);
+  const float otherwise = shown_ == ScalarField::none ? kWhole : kNoScalar;
   const bool whole = clip_ == kNoClip;
   const bool changes = body.tints.size() > 1 && frame.solid.size() == count;
   const auto last_stage = static_cast<unsigned>(body.tints.size() - 1);
+  const bool with_spray = flies(body);
   places_.clear();
   stages_.clear();
+  left_out_.clear();
   places_.reserve(end - first);
   for (std::size_t i = first; i < end; ++i) {
     if (body.skin != nullptr && !body.skin->bare(i - first)) continue;
     const float* p = frame.positions.data() + 3 * i;
     const bool is_place = std::abs(p[0]) < kFarthest && std::abs(p[1]) < kFarthest && std::abs(p[2]) < kFarthest;
-    if (!is_place || !(whole || keeps(clip_, osg::Vec3d(p[0], p[1], p[2])))) continue;
+    if (!is_place || !(whole || keeps(clip_, osg::Vec3d(p[0], p[1], p[2])))) {
+      if (with_spray) left_out_.push_back(static_cast<std::uint32_t>(i - first));
+      continue;
+    }
     const bool has_scalar = with_scalar && std::isfinite(frame.scalars[i]);
-    places_.emplace_back(p[0], p[1], p[2], has_scalar ? frame.scalars[i] : kNoScalar);
+    places_.emplace_back(p[0], p[1], p[2], has_scalar ? frame.scalars[i] : otherwise);
     if (!changes) continue;
     const unsigned changed = body.kind == BodyKind::fluid ? frame.solid[i] : 255u - frame.solid[i];
     stages_.push_back(static_cast<unsigned char>((changed * last_stage + 127) / 255));
   }
-  interior_.find(places_, spacing_);
+  interior_.find(places_, spacing_, with_spray);
   drawn_ += end - first;
+}
+
+// Returns the places of a body's particles, x y z each, as far as the frame has them.
+std::span<const float> ParticleCloud::positions_of(const Body& body, const ParticleFrame& frame) {
+  const std::size_t count = frame.positions.size() / 3, first = std::min<std::size_t>(body.first, count);
+  return std::span(frame.positions).subspan(3 * first, 3 * std::min<std::size_t>(body.count, count - first));
+}
+
+// Makes drops of the places that fly alone: as much of them as is a drop is no part of the surface.
+void ParticleCloud::let_fly(const Body& body, const ParticleFrame& frame, const ParticleFrame* earlier) {
+  std::vector<std::span<const float>> others;
+  for (const Body& other : bodies_)
+    if (&other != &body && other.kind == BodyKind::fluid) others.push_back(positions_of(other, frame));
+  std::size_t before = 0;  // of those left out
+  for (const Flying& drop : find_flying(places_, interior_, spacing_, others)) {
+    while (before < left_out_.size() && left_out_[before] <= drop.place + before) ++before;
+    const osg::Vec3f velocity = velocity_of(body.first + drop.place + before, frame, earlier);
+    osg::Vec4f& place = places_[drop.place];
+    place.w() = kWhole - drop.alone;
+    spray_.add({place.x(), place.y(), place.z(), drop.alone},
+               {velocity.x(), velocity.y(), velocity.z(), whiteness(drop.airy, velocity.length())},
+               body.tints[stages_.empty() ? 0 : stages_[drop.place]]);
+  }
 }
 
 // Adds the places that can be seen to those of their medium, and where the body is looked through lumps of the others.
@@ -368,7 +366,7 @@ void ParticleCloud::add_within(const Body& body, Set& set) {
   }
 }
 
-void ParticleCloud::set_frame(const ParticleFrame& frame) {
+void ParticleCloud::set_frame(const ParticleFrame& frame, const ParticleFrame* earlier) {
   const auto newest = static_cast<unsigned>(next_);
   Set& set = sets_[next_];
   next_ = (next_ + 1) % kSets;
@@ -378,6 +376,7 @@ void ParticleCloud::set_frame(const ParticleFrame& frame) {
   set.colors->clear();
   for (auto& geometry : set.points) geometry->removePrimitiveSet(0, geometry->getNumPrimitiveSets());
   set.clear_lumps->removePrimitiveSet(0, set.clear_lumps->getNumPrimitiveSets());
+  spray_.begin();
   for (Outer& outer : outer_) {
     outer.places.clear();
     outer.tints.clear();
@@ -386,11 +385,13 @@ void ParticleCloud::set_frame(const ParticleFrame& frame) {
     const std::optional<Medium> medium = medium_of(body);
     if (!medium) continue;
     find_seen(body, frame);
+    if (flies(body)) let_fly(body, frame, earlier);
     add_body(body, *medium, set);
   }
   for (const Medium medium : {Medium::beads, Medium::opaque, Medium::clear}) add_outer(medium, set);
   set.vertices->changed();
   set.colors->changed();
+  spray_.end();
   for (auto& node : switches_) node->setSingleChildOn(newest);
   lumps_switch_->setSingleChildOn(newest);
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,7 @@
 #include "viewer/mirror_images.h"
 #include "viewer/reading.h"
 #include "viewer/skin.h"
+#include "viewer/spray_view.h"
 #include "viewer/streamed_array.h"
 
 namespace palp {
@@ -45,6 +47,8 @@ class ParticleCloud {
   osg::Node* points(Medium medium) { return switches_[static_cast<std::size_t>(medium)]; }
   // The inside of bodies that are looked through, lump by lump, as medium.vert takes it.
   osg::Node* clear_lumps() { return lumps_switch_; }
+  // The drops that liquids fly apart into.
+  osg::Node* spray() { return spray_.node(); }
   osg::Texture1D* color_map_texture() { return map_; }
   // The state that passes over points of every medium need: colours by scalar.
   osg::StateSet* shared_state() { return shared_; }
@@ -64,8 +68,9 @@ class ParticleCloud {
   // Takes the solids that particles touch, from the next frame on: mirror images of media are drawn with them, but for
   // beads, and not while the scene is cut open.
   void set_solids(std::vector<StandingSolid> solids) { solids_ = std::move(solids); }
-  // Frames may come with any number of particles; those that no body of the scene claims are not drawn.
-  void set_frame(const ParticleFrame& frame);
+  // Frames may come with any number of particles; those that no body of the scene claims are not drawn. earlier: the
+  // frame a little before, which says how fast particles are; null: they are taken to rest.
+  void set_frame(const ParticleFrame& frame, const ParticleFrame* earlier = nullptr);
   void clear();
   // Takes the height of the picture [pixels]: sprites are sized in pixels.
   void set_picture_height(int height);
@@ -83,6 +88,8 @@ class ParticleCloud {
   std::size_t drawn() const { return drawn_; }
   // Those of them that others of their body do not hide.
   std::size_t seen() const { return seen_; }
+  // Those of them that are drops, wholly or in part.
+  std::size_t drops() const { return spray_.drops(); }
   // Returns the look of what is opaque, or of what is clear, where it has one alone, or none at all because colours
   // stand for numbers.
   std::optional<OneTint> one_tint(Medium medium) const;
@@ -98,6 +105,7 @@ class ParticleCloud {
     double density;              // at rest [kg/m^3]
     bool has_surface;
     Medium medium;                   // as it usually looks
+    bool foams;                      // it is a liquid that flies apart
     std::vector<osg::Vec4ub> tints;  // colour and row of looks_, from as it is at first to wholly changed
     const Skin* skin = nullptr;      // set_skin()
   };
@@ -115,6 +123,9 @@ class ParticleCloud {
   std::optional<Medium> medium_of(const Body& body) const;
   std::vector<osg::Vec4ub> tints_of(const BodyDescription& body, std::size_t stages);
   void find_seen(const Body& body, const ParticleFrame& frame);
+  bool flies(const Body& body) const { return body.foams && shown_ == ScalarField::none && !beads_ && !draw_all_; }
+  static std::span<const float> positions_of(const Body& body, const ParticleFrame& frame);
+  void let_fly(const Body& body, const ParticleFrame& frame, const ParticleFrame* earlier);
   void add_body(const Body& body, Medium medium, Set& set);
   void add_images(std::size_t from, Medium medium);
   void add_outer(Medium medium, Set& set);
@@ -129,10 +140,12 @@ class ParticleCloud {
   LookTable looks_;
   ColorMapKind map_kind_ = ColorMapKind::sequential;
   std::vector<Body> bodies_;
-  double spacing_ = 0;                 // [m]
-  std::vector<osg::Vec4f> places_;     // of the body that is taken over: x, y, z and its scalar
-  std::vector<unsigned char> stages_;  // of its matter, which of the body's tints; empty: all have the first
-  Interior interior_;                  // of those
+  double spacing_ = 0;                   // [m]
+  std::vector<osg::Vec4f> places_;       // of the body that is taken over: x, y, z and its scalar
+  std::vector<unsigned char> stages_;    // of its matter, which of the body's tints; empty: all have the first
+  std::vector<std::uint32_t> left_out_;  // of a body that flies, particles without a place
+  Interior interior_;                    // of the places
+  SprayView spray_;
   struct Outer {
     std::vector<osg::Vec4f> places;
     std::vector<osg::Vec4ub> tints;

@@ -7,6 +7,7 @@
 
 #include "idl/convert.h"
 #include "viewer/frame_blend.h"
+#include "viewer/medium.h"
 
 namespace palp {
 namespace {
@@ -106,10 +107,27 @@ void Playback::show_particles(FeedView& view) {
   const std::size_t i = recording_.frame_at(time_);
   view.frames = i + 1;
   view.frame = recording_.frame(i);
+  show_earlier(view, i);
   const RecordedFrame &a = frames[i], &b = frames[std::min(i + 1, frames.size() - 1)];
   if (!view.frame || time_ <= a.time || b.run != a.run || b.time - a.time > kLongestGap) return;
   const auto next = recording_.frame(i + 1);
   if (next) view.frame = std::make_shared<const ParticleFrame>(between(*view.frame, *next, time_ - run().offset));
+}
+
+// Shows where particles were one recorded frame's time before, as their speeds follow from that without a step from
+// frame to frame. i: the newest frame at time().
+void Playback::show_earlier(FeedView& view, std::size_t i) {
+  const auto& frames = recording_.index().frames;
+  view.earlier = nullptr;
+  const auto& scene = run().scene;
+  if (i == 0 || !scene || std::ranges::none_of(scene->bodies, foams)) return;
+  const RecordedFrame &a = frames[i - 1], &b = frames[i];
+  if (b.run != a.run || b.time - a.time > kLongestGap) return;
+  const auto first = recording_.frame(i - 1), second = recording_.frame(i);
+  if (!first || !second) return;
+  const double time = time_ - (b.time - a.time);
+  view.earlier =
+      time <= a.time ? first : std::make_shared<const ParticleFrame>(between(*first, *second, time - run().offset));
 }
 
 void Playback::show_poses(FeedView& view) {

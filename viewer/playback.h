@@ -59,6 +59,7 @@ class Playback {
   std::uint32_t run_number() const;
   const RecordedRun& run() const { return recording_.index().runs[run_number()]; }
   void show_particles(FeedView& view);
+  void show_earlier(FeedView& view, std::size_t i);
   void show_poses(FeedView& view);
   void show_hands(FeedView& view);
   void show_words(FeedView& view, std::int64_t now_ns);

@@ -20,8 +20,8 @@ namespace {
 
 // The order of drawing: a later bin lies on top of what it cannot be sorted against.
 // Background and ground come before them all (surroundings.cpp), opaque media in bin 2 and clear ones in bin 4
-// (medium_surface.cpp) with a copy of the picture in between (media_view.cpp), marks of touch in bins 1 and 12
-// (touch_marks.cpp).
+// (medium_surface.cpp) with a copy of the picture in between (media_view.cpp), drops in bins 5 and 6 (spray_view.cpp),
+// marks of touch in bins 1 and 12 (touch_marks.cpp).
 enum Bin { kSolidBin = 0, kGlassBin = 10, kEdgeBin = 11 };
 
 osg::BoundingBoxd domain_of(const SceneDescription& scene) {
@@ -80,10 +80,11 @@ SceneGraph::SceneGraph()
   root_->addChild(make_background());
   root_->addChild(ground_);
   root_->addChild(surfaces_);
-  osg::ref_ptr<osg::Group> beads = new osg::Group;
-  beads->setStateSet(cloud_.shared_state());
-  beads->addChild(cloud_.points(Medium::beads));
-  root_->addChild(beads);
+  osg::ref_ptr<osg::Group> particles = new osg::Group;
+  particles->setStateSet(cloud_.shared_state());
+  particles->addChild(cloud_.points(Medium::beads));
+  particles->addChild(cloud_.spray());
+  root_->addChild(particles);
   add_shadows();
   for (std::uint32_t device = 0; device < kMaxDevices; ++device) {
     hands_[device] = std::make_unique<HandView>(device);
@@ -252,10 +253,10 @@ void SceneGraph::follow_particles(const ParticleFrame& frame) {
   }
 }
 
-void SceneGraph::set_frame(const ParticleFrame& frame) {
+void SceneGraph::set_frame(const ParticleFrame& frame, const ParticleFrame* earlier) {
   follow_particles(frame);
   cloud_.set_solids(standing_solids());
-  cloud_.set_frame(frame);
+  cloud_.set_frame(frame, earlier);
   const PressureColors colors{cloud_.range(), cloud_.color_map_kind()};
   touch_.mark(
       frame, [this](std::size_t body) { return body_pose(body); },

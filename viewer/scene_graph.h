@@ -38,7 +38,8 @@ class SceneGraph {
   void set_soft_surface(std::size_t body, const BodyMesh& mesh, Skin skin);
   // Draws nothing: there is no server yet.
   void clear();
-  void set_frame(const ParticleFrame& frame);
+  // earlier: as ParticleCloud takes it.
+  void set_frame(const ParticleFrame& frame, const ParticleFrame* earlier = nullptr);
   // Poses of bodies that the scene lacks, and poses that are no poses, are passed over.
   void set_poses(const BodyPoses& poses);
   // Draws what the hand feels at the proxy's handle. Devices from kMaxDevices on are passed over.

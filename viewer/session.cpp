@@ -111,6 +111,7 @@ void Session::take_scene(const FeedView& view, std::int64_t now_ns) {
   sent_scene_ = view.scene;
   scene_ = with_distinct_colors(sent_scene_);
   frame_ = nullptr;
+  earlier_ = nullptr;
   poses_ = nullptr;
   frames_at_ns_.clear();
   stage_.scene().set_scene(*scene_);
@@ -135,7 +136,7 @@ void Session::take_surfaces(std::int64_t now_ns) {
       stage_.scene().set_surface(surface.body, surface.mesh);
   }
   // its particles carry some of them along, and are mirrored in others
-  if (!taken.empty() && frame_) stage_.scene().set_frame(*frame_);
+  if (!taken.empty() && frame_) stage_.scene().set_frame(*frame_, earlier_.get());
   const std::int64_t since = now_ns - surfaces_asked_ns_;
   if (!surfaces_.busy()) {
     for (Stage* stage : stages_) stage->go_home_unless_moved();
@@ -158,9 +159,10 @@ void Session::update(const FeedView& view, std::int64_t now_ns) {
     if (view.frame && view.frame != frame_) {
       const bool first = !frame_;
       frame_ = view.frame;
+      earlier_ = view.earlier;
       ++frames_drawn_;
       field_came_ = field_came_ || frame_->field == color_;
-      stage_.scene().set_frame(*frame_);
+      stage_.scene().set_frame(*frame_, earlier_.get());
       for (Stage* stage : stages_)
         if (first) stage->go_home();
     }
@@ -232,7 +234,7 @@ void Session::shown(std::int64_t now_ns) {
 
 // Draws the newest frame once more, as what is drawn of it has changed.
 void Session::show_again() {
-  if (frame_) stage_.scene().set_frame(*frame_);
+  if (frame_) stage_.scene().set_frame(*frame_, earlier_.get());
   figures_at_ns_ = 0;
 }
 

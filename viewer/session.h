@@ -88,6 +88,7 @@ class Session {
   std::int64_t surfaces_asked_ns_ = 0;
   bool surfaces_told_ = false;  // the log has said that it takes long
   std::shared_ptr<const ParticleFrame> frame_;
+  std::shared_ptr<const ParticleFrame> earlier_;  // than frame_, a little; null: none is known
   std::shared_ptr<const BodyPoses> poses_;
   std::uint64_t frames_drawn_ = 0;
   std::tuple<std::uint64_t, std::uint64_t, const BodyPoses*> server_heard_;  // what it said last, to see that it speaks

@@ -22,6 +22,13 @@ ColoredLook fluid_look(const std::string& keys) {
   return look_of(BodyKind::fluid, s.materials[0], s.bodies[0].look, s.bodies[0].color);
 }
 
+// The look of that name of a liquid as thin as the scene's, which foams whatever it is called.
+Look named_and_thin(const char* name) {
+  Look look = named_look(name).look;
+  look.foam = 1;
+  return look;
+}
+
 TEST(Looks, EveryNameIsALookThatTheBusTakes) {
   std::set<std::string> names;
   for (const std::string& name : look_names()) {
@@ -52,18 +59,39 @@ TEST(Looks, ColorsOfClearOnesAreWhatTheyLeaveOfWhiteLight) {
 
 TEST(Looks, AFileNamesOneOrGivesNumbers) {
   const ColoredLook honey = fluid_look("look = \"honey\"");
-  EXPECT_EQ(honey.look, named_look("honey").look);
+  EXPECT_EQ(honey.look, named_and_thin("honey"));
   EXPECT_EQ(honey.color, named_look("honey").color);
 
   const ColoredLook table = fluid_look(
       "look = {base = \"oil\", color = \"#ff0000\", roughness = 0.2, metallic = 0.5, refractive_index = 1.7, "
       "absorption_per_m = [1, 2, 3], scattering_length = 0.01, grain = 0.25}");
   EXPECT_EQ(table.color, (Rgb{1, 0, 0}));
-  EXPECT_EQ(table.look, (Look{true, 0.2f, 0.5f, 1.7f, {1, 2, 3}, 0.01f, 0.25f}));
+  EXPECT_EQ(table.look, (Look{true, 0.2f, 0.5f, 1.7f, {1, 2, 3}, 0.01f, 0.25f, 1}));
 
   const ColoredLook opaque = fluid_look("look = {base = \"oil\", clear = false}");
   EXPECT_FALSE(opaque.look.clear);
   EXPECT_EQ(opaque.look.absorption_per_m, Rgb{}) << "of what is not clear";
+}
+
+TEST(Looks, ThinLiquidsFoamAndNothingElseUnlessItSaysSo) {
+  const auto foam = [](BodyKind kind, auto&& change) {
+    MaterialConfig m;
+    change(m);
+    return look_of(kind, m).look.foam;
+  };
+  const auto of = [&](double viscosity) {
+    return foam(BodyKind::fluid, [&](MaterialConfig& m) { m.viscosity = viscosity; });
+  };
+  EXPECT_EQ(of(0), 1);
+  EXPECT_EQ(of(1e-3), 1);
+  EXPECT_NEAR(of(0.0158), 0.5, 1e-2);
+  for (const double thick : {0.05, 2.0, 100.0}) EXPECT_EQ(of(thick), 0) << thick;
+  EXPECT_EQ(foam(BodyKind::elastic, [](MaterialConfig&) {}), 0);
+  EXPECT_EQ(foam(BodyKind::fluid, [](MaterialConfig& m) { m.cooking_temperature = 345; }), 0);
+  EXPECT_EQ(fluid_look("look = {base = \"honey\", foam = 0.3}").look.foam, 0.3f);
+  MaterialConfig ice;
+  ice.melting_temperature = 273;
+  EXPECT_EQ(changed_look_of(BodyKind::fluid, ice, look_of(BodyKind::fluid, ice)).look.foam, 0) << "it is solid";
 }
 
 TEST(Looks, AColorGivesWhatIsClearItsAbsorption) {
@@ -84,8 +112,8 @@ TEST(Looks, ABodyMayLookOtherwiseThanItsMaterial) {
       replaced(replaced(kScene, kColor, "look = \"honey\""), "temperature = 300", "temperature = 300\nlook = \"ice\""));
   ASSERT_TRUE(s.bodies[0].look);
   EXPECT_FALSE(s.bodies[1].look);
-  EXPECT_EQ(look_of(BodyKind::fluid, s.materials[0], s.bodies[0].look).look, named_look("ice").look);
-  EXPECT_EQ(look_of(BodyKind::fluid, s.materials[0], s.bodies[1].look).look, named_look("honey").look);
+  EXPECT_EQ(look_of(BodyKind::fluid, s.materials[0], s.bodies[0].look).look, named_and_thin("ice"));
+  EXPECT_EQ(look_of(BodyKind::fluid, s.materials[0], s.bodies[1].look).look, named_and_thin("honey"));
 }
 
 TEST(Looks, FollowFromThePhysicsWhereNothingIsSaid) {
@@ -133,7 +161,7 @@ TEST(Looks, WhatChangesStateLooksOtherwise) {
   m.cooking_temperature = 345;
   EXPECT_EQ(changed(BodyKind::fluid, m).look, named_look("crepe").look);
   EXPECT_EQ(changed(BodyKind::fluid, m).color, named_look("crepe").color);
-  m.look = LookConfig{"water", {}, {}, {}, {}, {}, {}, {}, {}};
+  m.look = LookConfig{"water", {}, {}, {}, {}, {}, {}, {}, {}, {}};
   EXPECT_TRUE(changed(BodyKind::fluid, m).look.clear) << "what is clear stays so, and turns white";
   EXPECT_LT(changed(BodyKind::fluid, m).look.scattering_length, 0.01f);
 

@@ -133,6 +133,7 @@ TEST(Validate, SceneDescription) {
   SPOIL(SceneDescription, malformed, m.bodies[0].look.absorption_per_m[0] = 2 * kMostAbsorptionPerM);
   SPOIL(SceneDescription, malformed, m.bodies[0].look.scattering_length = 2 * kMostScatteringLength);
   SPOIL(SceneDescription, malformed, m.bodies[0].look.grain = 2);
+  SPOIL(SceneDescription, malformed, m.bodies[0].look.foam = -0.5f);
   SPOIL(SceneDescription, not_finite, m.bodies[0].look.roughness = std::nanf(""));
   SPOIL(SceneDescription, not_finite, m.bodies[0].look.absorption_per_m[1] = std::nanf(""));
   SPOIL(SceneDescription, malformed, m.bodies[1].vertices.pop_back());

@@ -71,6 +71,38 @@ TEST_F(PlaybackOf, IsBetweenFramesBetweenThem) {
   }
 }
 
+// Speeds follow from where particles were one recorded frame before, whatever was shown before.
+TEST_F(PlaybackOf, TellsWhereALiquidThatFoamsWasAFrameEarlier) {
+  record_scene(file(), 21, 1);
+  Playback playback(file());
+  const auto seek = [&](double time) {
+    playback.seek(time);
+    return playback.view(kNow);
+  };
+  EXPECT_FALSE(seek(0).earlier) << "nothing was before";
+  const auto lift = [&](double time) {  // of the first particle, which waves move
+    const FeedView view = seek(time);
+    if (!view.earlier) return std::nanf("");
+    EXPECT_NEAR(view.earlier->sim_time, time - 0.05, 1e-9);
+    return view.frame->positions[2] - view.earlier->positions[2];
+  };
+  for (const double frame : {0.25, 0.5}) {
+    const float before = lift(frame - 1e-6), there = lift(frame), after = lift(frame + 1e-6);
+    EXPECT_NEAR(before, there, 1e-6) << "without a step";
+    EXPECT_NEAR(after, there, 1e-6);
+  }
+  const std::vector<float> once = seek(0.73).earlier->positions;
+  seek(0.1);
+  EXPECT_EQ(seek(0.73).earlier->positions, once);
+}
+
+TEST_F(PlaybackOf, DoesNotLookForSpeedsWhereNothingFoams) {
+  record_scene(file());
+  Playback playback(file());
+  playback.seek(0.31);
+  EXPECT_FALSE(playback.view(kNow).earlier);
+}
+
 TEST_F(PlaybackOf, AddsNoMotionWhereFramesAreFarApart) {
   SceneRecorder recorder(file());
   recorder.scene(0);

@@ -18,8 +18,9 @@ class SceneRecorder {
     particles_ = synthetic_scene().scene.particle_count;
   }
 
-  void scene(double log_time) {
+  void scene(double log_time, float foam = 0) {
     SceneDescription scene = synthetic_scene().scene;
+    scene.bodies[0].look.foam = foam;
     scene.proxies = {{0, 2, synthetic_scene(0).proxy.proxy_pose}};
     writer_.write(scene, ns_of(log_time));
   }
@@ -74,9 +75,9 @@ class SceneRecorder {
 };
 
 // Writes so many frames, a twentieth of a second apart, from time 0.
-inline void record_scene(const std::string& file, int frames = 21) {
+inline void record_scene(const std::string& file, int frames = 21, float foam = 0) {
   SceneRecorder recorder(file);
-  recorder.scene(0);
+  recorder.scene(0, foam);
   for (int i = 0; i < frames; ++i) recorder.frame(0.05 * i, 0.05 * i);
   recorder.close();
 }

@@ -1,16 +1,19 @@
 #version 330 compatibility
-// A particle of a medium that is drawn as a surface: gl_Vertex.xyz is its centre in the world, gl_Vertex.w the scalar
-// (below -1e38: it has none), gl_Color.rgb its body's colour and gl_Color.a which look it has. Or a lump of particles:
-// gl_Vertex.xyz is their middle and gl_Vertex.w how many particles it has of those that would fill it.
+// A particle of a medium that is drawn as a surface: gl_Vertex.xyz is its centre in the world, gl_Color.rgb its body's
+// colour and gl_Color.a which look it has. gl_Vertex.w is its scalar where colours show that (below -1e38: it has none),
+// else how much of it is part of the surface: the rest is a drop. Or a lump of particles: gl_Vertex.xyz is their middle
+// and gl_Vertex.w how many particles it has of those that would fill it.
 uniform float target_height;  // [pixels]
 uniform float radius;         // of a particle's sprite [m]
 uniform float sink;           // [m], as medium_depth.frag has it
 uniform float lump_over_spacing;  // the side of a lump; 1: these are particles
+uniform bool by_scalar;
 uniform vec2 value_range;
 uniform sampler2D looks;  // a row a look: absorption [1/m] and haze [1/m]; roughness, softness, f0 and metallic
 
 flat out vec3 center;
-flat out float weight;  // of a lump
+flat out float weight;  // of a lump, or of what is part of the surface
+flat out float size;    // of that part, of a whole particle
 flat out vec3 tint;  // linear
 flat out float scalar;
 flat out vec4 depth_of_color;  // absorption and haze
@@ -26,9 +29,11 @@ void main() {
   int row = int(gl_Color.a * 255.0 + 0.5);
   depth_of_color = texelFetch(looks, ivec2(0, row), 0);
   surface_look = texelFetch(looks, ivec2(1, row), 0);
-  weight = lump_over_spacing > 1.0 ? gl_Vertex.w : 1.0;
+  weight = by_scalar ? 1.0 : gl_Vertex.w;
+  size = lump_over_spacing > 1.0 || weight >= 1.0 ? 1.0 : pow(weight, 1.0 / 3.0);
   scalar = gl_Vertex.w > -1e38 ? gl_Vertex.w : value_range.x;
   gl_Position = gl_ProjectionMatrix * eye;
-  gl_Position.z = front_depth(eye.z + 1.03 * radius - sink, gl_Position);
-  gl_PointSize = max(target_height * gl_ProjectionMatrix[1][1] * radius * lump_over_spacing / gl_Position.w, 1.0);
+  gl_Position.z = front_depth(eye.z + size * (1.03 * radius - sink), gl_Position);
+  gl_PointSize = max(target_height * gl_ProjectionMatrix[1][1] * size * radius * lump_over_spacing / gl_Position.w, 1.0);
+  if (weight <= 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
 }

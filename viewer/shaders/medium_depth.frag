@@ -6,6 +6,7 @@ uniform float radius;
 uniform float sink;  // [m]
 
 flat in vec3 center;
+flat in float size;
 flat in float scalar;
 
 // The sprite has the depth of the sphere's front, so that hidden ones are known before they are drawn.
@@ -17,7 +18,7 @@ void main() {
   vec2 q = vec2(2.0, -2.0) * gl_PointCoord + vec2(-1.0, 1.0);
   float r2 = dot(q, q);
   if (r2 > 1.0) discard;
-  float z = center.z + radius * sqrt(1.0 - r2) - sink;
+  float z = center.z + size * (radius * sqrt(1.0 - r2) - sink);
   if (z > -1e-4) discard;
   float ndc = (gl_ProjectionMatrix[2][2] * z + gl_ProjectionMatrix[3][2]) / -z;
   gl_FragDepth = clamp(0.5 * ndc + 0.5, 0.0, 1.0);
