@@ -10,10 +10,10 @@ namespace {
 constexpr float kTouching = 0.8f;
 constexpr float kThickness = 1.3f;  // that a wall must have to hold an image and half a spacing around it
 constexpr std::size_t kMostTriangles = 20'000;
-constexpr std::size_t kMostListed = 4'000'000;
-constexpr float kMostCells = 128;      // along each axis
-constexpr float kBeside = 0.1f;        // a face: facets of a round wall leave gaps between what stands on them
-constexpr float kSameFace = 0.9f;      // the cosine between normals from which two facets are one wall
+constexpr std::size_t kMostWork = 20'000'000;  // cells that may list a face, of all faces
+constexpr float kMostCells = 128;              // along each axis
+constexpr float kBeside = 0.1f;                // a face: facets of a round wall leave gaps between what stands on them
+constexpr float kSameFace = 0.9f;              // the cosine between normals from which two facets are one wall
 constexpr float kMostOblique = 0.35f;  // the cosine between normals up to which two walls have an image in their edge
 
 }  // namespace
@@ -47,51 +47,79 @@ bool MirrorImages::holds(const Face& face, const osg::Vec3f& way) {
   return a >= -face.slack[0] && b >= -face.slack[1] && a + b <= 1 + face.slack[2];
 }
 
+// The lattice of cells around all faces, while it is filled.
+struct MirrorImages::Lattice {
+  osg::Vec3f low;
+  float cell;                          // [m]
+  float reach;                         // of a face that may matter to a particle [m]
+  std::array<std::uint32_t, 3> cells;  // along each axis
+
+  struct Range {
+    std::array<std::uint32_t, 3> from, to;  // both within
+    std::size_t count() const {
+      std::size_t n = 1;
+      for (std::size_t k = 0; k < 3; ++k) n *= to[k] - from[k] + 1;
+      return n;
+    }
+  };
+
+  // The cells that the box around the face and its reach has.
+  Range range_of(const Face& face) const {
+    osg::BoundingBox box;
+    for (const osg::Vec3f& to : {osg::Vec3f(), face.edge[0], face.edge[1]}) box.expandBy(face.corner + to);
+    Range range{};
+    for (int k = 0; k < 3; ++k) {
+      const auto axis = static_cast<std::size_t>(k);
+      const auto at = [&](float x) {
+        return static_cast<std::uint32_t>(std::clamp((x - low[k]) / cell, 0.0f, static_cast<float>(cells[axis] - 1)));
+      };
+      range.from[axis] = at(box._min[k] - reach);
+      range.to[axis] = at(box._max[k] + reach);
+    }
+    return range;
+  }
+
+  // Calls f(number) for those of the range in which the face's plane may matter.
+  template <class F>
+  void each(const Face& face, F&& f) const {
+    const Range range = range_of(face);
+    const float around = reach + 0.5f * std::sqrt(3.0f) * cell;
+    for (std::uint32_t z = range.from[2]; z <= range.to[2]; ++z)
+      for (std::uint32_t y = range.from[1]; y <= range.to[1]; ++y)
+        for (std::uint32_t x = range.from[0]; x <= range.to[0]; ++x) {
+          const osg::Vec3f at(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+          const osg::Vec3f middle = low + (at + osg::Vec3f(0.5f, 0.5f, 0.5f)) * cell;
+          if (std::abs(face.normal * (middle - face.corner)) <= around) f((z * cells[1] + y) * cells[0] + x);
+        }
+  }
+};
+
 // Each cell lists the faces that may matter to a particle in it: those that it touches, and those behind them.
 void MirrorImages::sort_into_cells() {
   osg::BoundingBox box;
   for (const Face& face : faces_)
     for (const osg::Vec3f& to : {osg::Vec3f(), face.edge[0], face.edge[1]}) box.expandBy(face.corner + to);
   if (!box.valid() || !std::isfinite(box.radius())) return;
-  const float touching = kTouching * spacing_, reach = touching + kThickness * spacing_;
+  const float touching = kTouching * spacing_;
   const osg::Vec3f margin(touching, touching, touching);
   box = {box._min - margin, box._max + margin};
   const osg::Vec3f size = box._max - box._min;
   const float cell = std::max(spacing_, std::max({size.x(), size.y(), size.z()}) / kMostCells);
-  per_metre_ = 1 / cell;
+  Lattice lattice{box._min, cell, touching + kThickness * spacing_, {}};
   for (int k = 0; k < 3; ++k)
-    cells_[static_cast<std::size_t>(k)] = static_cast<std::uint32_t>(size[k] * per_metre_) + 1;
-  const float half = 0.5f * cell, around = reach + half * std::sqrt(3.0f);
-  const osg::Vec3f away(reach, reach, reach);
-  // calls f(cell) for those whose middle is near enough to the face's box and plane
-  const auto each_cell = [&](const Face& face, auto&& f) {
-    osg::BoundingBox near;
-    for (const osg::Vec3f& to : {osg::Vec3f(), face.edge[0], face.edge[1]}) near.expandBy(face.corner + to);
-    std::array<std::uint32_t, 3> from{}, to{};
-    for (int k = 0; k < 3; ++k) {
-      const auto at = [&](float x) {
-        const float most = static_cast<float>(cells_[static_cast<std::size_t>(k)] - 1);
-        return static_cast<std::uint32_t>(std::clamp((x - box._min[k]) * per_metre_, 0.0f, most));
-      };
-      from[static_cast<std::size_t>(k)] = at(near._min[k] - reach);
-      to[static_cast<std::size_t>(k)] = at(near._max[k] + reach);
-    }
-    for (std::uint32_t z = from[2]; z <= to[2]; ++z)
-      for (std::uint32_t y = from[1]; y <= to[1]; ++y)
-        for (std::uint32_t x = from[0]; x <= to[0]; ++x) {
-          const osg::Vec3f middle = box._min + osg::Vec3f(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f,
-                                                          static_cast<float>(z) + 0.5f) *
-                                                   cell;
-          if (std::abs(face.normal * (middle - face.corner)) <= around) f((z * cells_[1] + y) * cells_[0] + x);
-        }
-  };
-  first_.assign(std::size_t{cells_[0]} * cells_[1] * cells_[2] + 1, 0);
-  for (const Face& face : faces_) each_cell(face, [&](std::size_t c) { ++first_[c + 1]; });
+    lattice.cells[static_cast<std::size_t>(k)] = static_cast<std::uint32_t>(size[k] / cell) + 1;
+  std::size_t work = 0;
+  for (const Face& face : faces_) work += lattice.range_of(face).count();
+  if (work > kMostWork) return;
+  first_.assign(std::size_t{lattice.cells[0]} * lattice.cells[1] * lattice.cells[2] + 1, 0);
+  for (const Face& face : faces_) lattice.each(face, [&](std::size_t c) { ++first_[c + 1]; });
   for (std::size_t c = 1; c < first_.size(); ++c) first_[c] += first_[c - 1];
-  if (first_.back() > kMostListed) return;
   list_.resize(first_.back());
   std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-  for (std::uint32_t i = 0; i < faces_.size(); ++i) each_cell(faces_[i], [&](std::size_t c) { list_[next[c]++] = i; });
+  for (std::uint32_t i = 0; i < faces_.size(); ++i)
+    lattice.each(faces_[i], [&](std::size_t c) { list_[next[c]++] = i; });
+  per_metre_ = 1 / cell;
+  cells_ = lattice.cells;
   box_ = box;
 }
 

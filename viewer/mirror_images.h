@@ -19,7 +19,7 @@ namespace palp {
 class MirrorImages {
  public:
   // parts: the solid's whole surface, in its body frame. spacing: of the particles, above 0 [m]. Surfaces of very many
-  // triangles have no images.
+  // triangles, or of very many that are large and slanted, have no images.
   MirrorImages(std::span<const osg::ref_ptr<osg::Geometry>> parts, double spacing);
   // Adds the images of a particle at x in the faces that it touches, in their edges and corners, all in the body frame.
   // A wall too thin to hold an image has none. Never more than kMost.
@@ -36,6 +36,7 @@ class MirrorImages {
     osg::Vec3f shares[2];  // a place's share of each edge is its way from the corner times these
     float slack[3];        // in those shares and in their sum, for places just beside the face
   };
+  struct Lattice;
   struct Touched {
     osg::Vec3f normal;
     float height;  // of the particle above it [m]

@@ -85,5 +85,18 @@ TEST(MirrorImages, ARoundWallMirrorsAlongItsRadius) {
   }
 }
 
+// Each of these would have to be looked for in two million cells.
+TEST(MirrorImages, VeryManyLargeFacesHaveNone) {
+  BodyDescription body;
+  body.kind = BodyKind::rigid;
+  for (int i = 0; i < 500; ++i) {
+    const double t = 0.001 * i;
+    add_quad(body, {{{-1, -1, -1 - t}, {1, -1, 1 - t}, {1, 1, 1 + t}, {-1, 1, -1 + t}}});
+  }
+  const LoadedSurface loaded = load_surface(body, kSpacing);
+  ASSERT_TRUE(loaded.mesh.images);
+  EXPECT_FALSE(loaded.mesh.images->box().valid());
+}
+
 }  // namespace
 }  // namespace palp::test::mirror_images_test
