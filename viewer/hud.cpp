@@ -360,8 +360,9 @@ void Hud::lay_out_help() {
   below.a() = kHelpOpacity;
   help_group_->addChild(panel(x, top - h, w, h, scale * font_size_, below));
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    const float left = x + scale * (pad + static_cast<float>(i / rows) * column);
-    const float y = top - scale * (pad + (static_cast<float>(i % rows) + 0.5f) * line());
+    const std::size_t in_column = i / rows, in_row = i % rows;
+    const float left = x + scale * (pad + static_cast<float>(in_column) * column);
+    const float y = top - scale * (pad + (static_cast<float>(in_row) + 0.5f) * line());
     help_group_->addChild(text({left, y}, lines[i].first, colors_.amber, osgText::Text::LEFT_BASE_LINE, scale));
     help_group_->addChild(
         text({left + scale * keys, y}, lines[i].second, colors_.value, osgText::Text::LEFT_BASE_LINE, scale));
