@@ -74,7 +74,8 @@ class Company {
     return number_of(cell_along(p, 0), cell_along(p, 1), cell_along(p, 2));
   }
   std::size_t number_of(int x, int y, int z) const {
-    return static_cast<std::size_t>((z * cells_[1] + y) * cells_[0] + x);
+    const auto row = static_cast<std::size_t>(z) * static_cast<std::size_t>(cells_[1]) + static_cast<std::size_t>(y);
+    return row * static_cast<std::size_t>(cells_[0]) + static_cast<std::size_t>(x);
   }
 
   float spacing_ = 0, per_metre_ = 0;
