@@ -70,9 +70,7 @@ SurfaceQuality quick_surface(int width, int height) {
   return {std::clamp(scale, 0.5, 1.0), 1, 8, 1, 8};
 }
 
-int surface_texels(int pixels, const SurfaceQuality& quality) {
-  return std::max(1, static_cast<int>(std::lround(pixels * quality.scale)));
-}
+int texels_of(int pixels, double scale) { return std::max(1, static_cast<int>(std::lround(pixels * scale))); }
 
 MediumSurface::MediumSurface(Medium medium, osg::Node* particles, osg::Node* tinting, osg::Texture1D* color_map,
                              const PictureCopy* copy, osg::Texture2D* walls)
@@ -280,13 +278,13 @@ void MediumSurface::set_size(int width, int height, const SurfaceQuality& qualit
   drawn_ = {};
   for (Pass& pass : passes_) {
     const double scale = quality_.scale * pass.share;
-    const auto texels = [scale](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * scale))); };
+    const int across = texels_of(width, scale), up = texels_of(height, scale);
     if (&pass == &passes_[kTint]) {
-      surface_looks_->setTextureSize(texels(width), texels(height));
+      surface_looks_->setTextureSize(across, up);
       surface_looks_->dirtyTextureObject();
     }
-    resize_pass(*pass.camera, *pass.texture, texels(width), texels(height));
-    pass.camera->getStateSet()->getUniform("target_height")->set(static_cast<float>(texels(height)));
+    resize_pass(*pass.camera, *pass.texture, across, up);
+    pass.camera->getStateSet()->getUniform("target_height")->set(static_cast<float>(up));
   }
   const osg::Vec2f surface = size_of(*passes_[0].texture), tints = size_of(*passes_[kTint].texture);
   passes_[kTint]

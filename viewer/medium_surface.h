@@ -36,8 +36,8 @@ SurfaceQuality fine_surface(double spacing_pixels, const SurfaceQuality& now);
 // Returns what a rasteriser on a CPU can do for a picture of this size: each texel counts.
 SurfaceQuality quick_surface(int width, int height);
 
-// Returns how many texels the surface has for so many pixels.
-int surface_texels(int pixels, const SurfaceQuality& quality);
+// Returns how many texels stand for so many pixels where a pixel has so many.
+int texels_of(int pixels, double scale);
 
 // All calls from the thread that renders, between frames.
 class MediumSurface {

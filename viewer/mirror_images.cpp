@@ -14,6 +14,7 @@ constexpr std::size_t kMostWork = 20'000'000;  // cells that may list a face, of
 constexpr float kMostCells = 128;              // along each axis
 constexpr float kBeside = 0.1f;                // a face: facets of a round wall leave gaps between what stands on them
 constexpr float kSameFace = 0.9f;              // the cosine between normals from which two facets are one wall
+constexpr float kFacing = 0.1f;                // the cosine between a wall and what may be its other side, at least
 constexpr float kMostOblique = 0.35f;  // the cosine between normals up to which two walls have an image in their edge
 
 }  // namespace
@@ -139,7 +140,7 @@ bool MirrorImages::is_thick(const Face& face, const osg::Vec3f& foot, std::span<
   for (const std::uint32_t i : near) {
     const Face& other = faces_[i];
     const float facing = other.normal * face.normal;
-    if (facing > -0.1f) continue;
+    if (facing > -kFacing) continue;
     const float depth = (other.normal * (foot - other.corner)) / facing;
     if (!(depth > 0) || depth > kThickness * spacing_) continue;
     if (holds(other, foot - face.normal * depth - other.corner)) return false;

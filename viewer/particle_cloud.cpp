@@ -184,10 +184,8 @@ std::vector<float> ParticleCloud::values_for_range(const ParticleFrame& frame) c
     for (const Body& body : bodies_) {
       if (!all && !deforms(body.kind)) continue;
       if (!draw_all_ && body.has_surface) continue;
-      const std::size_t first = std::min<std::size_t>(body.first, frame.scalars.size());
-      const std::size_t n = std::min<std::size_t>(body.count, frame.scalars.size() - first);
-      const auto begin = frame.scalars.begin() + static_cast<std::ptrdiff_t>(first);
-      values.insert(values.end(), begin, begin + static_cast<std::ptrdiff_t>(n));
+      const std::span<const float> part = part_of(body, frame.scalars, 1);
+      values.insert(values.end(), part.begin(), part.end());
     }
     if (!values.empty()) break;
   }
@@ -220,8 +218,9 @@ void ParticleCloud::choose_colors(const ParticleFrame& frame) {
 
 // Finds which places of a body are drawn: not those beyond the cut, nor what is no place. And which tint is theirs.
 void ParticleCloud::find_seen(const Body& body, const ParticleFrame& frame) {
-  const std::size_t count = frame.positions.size() / 3, first = std::min<std::size_t>(body.first, count);
-  const std::size_t end = first + std::min<std::size_t>(body.count, count - first);
+  const std::size_t count = frame.positions.size() / 3, first = body.first;
+  const std::span<const float> positions = part_of(body, frame.positions, 3);
+  const std::size_t end = first + positions.size() / 3;
   const bool with_scalar = shown_ != ScalarField::none && frame.scalars.size() == count && has_field(body.kind, shown_);
   const float otherwise = shown_ == ScalarField::none ? kWhole : kNoScalar;
   const bool whole = clip_ == kNoClip;
@@ -234,7 +233,7 @@ void ParticleCloud::find_seen(const Body& body, const ParticleFrame& frame) {
   places_.reserve(end - first);
   for (std::size_t i = first; i < end; ++i) {
     if (body.skin != nullptr && !body.skin->bare(i - first)) continue;
-    const float* p = frame.positions.data() + 3 * i;
+    const float* p = &positions[3 * (i - first)];
     const bool is_place = std::abs(p[0]) < kFarthest && std::abs(p[1]) < kFarthest && std::abs(p[2]) < kFarthest;
     if (!is_place || !(whole || keeps(clip_, osg::Vec3d(p[0], p[1], p[2])))) {
       if (with_spray) left_out_.push_back(static_cast<std::uint32_t>(i - first));
@@ -250,17 +249,16 @@ void ParticleCloud::find_seen(const Body& body, const ParticleFrame& frame) {
   drawn_ += end - first;
 }
 
-// Returns the places of a body's particles, x y z each, as far as the frame has them.
-std::span<const float> ParticleCloud::positions_of(const Body& body, const ParticleFrame& frame) {
-  const std::size_t count = frame.positions.size() / 3, first = std::min<std::size_t>(body.first, count);
-  return std::span(frame.positions).subspan(3 * first, 3 * std::min<std::size_t>(body.count, count - first));
+std::span<const float> ParticleCloud::part_of(const Body& body, std::span<const float> values, std::size_t each) {
+  const std::size_t count = values.size() / each, first = std::min<std::size_t>(body.first, count);
+  return values.subspan(each * first, each * std::min<std::size_t>(body.count, count - first));
 }
 
 // Makes drops of the places that fly alone: as much of them as is a drop is no part of the surface.
 void ParticleCloud::let_fly(const Body& body, const ParticleFrame& frame, const ParticleFrame* earlier) {
   std::vector<std::span<const float>> others;
   for (const Body& other : bodies_)
-    if (&other != &body && other.kind == BodyKind::fluid) others.push_back(positions_of(other, frame));
+    if (&other != &body && other.kind == BodyKind::fluid) others.push_back(part_of(other, frame.positions, 3));
   std::size_t before = 0;  // of those left out
   for (const Flying& drop : find_flying(places_, interior_, spacing_, others)) {
     while (before < left_out_.size() && left_out_[before] <= drop.place + before) ++before;
@@ -306,13 +304,16 @@ void ParticleCloud::add_images(std::size_t from, Medium medium) {
   const std::size_t end = outer.places.size();
   std::vector<osg::Vec3f> images;
   for (const StandingSolid& solid : solids_) {
+    const osg::BoundingBox& box = solid.images->box();
     const osg::Matrixf to_world(solid.pose), to_solid(osg::Matrixd::inverse(solid.pose));
+    osg::BoundingBox reached;  // in the world, which passes most particles over
+    for (unsigned k = 0; k < 8 && box.valid(); ++k) reached.expandBy(box.corner(k) * to_world);
     for (std::size_t i = from; i < end; ++i) {
       const osg::Vec4f place = outer.places[i];
-      const osg::Vec3f at = osg::Vec3f(place.x(), place.y(), place.z()) * to_solid;
-      if (!solid.images->box().contains(at)) continue;
+      const osg::Vec3f in_world(place.x(), place.y(), place.z());
+      if (!reached.contains(in_world)) continue;
       images.clear();
-      solid.images->add_of(at, images);
+      solid.images->add_of(in_world * to_solid, images);
       for (const osg::Vec3f& image : images) {
         outer.places.emplace_back(image * to_world, place.w());
         outer.tints.push_back(outer.tints[i]);

@@ -124,7 +124,8 @@ class ParticleCloud {
   std::vector<osg::Vec4ub> tints_of(const BodyDescription& body, std::size_t stages);
   void find_seen(const Body& body, const ParticleFrame& frame);
   bool flies(const Body& body) const { return body.foams && shown_ == ScalarField::none && !beads_ && !draw_all_; }
-  static std::span<const float> positions_of(const Body& body, const ParticleFrame& frame);
+  // Returns the values of a body's particles, so many each, as far as a frame has them.
+  static std::span<const float> part_of(const Body& body, std::span<const float> values, std::size_t each);
   void let_fly(const Body& body, const ParticleFrame& frame, const ParticleFrame* earlier);
   void add_body(const Body& body, Medium medium, Set& set);
   void add_images(std::size_t from, Medium medium);

@@ -163,8 +163,8 @@ void Session::update(const FeedView& view, std::int64_t now_ns) {
       ++frames_drawn_;
       field_came_ = field_came_ || frame_->field == color_;
       stage_.scene().set_frame(*frame_, earlier_.get());
-      for (Stage* stage : stages_)
-        if (first) stage->go_home();
+      if (first)
+        for (Stage* stage : stages_) stage->go_home();
     }
     for (std::uint32_t device = 0; device < kMaxDevices; ++device) {
       const auto& proxy = view.proxies[device];

@@ -5,6 +5,8 @@
 
 #include <osg/BoundingBox>
 
+#include "viewer/smooth_step.h"
+
 namespace palp {
 namespace {
 
@@ -13,11 +15,6 @@ constexpr float kLonely = 0.25f, kCompany = 1.75f, kSheet = 4.5f;
 constexpr float kSlow = 0.25f, kFast = 1.25f;  // [m/s]; a fall of 3 mm and of 8 cm
 constexpr double kLongestSince = 0.1;          // [s]
 constexpr float kFastest = 20;                 // [m/s], as in frame_blend.cpp
-
-float smooth_step(float from, float to, float x) {
-  const float t = std::clamp((x - from) / (to - from), 0.0f, 1.0f);
-  return t * t * (3 - 2 * t);
-}
 
 // Places in the order of cells as wide as company reaches, so that those of three cells in a row lie side by side:
 // cells.h would take thrice the time.

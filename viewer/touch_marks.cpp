@@ -12,6 +12,7 @@
 
 #include "viewer/refine.h"
 #include "viewer/shadow_map.h"
+#include "viewer/smooth_step.h"
 
 namespace palp {
 namespace {
@@ -35,10 +36,7 @@ double area_of(const Surface& surface) {
 }
 
 // 1 where a mark is whole, 0 from where it ends.
-float nearness(float spacings) {
-  const float x = std::clamp((kTouchEnd - spacings) / (kTouchEnd - kTouchWhole), 0.0f, 1.0f);
-  return x * x * (3 - 2 * x);
-}
+float nearness(float spacings) { return smooth_step(kTouchEnd, kTouchWhole, spacings); }
 
 // Returns what is drawn in that bin where it is before or behind what the picture has there.
 osg::ref_ptr<osg::Geometry> make_marks(osg::Depth::Function where, int bin) {
