@@ -1,6 +1,5 @@
 #include "sim_server/messages_from_state.h"
 
-#include <ranges>
 #include <span>
 
 #include "idl/convert.h"
@@ -13,10 +12,11 @@ namespace {
 // would be many megabytes.
 constexpr std::uint32_t kMostSkinned = 100'000;
 
-void append(auto&& places, std::vector<float>& to) {
+// Appends where each place is shown.
+void append(std::span<const Eigen::Vector3d> places, std::vector<float>& to, const Eigen::Isometry3d& shown) {
   to.reserve(3 * places.size());
   for (const Eigen::Vector3d& place : places) {
-    const Eigen::Vector3f x = place.cast<float>();
+    const Eigen::Vector3f x = (shown * place).cast<float>();
     to.insert(to.end(), {x.x(), x.y(), x.z()});
   }
 }
@@ -36,13 +36,13 @@ BodyDescription describe_body(const Scene& scene, const Body& body) {
   const SurfaceMesh& surface = soft ? body.skin : body.surface;
   // fixed and elastic bodies have no pose on the bus: their surface is given where it is
   const bool posed = body.type == BodyKind::rigid;
-  append(surface.vertices | std::views::transform([&](const Eigen::Vector3d& v) {
-           return posed ? v : Eigen::Vector3d(body.position + body.orientation * v);
-         }),
-         out.vertices);
+  Eigen::Isometry3d shown = Eigen::Isometry3d::Identity();
+  if (!posed) shown.translate(body.position).rotate(body.orientation);
+  append(surface.vertices, out.vertices, shown);
   out.triangles.reserve(3 * surface.triangles.size());
   for (const auto& t : surface.triangles) out.triangles.insert(out.triangles.end(), t.begin(), t.end());
-  if (soft && !surface.triangles.empty()) append(std::span(scene.position).subspan(body.first, body.count), out.rest);
+  if (soft && !surface.triangles.empty())
+    append(std::span(scene.position).subspan(body.first, body.count), out.rest, Eigen::Isometry3d::Identity());
   return out;
 }
 

@@ -51,7 +51,7 @@ std::map<std::uint32_t, HandReach> reaches_of(const std::map<std::string, Status
     const char* const end = process.data() + process.size();
     const auto [at, error] = std::from_chars(process.data() + kBridge.size(), end, device);
     if (error != std::errc() || at != end) continue;
-    const auto value = [&](const char* name) { return metric(status, name).value_or(0); };
+    const auto value = [&status = status](const char* name) { return metric(status, name).value_or(0); };
     const HandReach reach{{value("reach_x_m"), value("reach_y_m"), value("reach_z_m")},
                           {value("reach_half_x_m"), value("reach_half_y_m"), value("reach_half_z_m")},
                           value("clutch") > 0};

@@ -108,7 +108,7 @@ void read_status(const std::map<std::string, Status>& newest, HudData& d) {
       const bool strained = status.state == "engaged" && !status.text.empty();
       const bool held_back =
           status.state == "locked" || status.state == "fault" || status.state == "stale" || clutched || strained;
-      const auto scale = [&](const char* name) { return metric(status, name).value_or(1); };
+      const auto scale = [&status = status](const char* name) { return metric(status, name).value_or(1); };
       d.scales = d.bridge_rate_hz || (scale("motion_scale") == 1 && scale("force_scale") == 1)
                      ? ""
                      : fmt::format("motion ×{:g}, force ×{:g}", scale("motion_scale"), scale("force_scale"));
