@@ -20,6 +20,7 @@ class SceneGraph;
 struct PictureView {
   int width = 1, height = 1;      // [pixels]
   bool quick = false;             // the surfaces of media must be cheap
+  bool whole = false;             // they have a texel for each pixel, whatever that costs
   bool draws_shadows = true;      // false: they are as another view has drawn them
   osg::Matrixd view, projection;  // of the camera
 };

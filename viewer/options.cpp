@@ -100,6 +100,11 @@ void add_picture_options(CLI::App& app, ViewerOptions& o, CommandLine& line) {
       ->check(number_between(0.1, 1000.0));
   app.add_option("--samples", line.samples, "samples per pixel against jagged edges (4; off-screen 0)")
       ->check(CLI::Range(0, 16));
+  app.add_option("--mean-of", o.stage.mean_of,
+                 "make each picture that is written of so many that are displaced within a pixel, and draw liquids "
+                 "as finely as the picture is: all edges are smooth, at so many times the work")
+      ->check(CLI::Range(1, kMostMean))
+      ->capture_default_str();
   app.add_option("--seconds", o.seconds, "end after this long")->check(number_between(0.0, 1e7));
   std::map<std::string, ScalarField> colors;
   for (std::size_t i = 0; i < kScalarFields.size(); ++i)

@@ -20,6 +20,7 @@ struct PlayOptions {
 };
 
 inline constexpr int kMostWindows = 9;
+inline constexpr int kMostMean = 64;
 
 struct ViewerOptions {
   BusOptions bus;

@@ -9,6 +9,7 @@
 #include <osgGA/OrbitManipulator>
 
 #include "viewer/egl_window.h"
+#include "viewer/picture_mean.h"
 #include "viewer/window_beside.h"
 
 namespace palp {
@@ -78,6 +79,7 @@ Stage::Stage(const StageOptions& options, Stage* first)
       viewer_(new osgViewer::Viewer),
       read_back_(new ReadBack),
       surfaces_(options.surfaces),
+      mean_of_(options.mean_of),
       on_gl_error_(options.on_gl_error) {
   viewer_->setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
   viewer_->setLightingMode(osg::View::NO_LIGHT);
@@ -196,12 +198,31 @@ void Stage::draw(const std::function<void(Picture&&)>& read) {
   const double near = std::max(far - 14 * radius, 0.02 * radius);
   viewer_->getCamera()->setProjectionMatrixAsPerspective(field_of_view_, static_cast<double>(width()) / height(), near,
                                                          far);
+  const osg::Matrixd view = viewer_->getCamera()->getViewMatrix();
+  if (!read || mean_of_ <= 1) return draw_from(view, true, read);
+  // the camera turns by a part of a pixel: surfaces are found in eye space, so to displace the projection moves them
+  // not
+  const double pixel = 2 / (viewer_->getCamera()->getProjectionMatrix()(1, 1) * height());  // at a distance of 1
+  PictureMean sum;
+  for (int k = 0; k < mean_of_; ++k) {
+    const osg::Vec2d by = displacement(k, mean_of_) * pixel;
+    draw_from(view * osg::Matrixd::rotate(osg::Vec3d(0, 0, -1), osg::Vec3d(by, -1)), false,
+              [&](Picture&& picture) { sum.add(picture); });
+  }
+  viewer_->getCamera()->setViewMatrix(view);
+  read(sum.mean());
+}
+
+// hasty: surfaces may be as coarse as the renderer needs them.
+void Stage::draw_from(const osg::Matrixd& view, bool hasty, const std::function<void(Picture&&)>& read) {
+  viewer_->getCamera()->setViewMatrix(view);
   PictureView picture;
   picture.width = width();
   picture.height = height();
-  picture.quick = surfaces_ == Surfaces::automatic ? software_rendered() : surfaces_ == Surfaces::quick;
+  picture.quick = hasty && (surfaces_ == Surfaces::automatic ? software_rendered() : surfaces_ == Surfaces::quick);
+  picture.whole = !hasty;
   picture.draws_shadows = is_first_;
-  picture.view = viewer_->getCamera()->getViewMatrix();
+  picture.view = view;
   picture.projection = viewer_->getCamera()->getProjectionMatrix();
   scene_->set_view(picture);
   media_.set_view(picture);

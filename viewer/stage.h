@@ -30,6 +30,7 @@ struct StageOptions {
   int width = 1280;  // [pixels]
   int height = 720;
   int samples = 0;  // per pixel; 0 no anti-aliasing
+  int mean_of = 1;  // pictures that one which is read is the mean of, displaced within a pixel: all edges are smooth
   bool headless = false;
   std::string gpu = "auto";  // see egl_window.h; headless only
   std::string title = "palp";
@@ -93,7 +94,7 @@ class Stage {
   Ray ray_through(const osg::Vec2d& place) const;
   // Returns how many pixels a length [m] takes there, across the view.
   double pixels_of(double length, const osg::Vec3d& at) const;
-  // Draws one picture. read, when given, receives it before it is shown.
+  // Draws one picture. read, when given, receives it before it is shown; it is drawn StageOptions::mean_of times then.
   void draw(const std::function<void(Picture&&)>& read = nullptr);
   // Has all that follows drawn by it; null: at once. A stage on a GPU begins with that GPU's own.
   void pace(GpuPacing* pacing);
@@ -105,6 +106,7 @@ class Stage {
   class ReadBack;
   Stage(const StageOptions& options, Stage* first);
   void keep_tools_in_picture();
+  void draw_from(const osg::Matrixd& view, bool hasty, const std::function<void(Picture&&)>& read);
   void open_window(const StageOptions& options);
 
   bool is_first_;
@@ -117,6 +119,7 @@ class Stage {
   osg::ref_ptr<GpuPacing> pacing_;
   std::string renderer_;
   Surfaces surfaces_;
+  int mean_of_;
   GlErrorListener on_gl_error_;
   double field_of_view_ = kFieldOfView;  // vertical [degrees]
   double taken_right_ = 0;               // by panels [pixels]

@@ -51,7 +51,7 @@ TEST_F(Film, TheSameCommandGivesTheSameBytes) {
   for (auto* pictures : {&first, &second}) {
     const std::string folder = folder_ / (pictures == &first ? "a" : "b");
     fs::create_directory(folder);
-    const Outcome made = make({"--frames", folder + "/f.png", "--fps", "10", "--script", script()});
+    const Outcome made = make({"--frames", folder + "/f.png", "--fps", "10", "--script", script(), "--mean-of", "2"});
     ASSERT_EQ(made.status, 0) << made.output;
     ASSERT_EQ(files_in(folder), 10);
     for (int i = 1; i <= 10; ++i)

@@ -63,14 +63,13 @@ TEST(MediumImage, ALiquidIsOneSmoothSurface) {
 
 // How far the upper outline of what is bright is from a straight line between two places [pixels, root mean square].
 double waviness(const Picture& picture, const osg::Vec2d& a, const osg::Vec2d& b) {
-  double n = 0, x1 = 0, y1 = 0, x2 = 0, xy = 0, y2 = 0;
+  std::vector<osg::Vec2d> outline;
   for (int x = static_cast<int>(std::min(a.x(), b.x())); x < static_cast<int>(std::max(a.x(), b.x())); ++x) {
     int y = picture.height - 1;
     while (y > 0 && at(picture, x, y).g < 90) --y;
-    n += 1, x1 += x, y1 += y, x2 += x * x, xy += x * y, y2 += y * y;
+    outline.emplace_back(x, y);
   }
-  const double slope = (xy - x1 * y1 / n) / (x2 - x1 * x1 / n);
-  return std::sqrt(std::max(0.0, (y2 - y1 * y1 / n - slope * (xy - x1 * y1 / n)) / n));
+  return off_line(outline);
 }
 
 TEST(MediumImage, AnOutlineIsALineAndNotARowOfBeads) {

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <osg/Image>
@@ -65,6 +66,16 @@ inline int differing(const Picture& a, const Picture& b) {
     count += a.rgb[i] != b.rgb[i] || a.rgb[i + 1] != b.rgb[i + 1] || a.rgb[i + 2] != b.rgb[i + 2];
   }
   return count;
+}
+
+// Returns how far places are from the straight line through them [root mean square, along y].
+inline double off_line(const std::vector<osg::Vec2d>& places) {
+  const auto n = static_cast<double>(places.size());
+  double x1 = 0, y1 = 0, x2 = 0, xy = 0, y2 = 0;
+  for (const osg::Vec2d& p : places)
+    x1 += p.x(), y1 += p.y(), x2 += p.x() * p.x(), xy += p.x() * p.y(), y2 += p.y() * p.y();
+  const double slope = (xy - x1 * y1 / n) / (x2 - x1 * x1 / n);
+  return std::sqrt(std::max(0.0, (y2 - y1 * y1 / n - slope * (xy - x1 * y1 / n)) / n));
 }
 
 inline StageOptions small_stage(int width = 320, int height = 240) {
