@@ -182,6 +182,7 @@ std::string_view usual_look(BodyKind kind, const MaterialConfig& m) {
   }
   if (m.density >= 5000) return "steel";
   if (m.density >= 1500) return "stone";
+  if (m.melting_temperature) return *m.melting_temperature < 280 ? "ice" : "plastic";
   return m.density >= 300 && m.density < 950 ? "wood" : "plastic";
 }
 

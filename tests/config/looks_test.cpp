@@ -148,6 +148,11 @@ TEST(Looks, FollowFromThePhysicsWhereNothingIsSaid) {
     EXPECT_EQ(heavy(1000), "plastic");
     EXPECT_EQ(heavy(700), "wood");
     EXPECT_EQ(heavy(30), "plastic") << "foam";
+    const auto melts_at = [&](double kelvin) {
+      return usual(kind, [&](MaterialConfig& m) { m.density = 917, m.melting_temperature = kelvin; });
+    };
+    EXPECT_EQ(melts_at(273), "ice");
+    EXPECT_EQ(melts_at(330), "plastic") << "wax: no wood melts";
   }
   for (const double viscosity : {1e-3, 0.05, 2.0, 100.0}) EXPECT_NO_THROW(named_look(thick(viscosity)));
 }
