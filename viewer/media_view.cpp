@@ -9,6 +9,9 @@ namespace {
 
 constexpr std::array<Medium, 2> kSurfaceMedia{Medium::opaque, Medium::clear};
 constexpr int kCopyBin = 3;  // after opaque media, before clear ones (medium_surface.cpp)
+// Spacings [texels] up to which the filter reaches as far as it should, at its widest steps (medium_smooth.frag): past
+// them beads show.
+constexpr double kLargestSmoothed = 30;
 
 }  // namespace
 
@@ -40,9 +43,10 @@ void MediaView::set_view(const PictureView& picture) {
   const osg::Vec4d middle(scene_.content().center(), 1);
   const double away = std::max((middle * picture.view * picture.projection).w(), 1e-3);
   const double spacing_pixels = 0.5 * picture.height * picture.projection(1, 1) * scene_.spacing() / away;
-  quality_ = picture.whole   ? SurfaceQuality{}
-             : picture.quick ? quick_surface(picture.width, picture.height)
-                             : fine_surface(spacing_pixels, quality_);
+  if (picture.whole && spacing_pixels < kLargestSmoothed)
+    quality_ = SurfaceQuality{};
+  else
+    quality_ = picture.quick ? quick_surface(picture.width, picture.height) : fine_surface(spacing_pixels, quality_);
   copy_->set_size(picture.width, picture.height);
   copy_->setNodeMask(cloud.box(Medium::clear).valid() ? ~0u : 0u);
   // what is cut open has no mirror images
