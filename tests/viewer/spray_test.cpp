@@ -83,7 +83,10 @@ TEST(Spray, NoParticleComesOrGoesWithAStepWhereManyMove) {
   std::mt19937 random(7);
   std::normal_distribution<float> unit;
   std::vector<osg::Vec4f> places = lattice(6, 6, 6, 0.2), motions;
-  for (std::size_t i = 0; i < places.size(); ++i) motions.emplace_back(unit(random), unit(random), unit(random), 0.0f);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const float z = unit(random), y = unit(random), x = unit(random);  // the same motions whatever the compiler
+    motions.emplace_back(x, y, z, 0.0f);
+  }
   std::vector<float> before;
   std::size_t steps = 0, all = 0;
   for (int step = 0; step <= 1500; ++step) {
