@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "config/error.h"
+#include "config/srgb.h"
 
 namespace palp {
 namespace {
@@ -94,8 +95,6 @@ LookConfig read_look_table(TomlTable table) {
   look.foam = number(table, "foam", kShare);
   return look;
 }
-
-float linear(float s) { return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f); }
 
 bool changes_state(const MaterialConfig& m) { return m.melting_temperature || m.cooking_temperature; }
 
@@ -190,7 +189,8 @@ std::array<float, 3> absorption_of(const Rgb& color) {
   // black would absorb without limit, and the least that a screen shows is as dark
   constexpr float kDarkest = 1.0f / 255;
   Rgb absorption{};
-  for (std::size_t k = 0; k < 3; ++k) absorption[k] = -std::log(std::max(linear(color[k]), kDarkest)) / kColorDepth;
+  for (std::size_t k = 0; k < 3; ++k)
+    absorption[k] = -std::log(std::max(light_of_srgb(color[k]), kDarkest)) / kColorDepth;
   return absorption;
 }
 

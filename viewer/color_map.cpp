@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/srgb.h"
+
 namespace palp {
 namespace {
 
@@ -11,18 +13,13 @@ struct Lab {
   double l, a, b;
 };
 
-double encode(double linear) {
-  const double x = std::clamp(linear, 0.0, 1.0);
-  return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-}
-
-double decode(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4); }
-
 Rgb8 to_rgb(const Lab& c) {
   const double l = std::pow(c.l + 0.3963377774 * c.a + 0.2158037573 * c.b, 3);
   const double m = std::pow(c.l - 0.1055613458 * c.a - 0.0638541728 * c.b, 3);
   const double s = std::pow(c.l - 0.0894841775 * c.a - 1.2914855480 * c.b, 3);
-  const auto byte = [](double v) { return static_cast<std::uint8_t>(std::lround(255 * encode(v))); };
+  const auto byte = [](double v) {
+    return static_cast<std::uint8_t>(std::lround(255 * srgb_of_light(std::clamp(v, 0.0, 1.0))));
+  };
   return {byte(4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * s),
           byte(-1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s),
           byte(-0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s)};
@@ -81,7 +78,8 @@ std::array<Rgb8, kColorMapSize> color_map(ColorMapKind kind) {
 }
 
 double lightness(Rgb8 color) {
-  const double r = decode(color.r / 255.0), g = decode(color.g / 255.0), b = decode(color.b / 255.0);
+  const double r = light_of_srgb(color.r / 255.0), g = light_of_srgb(color.g / 255.0),
+               b = light_of_srgb(color.b / 255.0);
   return 0.2104542553 * std::cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b) +
          0.7936177850 * std::cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b) -
          0.0040720468 * std::cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);

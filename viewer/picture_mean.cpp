@@ -3,27 +3,24 @@
 #include <array>
 #include <cmath>
 
+#include "config/srgb.h"
+
 namespace palp {
 namespace {
 
 constexpr std::uint32_t kWhite = 65535;  // fine enough that each of 256 levels of sRGB has a light of its own
 
-// IEC 61966-2-1
-double light_of(double shown) { return shown <= 0.04045 ? shown / 12.92 : std::pow((shown + 0.055) / 1.055, 2.4); }
-
-double shown_of(double light) { return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055; }
-
 std::array<std::uint32_t, 256> lights() {
   std::array<std::uint32_t, 256> table{};
   for (std::size_t i = 0; i < table.size(); ++i)
-    table[i] = static_cast<std::uint32_t>(std::lround(kWhite * light_of(static_cast<double>(i) / 255)));
+    table[i] = static_cast<std::uint32_t>(std::lround(kWhite * light_of_srgb(static_cast<double>(i) / 255)));
   return table;
 }
 
 std::vector<std::uint8_t> levels() {
   std::vector<std::uint8_t> table(kWhite + 1);
   for (std::size_t i = 0; i < table.size(); ++i)
-    table[i] = static_cast<std::uint8_t>(std::lround(255 * shown_of(static_cast<double>(i) / kWhite)));
+    table[i] = static_cast<std::uint8_t>(std::lround(255 * srgb_of_light(static_cast<double>(i) / kWhite)));
   return table;
 }
 

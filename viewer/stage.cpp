@@ -200,8 +200,7 @@ void Stage::draw(const std::function<void(Picture&&)>& read) {
                                                          far);
   const osg::Matrixd view = viewer_->getCamera()->getViewMatrix();
   if (!read || mean_of_ <= 1) return draw_from(view, true, read);
-  // the camera turns by a part of a pixel: surfaces are found in eye space, so to displace the projection moves them
-  // not
+  // the camera turns by a part of a pixel: surfaces are found in eye space, where the projection displaces nothing
   const double pixel = 2 / (viewer_->getCamera()->getProjectionMatrix()(1, 1) * height());  // at a distance of 1
   PictureMean sum;
   for (int k = 0; k < mean_of_; ++k) {
