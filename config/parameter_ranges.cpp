@@ -26,6 +26,7 @@ const std::vector<ParameterRow> kParameters{
     {"numerics.max_speed", kSpeed, 1, false, "what single precision tells apart"},
     {"numerics.artificial_viscosity", {"", 0, 1}, 1, true, "more damps all motion within a few sub-steps"},
     {"numerics.density_diffusion", {"", 0, 0.5}, 1, true, "more is unstable at the sub-step that is planned"},
+    {"numerics.shift", {"", 0, 100}, 1, false, "more moves particles past where they would be even"},
     {"numerics.skin_over_spacing", {"", 0.02, 1}, 1, false, "less lists neighbours anew in each sub-step, more lists twice as many"},
     {"numerics.sleep_speed", {"m/s", 0, 1, true}, 1, false, "fluid in a hand's way is never slower than all that sleeps"},
     {"numerics.region_of_interest", {"m", 0, 1e6, true}, 1, false, "0 would leave nothing to compute"},

@@ -107,6 +107,7 @@ void read_numerics(TomlTable& root, SceneConfig& scene, const SceneOverrides& ov
   n.where = table.where(n.sound_speed ? "sound_speed" : "max_speed");
   n.artificial_viscosity = table.number("artificial_viscosity", range_of("numerics.artificial_viscosity"));
   n.density_diffusion = table.number("density_diffusion", range_of("numerics.density_diffusion"));
+  n.shift = table.number("shift", range_of("numerics.shift"));
   if (const auto scheme = table.choice("viscosity", kViscosity)) n.viscosity = static_cast<ViscosityScheme>(*scheme);
   if (const auto solver = table.choice("elastic_solver", kElasticSolvers); solver && *solver < 2)
     n.elastic_solver = static_cast<ElasticSolver>(*solver);

@@ -163,6 +163,7 @@ struct NumericsConfig {
   std::optional<double> max_speed;              // expected largest speed [m/s], from which the sound speed follows
   std::optional<double> artificial_viscosity;   // alpha, 0..1
   std::optional<double> density_diffusion;      // delta, 0..0.5
+  std::optional<double> shift;                  // k of particle shifting, 0..100
   std::optional<ViscosityScheme> viscosity;     // unset: what costs less
   std::optional<ElasticSolver> elastic_solver;  // unset: what costs less
   std::optional<int> elastic_rounds;         // of an implicit solve, at most; unset: what leaves a hundredth to solve

@@ -106,6 +106,7 @@ struct AdvanceDensity {
   const Packed* wall_slope;  // of solids with a distance field (walls.h); null without any
   const real* wall_rate;
   Bonds bonds;
+  Packed* shift_sums;  // by particle, as of shift_of(); null where none is shifted
 
   // The sums over a particle's neighbours. divergence: of the velocity [1/s]; laplacian: D_i [Pa/m^2]; slope: grad C.
   template <class S>
@@ -190,6 +191,7 @@ struct AdvanceDensity {
     copy_changing(from, i, to, i);
     to.vp[i].w = p;
     to.xV[i].w = from.mass[i] / density_at(acting_pressure(medium, p), rho0, c);
+    if (shift_sums != nullptr) shift_sums[i] = pack(sums.slope, sums.strain);
   }
 };
 

@@ -5,12 +5,14 @@
 
 #include "sim_server/physics/outside.h"
 #include "sim_server/physics/rigid_pieces.h"
+#include "sim_server/physics/shift.h"
 
 namespace palp {
 
 struct MoveParticles {
   ParticleView state;
   const Packed* acceleration;  // fluids only
+  const Packed* shift_sums;    // as of shift_of(); null where no fluid is shifted
   BodyViews bodies;
   ElasticViews elastic;
   ChangeViews change;
@@ -57,6 +59,7 @@ struct MoveParticles {
         return;
       }
       x = xV.xyz() + medium.dt * v;
+      if (shift_sums != nullptr) x += shift_of(medium, tag, state.id[i], shift_sums[i], state.smooth[i]);
     } else {
       const BodyState& body = bodies.body[tag.body()];
       const std::uint32_t k = body.force_first + state.id[i] - body.first;

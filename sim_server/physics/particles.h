@@ -55,6 +55,7 @@ struct ParticleView {
   real* temperature = nullptr;
   real* enthalpy = nullptr;
   Solidity* solid = nullptr;
+  Packed* smooth = nullptr;  // s [1/m], layer (w) of shift.h
 };
 
 // Copies those members of a particle that a step changes.
@@ -71,6 +72,7 @@ PALP_HD inline void copy_lasting(const ParticleView& from, std::uint32_t i, cons
   to.mass[j] = from.mass[i];
   to.tag[j] = from.tag[i];
   to.id[j] = from.id[i];
+  if (to.smooth != nullptr) to.smooth[j] = from.smooth[i];
 }
 
 PALP_HD inline void copy_particle(const ParticleView& from, std::uint32_t i, const ParticleView& to, std::uint32_t j) {
@@ -99,6 +101,7 @@ struct Medium {
   real diffusion;    // delta of the density diffusion [-]
   real cover;        // C0, sum V W of a lattice [-]
   real artificial;   // alpha of the artificial viscosity [-]
+  real shift;        // k of particle shifting [-]
   bool uniform;      // one fluid and nothing else: every particle has the same tag but for its body
   bool tension;      // true: fluid pressure may be negative
   real dt;           // sub-step [s]

@@ -165,6 +165,8 @@ std::vector<BillModule> bill_modules(const Scene& scene, const Plan& plan) {
       : plan.contact ? "contact by springs"
                      : "heat flows between neighbours");
   add(plan.fluid, plan.method == Method::paper ? "fluid by method \"paper\"" : "fluid", fluids);
+  add(plan.shifts, "particle shifting",
+      fmt::format("deep in {}, layers counted every {} haptic steps", fluids, plan.layer_interval));
   add(plan.walls, "walls by particles", bodies([&](std::size_t b) { return is_wall_of_particles(scene, plan, b); }));
   add(plan.geometry, "walls by geometry", bodies([&](std::size_t b) { return scene.bodies[b].contact != nullptr; }));
   add(plan.cohesion, "surface tension", bodies([&](std::size_t b) {

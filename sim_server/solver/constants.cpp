@@ -133,6 +133,12 @@ double elastic_damping(const Scene& scene, const Plan& plan, const MaterialConfi
   return m.damping + 0.01 * std::sqrt(*m.young_modulus * m.density) * scene.spacing;
 }
 
+bool is_uniform(const Scene& scene, const Plan& plan) {
+  return plan.one_fluid && !plan.change && std::all_of(scene.bodies.begin(), scene.bodies.end(), [](const Body& b) {
+           return b.type == BodyKind::fluid || b.count == 0;
+         });
+}
+
 Medium make_medium(const Scene& scene, const Plan& plan) {
   Medium m{};
   for (std::size_t i = 0; i < scene.config.materials.size() && i < kMaxMaterials; ++i)
@@ -142,11 +148,10 @@ Medium make_medium(const Scene& scene, const Plan& plan) {
   m.sound_speed = static_cast<real>(plan.sound_speed);
   m.diffusion = static_cast<real>(plan.diffusion);
   m.artificial = static_cast<real>(plan.artificial);
+  m.shift = static_cast<real>(plan.shift);
   m.cover = static_cast<real>(lattice_sums(plan.support / scene.spacing).W);
   m.tension = plan.tension;
-  m.uniform = plan.one_fluid && !plan.change &&
-              std::all_of(scene.bodies.begin(), scene.bodies.end(),
-                          [](const Body& b) { return b.type == BodyKind::fluid || b.count == 0; });
+  m.uniform = is_uniform(scene, plan);
   m.dt = static_cast<real>(plan.dt);
   return m;
 }

@@ -25,6 +25,9 @@ double sound_speed_in(const Scene& scene, const Plan& plan, const MaterialConfig
 // clamped blocks that were tried this damping ended it, a third of it not in all (tools/papers_elasticity.py).
 double elastic_damping(const Scene& scene, const Plan& plan, const MaterialConfig& m);
 
+// Returns whether all particles are of one fluid, so that LoneFluid (fluid.h) serves.
+bool is_uniform(const Scene& scene, const Plan& plan);
+
 Medium make_medium(const Scene& scene, const Plan& plan);
 CohesionMedium make_cohesion_medium(const Scene& scene, const Plan& plan);
 HeatMedium make_heat_medium(const Scene& scene, const Plan& plan);      // the plan has heat

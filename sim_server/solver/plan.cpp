@@ -10,9 +10,11 @@
 #include "config/quantity.h"
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/rigid.h"
+#include "sim_server/physics/shift.h"
 #include "sim_server/scene/particle_reason.h"
 #include "sim_server/scene/scene_heat.h"
 #include "sim_server/solver/body_bounds.h"
+#include "sim_server/solver/constants.h"
 #include "sim_server/solver/elastic_plan.h"
 #include "sim_server/solver/fluid_room.h"
 #include "sim_server/solver/heat_plan.h"
@@ -206,6 +208,38 @@ bool has_cohesion(const Scene& scene) {
 
 }  // namespace
 
+// Returns whether particles of some fluid would be shifted (physics/shift.h): a third of its depth, or more, is two
+// support radii from what bounds it, and its viscosity smooths over a spacing what flows at the largest speed all along
+// it.
+bool has_depths(const Scene& scene, const Plan& plan) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) {
+    if (body.type != BodyKind::fluid) return false;
+    const MaterialConfig& fluid = material_of(scene, body);
+    const Eigen::Vector3d size = world_bounds(scene, body).sizes().array() + scene.spacing;
+    bool deep = true;
+    for (int a = 0; a < 3; ++a) deep = deep && (scene.config.periodic[a] || size[a] > 6 * plan.support);
+    const double strain = plan.max_speed / size.maxCoeff();
+    return deep && strain * scene.spacing * scene.spacing * fluid.density < kSmoothedStrain * fluid.viscosity;
+  });
+}
+
+// Plans particle shifting.
+void plan_shift(const Scene& scene, Plan& plan) {
+  const bool can = plan.fluid && plan.method == Method::accurate && !plan.heat && is_uniform(scene, plan);
+  const auto asked = scene.config.numerics.shift;
+  if (asked.value_or(0) > 0 && !can)
+    throw ConfigError(fmt::format(
+        "{}: numerics.shift is {:g} in a scene that is not of one fluid alone, without heat, by method \"accurate\", "
+        "expected 0 there: leave that key out",
+        scene.config.path, *asked));
+  plan.shift = asked.value_or(
+      can && plan.support >= (1 - 1e-9) * kQuarticFrom * scene.spacing && has_depths(scene, plan) ? kShift : 0);
+  plan.shifts = plan.shift > 0;
+  if (!plan.shifts) return;
+  const double looks = kLayerInterval * scene.config.rate_hz / plan.fluid_interval;
+  plan.layer_interval = plan.fluid_interval * std::max(1, static_cast<int>(looks));
+}
+
 SolidContact contact_between(const Scene& scene, const Plan& plan, std::size_t i, std::size_t j) {
   const Body &a = scene.bodies[i], &b = scene.bodies[j];
   const auto moves = [](const Body& body) { return body.type == BodyKind::rigid || body.type == BodyKind::elastic; };
@@ -282,6 +316,7 @@ Plan make_plan(const Scene& scene, double skin_over_spacing, int cells_per_reach
   plan_heat(scene, plan);
   plan_fluid_interval(scene, plan);
   plan_sleep(scene, plan);
+  plan_shift(scene, plan);
   return plan;
 }
 
@@ -293,8 +328,10 @@ std::string describe(const Plan& plan, const Scene& scene) {
                                  left_out > 0 ? fmt::format(" ({} that solids do not need left out)", left_out) : "",
                                  1e3 * scene.spacing, plan.support / scene.spacing);
   if (plan.fluid)
-    text += fmt::format("c {:.3g} m/s for speeds to {:.3g} m/s, alpha {:.3g}, delta {:.3g}, {}", plan.sound_speed,
-                        plan.max_speed, plan.artificial, plan.diffusion, plan.cohesion ? "surface tension, " : "");
+    text += fmt::format("c {:.3g} m/s for speeds to {:.3g} m/s, alpha {:.3g}, delta {:.3g}, {}{}", plan.sound_speed,
+                        plan.max_speed, plan.artificial, plan.diffusion,
+                        plan.shifts ? fmt::format("shift {:.3g}, ", plan.shift) : "",
+                        plan.cohesion ? "surface tension, " : "");
   text += fmt::format("{} sub-steps of {:.4g} ms a haptic step", plan.sub_steps, 1e3 * plan.dt);
   if (plan.fluid || plan.elastic || plan.fields)
     text += fmt::format(" ({:.0f} % of the limit set by {})", 100 * plan.dt / plan.ruling.dt, plan.ruling.by);

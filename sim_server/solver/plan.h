@@ -49,6 +49,7 @@ struct Plan {
   bool change = false;       // matter that melts, freezes or sets
   bool rigidifies = false;   // some of it becomes rigid
   bool sleeps = false;       // what rests is not computed
+  bool shifts = false;       // particles deep in a fluid are kept evenly spread
   // numerics
   double support = 0;          // H [m]
   double elastic_support = 0;  // H of elastic bodies [m]
@@ -56,6 +57,7 @@ struct Plan {
   double max_speed = 0;        // expected [m/s]
   double artificial = 0;       // alpha
   double diffusion = 0;        // delta
+  double shift = 0;            // k of particle shifting
   bool tension = false;
   bool cohesion = false;          // surface tension or adhesion
   int viscous_stages = 0;         // stages of a sub-step; 0: viscosity is explicit
@@ -77,6 +79,7 @@ struct Plan {
   double heat_dt = 0;      // [s]
   double heat_limit = 0;   // the largest stable step by linear theory [s]
   int sleep_interval = 1;  // haptic steps from one judgement of what sleeps to the next
+  int layer_interval = 1;  // haptic steps from one look at the layers of particles to the next (shift.h)
   // changes of state
   double change_support = 0;              // H of bonds [m]
   std::uint32_t slots = 0;                // particles that change state, and of bodies that they are bonded to

@@ -71,12 +71,13 @@ class SimulationOn final : public Simulation {
   const StepOutput& step(const StepInput& input) override {
     results_.fill(input, output_.time, *input_.host);
     // variants: fluids stay, if they ever do; they move; and all stages run, if some are seldom
-    const bool varies = plan_.heat || plan_.sleeps;
+    const bool varies = plan_.heat || plan_.sleeps || plan_.shifts;
     const int at_once = plan_.fluid_interval, resting = at_once > 1 ? 1 : 0, variants = resting + (varies ? 2 : 1);
     const auto due = [this](int from, int every) {
       return (output_.step + static_cast<unsigned>(from)) % static_cast<unsigned>(every) == 0;
     };
-    const int moving = resting + (varies && due(at_once, interval()) ? 1 : 0);
+    const bool first = plan_.shifts && output_.step < static_cast<unsigned>(kFirstLooks * at_once);
+    const int moving = resting + (varies && (first || due(at_once, interval())) ? 1 : 0);
     back_end_.execute(due(0, at_once) ? moving : 0, variants, [&](int variant) {
       back_end_.push(input_);
       palp::step(back_end_, plan_, views_, {variant >= resting, varies && variant + 1 == variants});
@@ -101,6 +102,7 @@ class SimulationOn final : public Simulation {
     back_end_.upload(s.id, store.id);
     if (plan_.temperature) back_end_.upload(s.temperature, store.temperature);
     if (plan_.heat) back_end_.upload(s.enthalpy, store.enthalpy);
+    if (plan_.shifts) back_end_.upload(s.smooth, std::vector<Packed>(scene_.position.size(), Packed{0, 0, 0, 0}));
     if (plan_.wrench) back_end_.upload(views_.body.local, store.local);
     if (plan_.elastic) reset_elastic(back_end_, scene_, plan_, views_.elastic);
     if (plan_.elastic_rounds > 0) reset_implicit(back_end_, plan_, views_.implicit);
@@ -190,8 +192,11 @@ class SimulationOn final : public Simulation {
  private:
   enum class FrameState { idle, begun };
 
-  // Returns the haptic steps from one to the next of those that have all stages; a scene with heat has no sleep.
-  int interval() const { return std::max({plan_.heat_interval, plan_.sleep_interval, plan_.fluid_interval}); }
+  // Returns the haptic steps from one to the next of those that have all stages; a scene with heat has no sleep
+  // and shifts nothing.
+  int interval() const {
+    return std::max({plan_.heat_interval, plan_.sleep_interval, plan_.layer_interval, plan_.fluid_interval});
+  }
 
   ParticleView allocate_particles(const std::string& set) {
     const std::size_t n = scene_.position.size();
@@ -204,6 +209,7 @@ class SimulationOn final : public Simulation {
     v.id = back_end_.template allocate<std::uint32_t>(set + " id", n);
     if (plan_.temperature) v.temperature = back_end_.template allocate<real>(set + " temperature", n);
     if (plan_.heat) v.enthalpy = back_end_.template allocate<real>(set + " enthalpy", n);
+    if (plan_.shifts) v.smooth = back_end_.template allocate<Packed>(set + " smooth slope", n);
     if (plan_.change) v.solid = back_end_.template allocate<Solidity>(set + " solid fraction", n);
     return v;
   }
@@ -225,6 +231,7 @@ class SimulationOn final : public Simulation {
     if (plan_.heat) allocate_heat(back_end_, scene_, plan_, views_);
     if (plan_.viscous_stages > 0) allocate_viscosity(back_end_, scene_, plan_, views_.fluid.viscosity);
     if (plan_.fluid) views_.fluid.acceleration = back_end_.template allocate<Packed>("acceleration", n);
+    if (plan_.shifts) views_.fluid.shift_sums = back_end_.template allocate<Packed>("shift sums", n);
     if (plan_.walls) views_.fluid.wall = back_end_.template allocate<Packed>("wall", n);
     if (plan_.solids) {
       bodies_ = back_end_.template mirror<BodyState>("bodies", scene_.bodies.size());

@@ -9,11 +9,11 @@
 #include "sim_server/physics/frozen_contact.h"
 #include "sim_server/physics/integrate.h"
 #include "sim_server/physics/paper.h"
-#include "sim_server/physics/sleep.h"
 #include "sim_server/physics/tear.h"
 #include "sim_server/physics/viscous_bodies.h"
 #include "sim_server/physics/wall_drag.h"
 #include "sim_server/solver/listed_pairs.h"
+#include "sim_server/solver/look_stages.h"
 #include "sim_server/solver/plan.h"
 #include "sim_server/solver/step_views.h"
 
@@ -77,7 +77,7 @@ void fluid_stages(B& back_end, const Plan& plan, const StepViews& v, real elapse
     back_end.for_each_team(
         "density", n,
         AdvanceDensity<Fluids, Bonds, Kernel>{v.sorted, v.state, v.grid, of_type, v.medium, v.input.forcing,
-                                              v.fluid.walls.slope, v.fluid.walls.rate, bonds});
+                                              v.fluid.walls.slope, v.fluid.walls.rate, bonds, v.fluid.shift_sums});
   });
   if (plan.walls)
     back_end.for_each_team(
@@ -352,8 +352,9 @@ void sub_step(B& back_end, const Plan& plan, const StepViews& v, real elapsed, b
     back_end.for_each_block("rigid move", kMaxRigidPieces,
                             AdvanceRigid{v.change.rigid, v.grid, v.input.forcing, v.medium.dt});
   }
-  const MoveParticles move{v.state, v.fluid.acceleration, v.body,         v.elastic, v.change.views, v.change.rigid,
-                           v.grid,  fluids.medium,        v.input.forcing};
+  const MoveParticles move{v.state,       v.fluid.acceleration, v.fluid.shift_sums, v.body,
+                           v.elastic,     v.change.views,       v.change.rigid,     v.grid,
+                           fluids.medium, v.input.forcing};
   if (particles)
     back_end.move("move", v.particles, move);
   else if (!plan.neighbors)
@@ -388,6 +389,7 @@ void step(B& back_end, const Plan& plan, const StepViews& v, StepKind kind) {
   if (plan.elastic)
     back_end.for_each_large("elastic bodies", static_cast<std::uint32_t>(plan.elastic_bodies.size()),
                             MeasureElastic{v.elastic, v.body, v.list.elastic});
+  if (plan.shifts && kind.seldom) look_stages(back_end, v);
   if (plan.sleeps && kind.seldom) sleep_stages(back_end, plan, v);
   if (v.particles == 0 || !kind.flows) return;  // bodies are judged by the host
   const std::uint32_t parts = health_parts(v.particles);

@@ -20,7 +20,7 @@ namespace palp {
 // Which stages a haptic step has.
 struct StepKind {
   bool flows = true;    // fluids move, by as many haptic steps as they take at once; else their push on bodies stays
-  bool seldom = false;  // it conducts heat, or judges what sleeps
+  bool seldom = false;  // it conducts heat, judges what sleeps, or looks at the layers of particles (shift.h)
 };
 
 // The input of a haptic step.
@@ -32,6 +32,7 @@ struct InputViews {
 struct FluidViews {
   Packed* wall = nullptr;          // ExtrapolateToWalls::wall
   Packed* acceleration = nullptr;  // by particle [m/s^2]
+  Packed* shift_sums = nullptr;    // AdvanceDensity::shift_sums
   WallViews walls;
   ViscosityViews viscosity;
   CohesionMedium cohesion;

@@ -44,6 +44,7 @@ sound_speed = 1                          #! expected more than max_speed, which 
 max_speed = 2
 artificial_viscosity = 2                 #! artificial_viscosity is 2
 density_diffusion = 2                    #! density_diffusion is 2
+shift = 101                              #! shift is 101
 viscosity = "thick"                      #! viscosity is "thick"
 elastic_solver = "none"                  #! elastic_solver is "none"
 tension = 1                              #! tension is 1

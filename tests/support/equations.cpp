@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tests/support/kernels.h"
+#include "tests/support/restated_shift.h"
 
 namespace palp::test {
 namespace {
@@ -106,6 +107,8 @@ void continuity(Restated& w) {
     });
     const double drift = cover / lattice - 1, edge = 2 * w.plan.support * slope.norm();
     const double tie = std::abs(drift) > 0.2 ? 0 : 0.1 * strain * drift * std::max(0.0, 1 - edge * edge);
+    w.slope[i] = -slope;
+    w.strain[i] = strain;
     rho_new[i] = rho_i + w.plan.dt * (rho_i * (tie - divergence) + w.plan.diffusion * h * c * diffusion);
   }
   for (std::size_t i = 0; i < w.x.size(); ++i) {
@@ -294,6 +297,7 @@ void move(Restated& w) {
     if (body.type == BodyKind::fluid) {
       w.v[i] += w.plan.dt * (w.force[i] / w.m[i] + w.scene->config.gravity + w.scene->config.body_force);
       w.x[i] += w.plan.dt * w.v[i];
+      if (w.plan.shifts) w.x[i] += shift_of(w, i);
     } else if (body.type == BodyKind::rigid) {
       const RestatedBody& b = w.body[w.scene->body[i]];
       const Vector3d r = b.q * b.local[i - body.first];
@@ -344,7 +348,9 @@ Restated restate(const Scene& scene) {
   w.m.resize(n);
   w.wall_pressure.assign(n, 0);
   w.wall_velocity.assign(n, Vector3d::Zero());
-  w.force.assign(n, Vector3d::Zero());
+  w.force = w.slope = w.smooth = w.wall_velocity;
+  w.strain.assign(n, 0);
+  w.layer.assign(n, 0);
   for (std::size_t i = 0; i < n; ++i) {
     if (is_fluid(w, i)) w.p[i] = resting_pressure(w, body_of(w, i), i);
     w.m[i] = w.V[i] * density_of(w, i);
@@ -376,6 +382,8 @@ void sub_step(Restated& w, const StepInput& input, double elapsed) {
     accurate_forces(w);
   advance_bodies(w, input, elapsed);
   move(w);
+  if (w.plan.shifts && (++w.steps <= 4 || w.steps % w.plan.layer_interval == 0))
+    look_around(w, lattice_cover(w.plan.support / w.scene->spacing), [](auto&&... of) { for_pairs(of...); });
 }
 
 double density_of(const Restated& w, std::size_t i) { return density0(w, i) + w.p[i] / std::pow(sound(w, i), 2); }

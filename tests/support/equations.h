@@ -33,6 +33,10 @@ struct Restated {
   std::vector<RestatedBody> body;
   std::vector<double> wall_pressure;
   std::vector<Eigen::Vector3d> wall_velocity, force;
+  std::vector<Eigen::Vector3d> slope, smooth;  // of particle shifting: S and s
+  std::vector<double> strain;                  // e
+  std::vector<int> layer;
+  int steps = 0;  // haptic steps done
 };
 
 Restated restate(const Scene& scene);

@@ -101,6 +101,7 @@ inline constexpr Tolerance kStandingWave{0.02, 0.02,
 inline constexpr Tolerance kShearFlow{0.05, 0.05, "of the middle speed"};
 inline constexpr Tolerance kFilmFlow{0.05, 0.05, "of the surface's speed, as for the flow between plates"};
 inline constexpr Tolerance kTaylorGreen{0.10, 0.10, "of the decay rate over the first 0.1 s at 20 particles a box"};
+inline constexpr Tolerance kVortices{0.07, 0.07, "of the decay rate over half a second, which a hand does not notice"};
 inline constexpr Tolerance kLidCavity{0.05, 0.05, "of the speed there, reference D6"};
 // viscosity in stages
 inline constexpr Tolerance kStagedFine{1e-3, 1e-3,
