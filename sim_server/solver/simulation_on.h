@@ -49,7 +49,8 @@ class SimulationOn final : public Simulation {
     config.numerics.sound_speed = plan_.sound_speed;
     config.numerics.max_speed = plan_.max_speed;
     config.numerics.tension = plan_.tension;
-    if (plan_.elastic)  // its arrays were allocated for one of the two
+    config.numerics.shift = plan_.shift;  // its arrays are there, or not
+    if (plan_.elastic)                    // its arrays were allocated for one of the two
       config.numerics.elastic_solver = plan_.elastic_rounds > 0 ? ElasticSolver::implicit : ElasticSolver::explicit_;
     std::swap(scene_.config, config);
     try {

@@ -149,5 +149,22 @@ TEST(Shift, IsPlannedWhereAFluidIsDeep) {
   EXPECT_THROW(shift_in(config), ConfigError);
 }
 
+// Thin water that is made thick would be shifted from then on, were it not too late for that.
+TEST(Shift, StaysAsPlannedWhenViscosityIsSet) {
+  for (const double viscosity : {0.001, 10.0}) {
+    SceneConfig config = tank(0.05, 1);
+    config.accuracy = Accuracy::accurate;
+    config.gravity.setZero();
+    config.materials[0].viscosity = viscosity;
+    const auto simulation = simulate(sample_scene(config, 1u << 20));
+    const bool shifted = simulation->numerics().find("shift") != std::string::npos;
+    EXPECT_EQ(shifted, viscosity == 10);
+    simulation->step({});
+    simulation->set_parameter("material.m.viscosity", viscosity == 10 ? "0.001" : "10");
+    EXPECT_EQ(simulation->numerics().find("shift") != std::string::npos, shifted);
+    for (int step = 0; step < 20; ++step) ASSERT_TRUE(simulation->step({}).health.ok);
+  }
+}
+
 }  // namespace
 }  // namespace palp::test::shift_test
