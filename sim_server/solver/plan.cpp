@@ -10,16 +10,15 @@
 #include "config/quantity.h"
 #include "sim_server/physics/cohesion.h"
 #include "sim_server/physics/rigid.h"
-#include "sim_server/physics/shift.h"
 #include "sim_server/scene/particle_reason.h"
 #include "sim_server/scene/scene_heat.h"
 #include "sim_server/solver/body_bounds.h"
-#include "sim_server/solver/constants.h"
 #include "sim_server/solver/elastic_plan.h"
 #include "sim_server/solver/fluid_room.h"
 #include "sim_server/solver/heat_plan.h"
 #include "sim_server/solver/levels.h"
 #include "sim_server/solver/plan_checks.h"
+#include "sim_server/solver/shift_plan.h"
 #include "sim_server/solver/sleep_plan.h"
 #include "sim_server/solver/state_change_plan.h"
 #include "sim_server/solver/sub_steps.h"
@@ -207,38 +206,6 @@ bool has_cohesion(const Scene& scene) {
 }
 
 }  // namespace
-
-// Returns whether particles of some fluid would be shifted (physics/shift.h): a third of its depth, or more, is two
-// support radii from what bounds it, and its viscosity smooths over a spacing what flows at the largest speed all along
-// it.
-bool has_depths(const Scene& scene, const Plan& plan) {
-  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& body) {
-    if (body.type != BodyKind::fluid) return false;
-    const MaterialConfig& fluid = material_of(scene, body);
-    const Eigen::Vector3d size = world_bounds(scene, body).sizes().array() + scene.spacing;
-    bool deep = true;
-    for (int a = 0; a < 3; ++a) deep = deep && (scene.config.periodic[a] || size[a] > 6 * plan.support);
-    const double strain = plan.max_speed / size.maxCoeff();
-    return deep && strain * scene.spacing * scene.spacing * fluid.density < kSmoothedStrain * fluid.viscosity;
-  });
-}
-
-// Plans particle shifting.
-void plan_shift(const Scene& scene, Plan& plan) {
-  const bool can = plan.fluid && plan.method == Method::accurate && !plan.heat && is_uniform(scene, plan);
-  const auto asked = scene.config.numerics.shift;
-  if (asked.value_or(0) > 0 && !can)
-    throw ConfigError(fmt::format(
-        "{}: numerics.shift is {:g} in a scene that is not of one fluid alone, without heat, by method \"accurate\", "
-        "expected 0 there: leave that key out",
-        scene.config.path, *asked));
-  plan.shift = asked.value_or(
-      can && plan.support >= (1 - 1e-9) * kQuarticFrom * scene.spacing && has_depths(scene, plan) ? kShift : 0);
-  plan.shifts = plan.shift > 0;
-  if (!plan.shifts) return;
-  const double looks = kLayerInterval * scene.config.rate_hz / plan.fluid_interval;
-  plan.layer_interval = plan.fluid_interval * std::max(1, static_cast<int>(looks));
-}
 
 SolidContact contact_between(const Scene& scene, const Plan& plan, std::size_t i, std::size_t j) {
   const Body &a = scene.bodies[i], &b = scene.bodies[j];
