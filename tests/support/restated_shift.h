@@ -19,7 +19,7 @@ inline Eigen::Vector3d own_direction(std::size_t particle) {
     h ^= h >> 15;
     h = h * 0x846ca68b & 0xffffffffu;
     h ^= h >> 16;
-    n[static_cast<int>(a)] = static_cast<double>(h / 256) / 8388608 - 1;
+    n[static_cast<int>(a)] = static_cast<double>(h >> 8) / 8388608 - 1;
   }
   return n;
 }
