@@ -86,7 +86,7 @@ inline constexpr real kSurfaceSlope = real(0.5);
 inline constexpr real kLargestDrift = real(0.2);
 
 // Returns by how much closer together particles lie than their volumes say, relative to a lattice [-]; less towards
-// surfaces, where neighbours are missing, and 0 on them. cover: C, slope: grad C [1/m].
+// surfaces, where neighbours are missing, and 0 on them. cover: C, slope: -grad C [1/m].
 PALP_HD inline real volume_drift(const Medium& medium, real cover, const Vec3& slope) {
   const real drift = cover / medium.cover - real(1);
   if (Eigen::numext::abs(drift) > kLargestDrift) return real(0);
@@ -108,7 +108,7 @@ struct AdvanceDensity {
   Bonds bonds;
   Packed* shift_sums;  // by particle, as of shift_of(); null where none is shifted
 
-  // The sums over a particle's neighbours. divergence: of the velocity [1/s]; laplacian: D_i [Pa/m^2]; slope: grad C.
+  // The sums over a particle's neighbours. divergence: of the velocity [1/s]; laplacian: D_i [Pa/m^2]; slope: -grad C.
   template <class S>
   struct Sums {
     S divergence = 0, laplacian = 0, cover = 0, strain = 0;

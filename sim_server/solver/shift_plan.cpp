@@ -9,6 +9,7 @@
 #include "sim_server/solver/body_bounds.h"
 #include "sim_server/solver/constants.h"
 #include "sim_server/solver/levels.h"
+#include "sim_server/solver/sub_steps.h"
 
 namespace palp {
 namespace {
@@ -40,9 +41,7 @@ void plan_shift(const Scene& scene, Plan& plan) {
                                 [&](const Body& body) { return has_depths(scene, plan, body); });
   plan.shift = asked.value_or(can && smooth && deep ? kShift : 0);
   plan.shifts = plan.shift > 0;
-  if (!plan.shifts) return;
-  const double looks = kLayerInterval * scene.config.rate_hz / plan.fluid_interval;  // counted where fluids move
-  plan.layer_interval = plan.fluid_interval * std::max(1, static_cast<int>(looks));
+  if (plan.shifts) plan.layer_interval = steps_between(kLayerInterval, scene, plan);
 }
 
 }  // namespace palp

@@ -7,6 +7,7 @@
 
 #include "config/error.h"
 #include "sim_server/solver/body_bounds.h"
+#include "sim_server/solver/sub_steps.h"
 
 namespace palp {
 
@@ -14,9 +15,7 @@ void plan_sleep(const Scene& scene, Plan& plan) {
   const NumericsConfig& n = scene.config.numerics;
   plan.sleeps = (plan.fluid || plan.elastic) && (n.sleep_speed || n.region_of_interest);
   if (!plan.sleeps) return;
-  // judged where fluids move
-  const double fluid_steps = kSleepInterval * scene.config.rate_hz / plan.fluid_interval;
-  plan.sleep_interval = plan.fluid_interval * std::max(1, static_cast<int>(fluid_steps));
+  plan.sleep_interval = steps_between(kSleepInterval, scene, plan);
   if (n.region_of_interest && !n.sleep_speed && scene.proxies.empty())
     throw ConfigError(fmt::format(
         "{}: numerics.region_of_interest is set in a scene without tools, where everything would stand still, expected "

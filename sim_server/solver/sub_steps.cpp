@@ -215,6 +215,11 @@ double allowed_by(const StepLimit& limit, const NumericsConfig& numerics) {
   return std::min(1.0, numerics.safety * limit.share) * limit.dt;
 }
 
+int steps_between(double interval, const Scene& scene, const Plan& plan) {
+  const double moves = interval * scene.config.rate_hz / plan.fluid_interval;
+  return plan.fluid_interval * std::max(1, static_cast<int>(moves));
+}
+
 void limit_by(const StepLimit& limit, const NumericsConfig& numerics, Plan& plan) {
   if (!(limit.dt < 1e30)) return;
   plan.limits.push_back(limit);

@@ -20,6 +20,10 @@ double allowed_by(const StepLimit& limit, const NumericsConfig& numerics);
 // Adds a limit to those of the plan, which it rules if it allows least and nothing avoids it. One of 1e30 s is none.
 void limit_by(const StepLimit& limit, const NumericsConfig& numerics, Plan& plan);
 
+// Returns the haptic steps from one to the next of what is done about every `interval` seconds, in steps in which
+// fluids move: at least as many as they take at once.
+int steps_between(double interval, const Scene& scene, const Plan& plan);
+
 // Return the linear stability limits of c dt / dx for weakly compressible SPH, and of nu dt / dx^2 for the Morris
 // viscosity, on a cubic lattice, as functions of H / dx (from the operators' largest eigenvalues).
 double acoustic_limit(double support_over_spacing, KernelType kernel);

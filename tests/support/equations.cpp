@@ -30,9 +30,7 @@ double sound(const Restated& w, std::size_t i) {
 double impedance(const Restated& w, std::size_t i) { return density0(w, i) * sound(w, i); }
 double acting(const Restated& w, double p) { return w.plan.tension ? p : std::max(0.0, p); }
 
-// x_i - x_j, of the nearest image.
-Vector3d separation(const Restated& w, std::size_t i, std::size_t j) {
-  Vector3d d = w.x[i] - w.x[j];
+Vector3d nearest_image(const Restated& w, Vector3d d) {
   for (int a = 0; a < 3; ++a) {
     const double period = w.scene->bounds_max[a] - w.scene->bounds_min[a];
     if (w.scene->config.periodic[a]) d[a] -= period * std::round(d[a] / period);
@@ -43,7 +41,7 @@ Vector3d separation(const Restated& w, std::size_t i, std::size_t j) {
 template <class F>
 void for_pairs(const Restated& w, std::size_t i, F&& f) {
   for (std::size_t j = 0; j < w.x.size(); ++j) {
-    const Vector3d d = separation(w, i, j);
+    const Vector3d d = nearest_image(w, w.x[i] - w.x[j]);
     if (j != i && d.norm() < w.plan.support) f(j, d);
   }
 }
@@ -386,6 +384,12 @@ void sub_step(Restated& w, const StepInput& input, double elapsed) {
     look_around(w, lattice_cover(w.plan.support / w.scene->spacing), [](auto&&... of) { for_pairs(of...); });
 }
 
+double places_apart(const Restated& w, const Snapshot& s) {
+  const auto x = Eigen::Map<const Eigen::Matrix3Xf>(s.position.data(), 3, w.x.size()).cast<double>();
+  double worst = 0;
+  for (std::size_t i = 0; i < w.x.size(); ++i) worst = std::max(worst, nearest_image(w, x.col(i) - w.x[i]).norm());
+  return worst / w.scene->spacing;
+}
 double density_of(const Restated& w, std::size_t i) { return density0(w, i) + w.p[i] / std::pow(sound(w, i), 2); }
 RigidState handle_of(const Restated& w, std::size_t proxy) {
   const RestatedBody& b = w.body[w.scene->proxies[proxy].body];

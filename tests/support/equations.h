@@ -47,4 +47,8 @@ double density_of(const Restated& world, std::size_t particle);
 // Returns the state of the handle of a proxy.
 RigidState handle_of(const Restated& world, std::size_t proxy);
 
+// Returns the largest distance of a particle's place in a snapshot from that in the world, by the shortest way, over
+// the spacing.
+double places_apart(const Restated& world, const Snapshot& snapshot);
+
 }  // namespace palp::test

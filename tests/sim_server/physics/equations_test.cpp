@@ -31,6 +31,7 @@ struct Residuals {
 
 Residuals compare(const Restated& w, const Snapshot& s) {
   Residuals r;
+  r.position = places_apart(w, s);
   double v_scale = 0, p_scale = 1e-3;
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     v_scale = std::max(v_scale, (w.v[i] - w.scene->velocity[i]).norm());
@@ -38,12 +39,6 @@ Residuals compare(const Restated& w, const Snapshot& s) {
   }
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     const Body& body = w.scene->bodies[w.scene->body[i]];
-    Eigen::Vector3d d = vector_at(s.position, i) - w.x[i];
-    for (int a = 0; a < 3; ++a) {
-      const double period = w.scene->bounds_max[a] - w.scene->bounds_min[a];
-      if (w.scene->config.periodic[a]) d[a] -= period * std::round(d[a] / period);
-    }
-    r.position = std::max(r.position, d.norm() / w.scene->spacing);
     r.velocity = std::max(r.velocity, (vector_at(s.velocity, i) - w.v[i]).norm() / v_scale);
     if (body.type != BodyKind::fluid) continue;
     const double acting = w.plan.tension ? w.p[i] : std::max(0.0, w.p[i]);
