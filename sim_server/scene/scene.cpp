@@ -10,6 +10,7 @@
 #include "sim_server/geometry/contact_shape.h"
 #include "sim_server/geometry/solid.h"
 #include "sim_server/geometry/surface.h"
+#include "sim_server/scene/open_sides.h"
 #include "sim_server/scene/packing.h"
 #include "sim_server/scene/particle_csv.h"
 #include "sim_server/scene/particle_reason.h"
@@ -272,6 +273,7 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles, const L
   check_distances(scene, team, faults);
   if (!faults.empty()) throw ConfigError(faults);
   leave_out_particles(scene);
+  scene.runs_off = runs_off(scene, solids, team);
   return scene;
 }
 

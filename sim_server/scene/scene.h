@@ -82,6 +82,7 @@ struct Scene {
   Eigen::Vector3d bounds_min = Eigen::Vector3d::Zero();  // of the domain
   Eigen::Vector3d bounds_max = Eigen::Vector3d::Zero();
   std::optional<LeftOut> left_out;  // none: every body has its particles
+  bool runs_off = false;            // a fluid has nothing beside or beneath it (open_sides.h)
 };
 
 // Returns the scene's domain.

@@ -11,7 +11,7 @@ set(physics_unit_sources
   physics/equations_test.cpp physics/heat_test.cpp physics/implicit_elastic_motion_test.cpp physics/outside_test.cpp physics/proxy_contact_test.cpp
   physics/proxy_test.cpp physics/rigid_pieces_test.cpp physics/rigid_test.cpp physics/shift_test.cpp physics/state_change_test.cpp
   physics/viscosity_test.cpp solver/conservation_test.cpp solver/degenerate_bodies_test.cpp solver/health_test.cpp
-  solver/elastic_limit_test.cpp solver/fluid_interval_test.cpp solver/frame_test.cpp
+  solver/elastic_limit_test.cpp solver/expected_speed_test.cpp solver/fluid_interval_test.cpp solver/frame_test.cpp
   solver/left_out_particles_test.cpp solver/lightness_test.cpp
   solver/plan_test.cpp)
 set(physics_sources
