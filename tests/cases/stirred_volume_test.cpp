@@ -25,6 +25,7 @@ double mean_height(const Scene& scene, Simulation& simulation, std::uint32_t wat
 }
 
 TEST(StirredVolume, StaysAsItWas) {
+  const ByGeometry walls;
   Scene scene = empty_scene(0.02, {-0.2, -0.2, -0.1}, {0.2, 0.2, 0.5});
   add_material(scene, 1000, 0.01);
   add_tray(scene, 0, {-kEdge / 2, -kEdge / 2, 0}, {kEdge / 2, kEdge / 2, 0.3}, 0.06);
