@@ -21,7 +21,7 @@ constexpr double kUpwards = 0.7;  // cosine of the steepest direction that count
 class Surroundings {
  public:
   Surroundings(const Scene& scene, const std::vector<std::optional<Solid>>& solids)
-      : scene_(scene), solids_(solids), box_(box_of(scene)), grid_(scene.position, box_, kEmpty * scene.spacing) {
+      : scene_(scene), box_(box_of(scene)), grid_(scene.position, box_, kEmpty * scene.spacing) {
     for (std::size_t b = 0; b < solids.size(); ++b) {
       if (!solids[b] || scene.bodies[b].type == BodyKind::fluid) continue;
       const Eigen::Isometry3d pose =
@@ -69,7 +69,6 @@ class Surroundings {
   }
 
   const Scene& scene_;
-  const std::vector<std::optional<Solid>>& solids_;
   PeriodicBox box_;
   PointGrid grid_;
   std::vector<Obstacle> obstacles_;
@@ -93,8 +92,9 @@ std::vector<Vector3d> weighed_down(const Scene& scene, const Vector3d& up) {
 bool runs_off(const Scene& scene, const std::vector<std::optional<Solid>>& solids, ThreadTeam& team) {
   if (scene.config.gravity.isZero()) return false;
   const Vector3d up = -scene.config.gravity.normalized();
-  const Surroundings around(scene, solids);
   const std::vector<Vector3d> candidate = weighed_down(scene, up);
+  if (candidate.empty()) return false;
+  const Surroundings around(scene, solids);
   std::vector<std::uint8_t> open(candidate.size(), 0);
   team.for_each(candidate.size(), kParticlesAtOnce, [&](std::size_t i) { open[i] = around.is_open(candidate[i], up); });
   std::vector<Vector3d> side;
