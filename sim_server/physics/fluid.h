@@ -108,10 +108,11 @@ struct AdvanceDensity {
   Bonds bonds;
   Packed* shift_sums;  // by particle, as of shift_of(); null where none is shifted
 
-  // The sums over a particle's neighbours. divergence: of the velocity [1/s]; laplacian: D_i [Pa/m^2]; slope: -grad C.
+  // The sums over a particle's neighbours. divergence: of the velocity [1/s]; laplacian: D_i [Pa/m^2]; diffusing: the
+  // sum of its weights [1/m^2]; slope: -grad C.
   template <class S>
   struct Sums {
-    S divergence = 0, laplacian = 0, cover = 0, strain = 0;
+    S divergence = 0, laplacian = 0, diffusing = 0, cover = 0, strain = 0;
     Vec3Of<S> slope{0, 0, 0};
   };
 
@@ -154,9 +155,10 @@ struct AdvanceDensity {
                     if constexpr (kBesideWall)
                       share = select(fetch_w<S>(wall_slope, j) > S(0), S(kWallDiffusion), share);
                     sums.laplacian += VF * share * (vp_j.w - vp_i.w + hydrostatic.dot(x_ij));
+                    sums.diffusing += VF * share;
                   });
-    return {pairs.sum(sums.divergence), pairs.sum(sums.laplacian), pairs.sum(sums.cover), pairs.sum(sums.strain),
-            pairs.sum(sums.slope)};
+    return {pairs.sum(sums.divergence), pairs.sum(sums.laplacian), pairs.sum(sums.diffusing),
+            pairs.sum(sums.cover),      pairs.sum(sums.strain),    pairs.sum(sums.slope)};
   }
 
   template <class Team>
@@ -183,7 +185,11 @@ struct AdvanceDensity {
     }
     // v_ij.gradW = -F v_ij.x_ij, so drho/dt = -rho * divergence; dp = c^2 drho
     const real c = fluid.sound_speed, c2 = c * c, rho0 = fluid.density, rho = density_at(vp_i.w, rho0, c);
-    const real diffusion = medium.diffusion * kernel.support * c;  // delta 2 h c, h = H/2
+    real diffusion = medium.diffusion * kernel.support * c;  // delta 2 h c, h = H/2
+    // Where particles crowd without a pressure, in a torn film that runs up a wall, a sub-step would take the density
+    // past the mean of its neighbours', further each time, until its pressure threw the particle off at a third of c.
+    const real passed = medium.dt * diffusion * sums.diffusing;
+    if (passed > real(1)) diffusion /= passed;
     const real regained = kVolumeTie * sums.strain * volume_drift(medium, sums.cover, sums.slope);
     const real next = vp_i.w + medium.dt * (diffusion * sums.laplacian - c2 * rho * (sums.divergence - regained));
     const real least = pressure_at(kLeastDensity * rho0, rho0, c), most = pressure_at(kLargestDensity * rho0, rho0, c);

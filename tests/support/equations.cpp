@@ -76,16 +76,15 @@ double lattice_cover(double H) {
 
 // d rho/dt = - rho div v + delta h c sum_j V_j psi_ij . gradW + rho k e (C/C0 - 1) (1 - (2 H |grad C|)^2)+,
 // psi_ij = 2 (rho_j - rho_i - hydrostatic) x_ji / r^2, C = sum_j V_j W_ij with j = i, k = 0.1,
-// e = sum_j V_j |v_ij.gradW|, no last term where C is 20 % from C0; then V = m / rho(acting pressure)
+// e = sum_j V_j |v_ij.gradW|, not where C is 20 % from C0; diffusion not past the mean; V = m / rho(acting pressure)
 void continuity(Restated& w) {
   const double h = 0.5 * w.plan.support, lattice = lattice_cover(w.plan.support / w.scene->spacing);
-  const Vector3d g = level_gravity(w);
   std::vector<double> rho_new(w.x.size());
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     if (!is_fluid(w, i)) continue;
     const double c = sound(w, i), c2 = c * c, rho0 = density0(w, i), rho_i = rho0 + w.p[i] / c2;
-    double divergence = 0, diffusion = 0, cover = w.V[i] * fluid_kernel(0, w.plan.support, w.scene->spacing),
-           strain = 0;
+    double divergence = 0, diffusion = 0, diffusing = 0, strain = 0;
+    double cover = w.V[i] * fluid_kernel(0, w.plan.support, w.scene->spacing);
     Vector3d slope = Vector3d::Zero();
     for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
       const Vector3d gradient = fluid_gradient(x_ij, w.plan.support, w.scene->spacing);
@@ -97,17 +96,18 @@ void continuity(Restated& w) {
       const Vector3d v_meet = (impedance(w, i) * w.v[i] + impedance(w, j) * v_j) / (impedance(w, i) + impedance(w, j));
       divergence += w.V[j] * (is_fluid(w, j) ? Vector3d(2 * (v_meet - w.v[i])) : Vector3d(v_j - w.v[i])).dot(gradient);
       if (!is_fluid(w, j) || body_of(w, j).material != body_of(w, i).material) return;
-      const double rho_j = rho0 + w.p[j] / c2, resting = rho0 * g.dot(-x_ij) / c2;
       // density does not diffuse between particles that are at rest against each other
       const double moves = (w.v[i] - w.v[j]).dot(x_ij) / (0.0003 * c * w.scene->spacing);
-      diffusion += std::min(1.0, moves * moves) * w.V[j] * 2 * (rho_j - rho_i - resting) * (-x_ij).dot(gradient) /
-                   x_ij.squaredNorm();
+      const double weight = std::min(1.0, moves * moves) * w.V[j] * 2 * (-x_ij).dot(gradient) / x_ij.squaredNorm();
+      diffusion += weight * (rho0 + w.p[j] / c2 - rho_i - rho0 * level_gravity(w).dot(-x_ij) / c2);
+      diffusing += weight;
     });
     const double drift = cover / lattice - 1, edge = 2 * w.plan.support * slope.norm();
     const double tie = std::abs(drift) > 0.2 ? 0 : 0.1 * strain * drift * std::max(0.0, 1 - edge * edge);
     w.slope[i] = -slope;
     w.strain[i] = strain;
-    rho_new[i] = rho_i + w.plan.dt * (rho_i * (tie - divergence) + w.plan.diffusion * h * c * diffusion);
+    const double spread = std::min(w.plan.diffusion * h * c, 1 / (w.plan.dt * diffusing));
+    rho_new[i] = rho_i + w.plan.dt * (rho_i * (tie - divergence) + spread * diffusion);
   }
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     if (!is_fluid(w, i)) continue;
