@@ -32,7 +32,7 @@ constexpr double kLeastSpeed = 1e-3;  // for which a scene without motion of its
 // The largest speed of a fluid that runs off over that of a free fall through its depth: the front goes at up to
 // 2 sqrt(g h) (Ritter 1892), 1.4 times as fast, and is thrown up where it strikes. Water that breaks onto the box of
 // dam_break_box reaches 2.1 of it for moments. With 1 its gauge reads 1.69 times the measured peak in the mean of 15
-// spacings, with 2 1.47, and no less with 3 and 4 (tools/results/felt_remaining.md).
+// spacings, with 2 1.48, and no less with 3 and 4 (tools/results/felt_remaining.md).
 constexpr double kRunOff = 2;
 
 // Returns the height that fluids, or where there are none rigid bodies, can fall along an axis [m].
