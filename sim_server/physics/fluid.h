@@ -4,7 +4,8 @@
 // symbol    meaning                                    unit      source
 // F         -W'(r)/r, gradW_ij = -F x_ij               1/m^5     smoothing.h
 // drho/dt   rho_i sum V_j v_ij.gradW + delta h c D_i   kg/m^3/s  continuity; Molteni & Colagrossi 2009, with the
-//                                                                hydrostatic part taken out: Fourtakas et al. 2019
+//                                                                hydrostatic part taken out: Fourtakas et al. 2019;
+//                                                                no sub-step passes the mean of the neighbours
 //           + k rho e (C/C0 - 1)                                 ties volume to places, k = kVolumeTie
 // C         sum V_j W, C0 that of a lattice            -
 // e         sum V_j F |v_ij.x_ij|                      1/s       the rate of strain

@@ -24,8 +24,7 @@ class Surroundings {
       : scene_(scene), box_(box_of(scene)), grid_(scene.position, box_, kEmpty * scene.spacing) {
     for (std::size_t b = 0; b < solids.size(); ++b) {
       if (!solids[b] || scene.bodies[b].type == BodyKind::fluid) continue;
-      const Eigen::Isometry3d pose =
-          Eigen::Translation3d(scene.bodies[b].position) * scene.bodies[b].orientation * solids[b]->frame;
+      const Eigen::Isometry3d pose = pose_of(scene.bodies[b]) * solids[b]->frame;
       obstacles_.push_back({&*solids[b], pose.inverse(), pose * solids[b]->bounds.center()});
     }
   }

@@ -45,7 +45,7 @@ Packing begin_packing(Scene& scene, const std::vector<std::optional<Solid>>& sol
   Packing p{scene, solids, team, box_of(scene), scene.spacing, {}, {}};
   for (std::size_t b = 0; b < solids.size(); ++b) {
     const Body& body = scene.bodies[b];
-    Eigen::Isometry3d to_world = Eigen::Translation3d(body.position) * body.orientation;
+    Eigen::Isometry3d to_world = pose_of(body);
     if (solids[b]) to_world = to_world * solids[b]->frame;
     p.axes.emplace_back(to_world.linear());
     p.to_solid.push_back(to_world.inverse());

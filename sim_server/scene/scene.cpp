@@ -170,7 +170,7 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
 void append(Scene& scene, const BodyConfig& from, Body body, const Particles& particles) {
   body.first = static_cast<std::uint32_t>(scene.position.size());
   body.count = body.sites = static_cast<std::uint32_t>(particles.position.size());
-  const Eigen::Isometry3d pose = Eigen::Translation3d(body.position) * body.orientation;
+  const Eigen::Isometry3d pose = pose_of(body);
   for (std::size_t i = 0; i < particles.position.size(); ++i) {
     scene.position.push_back(pose * particles.position[i]);
     Eigen::Vector3d velocity = body.velocity;

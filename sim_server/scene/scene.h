@@ -88,6 +88,9 @@ struct Scene {
 // Returns the scene's domain.
 inline PeriodicBox box_of(const Scene& scene) { return {scene.bounds_min, scene.bounds_max, scene.config.periodic}; }
 
+// Returns what takes a place of a body's frame into the world, at the start.
+inline Eigen::Isometry3d pose_of(const Body& body) { return Eigen::Translation3d(body.position) * body.orientation; }
+
 // Returns the material of a body of the scene.
 inline const MaterialConfig& material_of(const Scene& scene, const Body& body) {
   return scene.config.materials[body.material];

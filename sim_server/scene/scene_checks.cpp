@@ -97,9 +97,7 @@ void check_inside_domain(Scene& scene, std::vector<std::string>& faults) {
 }
 
 // Returns what takes places of the world into the frame of a body's solid.
-Eigen::Isometry3d into_solid(const Body& body, const Solid& solid) {
-  return (Eigen::Translation3d(body.position) * body.orientation * solid.frame).inverse();
-}
+Eigen::Isometry3d into_solid(const Body& body, const Solid& solid) { return (pose_of(body) * solid.frame).inverse(); }
 
 // Where a solid's surface can touch another first, the contact points included: their balls lie a little inside, so
 // they also tell of a solid that is flush with the one that it is pressed into, whose corners are on its very sides.

@@ -109,7 +109,8 @@ Plan make_plan(const Scene& scene, double skin_over_spacing = 0, int cells_per_r
 SolidContact contact_between(const Scene& scene, const Plan& plan, std::size_t a, std::size_t b);
 
 // Returns the largest speed that the scene's own motion can reach, zero where nothing moves [m/s]: a free fall of the
-// fluid (of the bodies where there is none), the initial speeds, what a body force drives, and a hand.
+// fluid (of the bodies where there is none), twice that where it runs off, the initial speeds, what a body force
+// drives, and a hand.
 double expected_speed(const Scene& scene);
 
 // Returns the relative compression that the sound speed promises of a fluid at the largest expected speed; one that
