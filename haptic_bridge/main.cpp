@@ -11,7 +11,6 @@
 #include "config/program.h"
 #include "config/stop_signal.h"
 #include "haptic_bridge/bus_link.h"
-#include "haptic_bridge/log/crash_log.h"
 #include "haptic_bridge/peers.h"
 #include "haptic_bridge/preparation.h"
 #include "haptic_bridge/scene_start.h"
@@ -26,7 +25,6 @@ constexpr int kThreadsBelowLoop = 5;  // priority of the bus threads below the l
 // null: it needs none. Returns what went wrong, or empty.
 std::string run_bridge(const BridgeOptions& o, HapticLoop& loop, LoopPorts& ports, Supervisor* guard, BusLink& link,
                        BridgePeers& peers, FlightLog& log, StatusReporter& reporter, RealtimeReport& scheduling) {
-  const CrashLog crash_log(log, loop.config(), o.log);
   std::atomic<bool> stop_loop{false}, ended{false};
   std::atomic<bool> prepared{false}, begin{false};
   std::thread thread([&] {

@@ -240,7 +240,7 @@ std::size_t kept_bytes(std::size_t ticks) {
 
 void write_ticks(const FlightLog& log, const LoopConfig& config, const std::string& path) {
   write_whole_file("kept run", path, [&](OutputFile& file) {
-    const std::size_t ticks = log.size();  // after a crash the loop may go on meanwhile
+    const std::size_t ticks = log.size();
     fmt::memory_buffer out;
     Writer write(out);
     write(kMagic);

@@ -251,12 +251,13 @@ TEST_F(BridgeProcess, KeepsWhatTheDiskStillTakesAndSaysSo) {
   EXPECT_EQ(fs::file_size(folder_ / "bridge_log.csv.part"), 20'000u);
 }
 
-TEST_F(BridgeProcess, WritesItsLogWhenItCrashes) {
+TEST_F(BridgeProcess, LeavesItsLogWhenItCrashes) {
   ChildProcess bridge(command({"--home", "0", "0", "0"}), output());
   EXPECT_TRUE(begins()) << said();
   std::this_thread::sleep_for(300ms);
   bridge.send_signal(SIGSEGV);
   EXPECT_EQ(bridge.wait(10s), 128 + SIGSEGV);
+  EXPECT_TRUE(eventually([&] { return says("the bridge has died: the flight log was written to"); })) << said();
   EXPECT_GT(FlightTable(folder_ / "bridge_log.csv").ticks(), 100u);
   EXPECT_EQ(run_to_end({"--rerun", folder_ / "bridge_log.ticks"}), 0) << said();
 }
