@@ -28,7 +28,9 @@ Look between(const Look& a, const Look& b, float t);
 // Rows of a texture, one for each look that differs. Calls from the thread that renders, between frames.
 class LookTable {
  public:
-  static constexpr int kRows = 256;  // a row fits a byte
+  static constexpr int kRows = 128;
+  // The bit of the byte with a particle's row that says that it is seen in a hollow alone (MirrorImages).
+  static constexpr unsigned char kInHollow = 128;
 
   LookTable();
   osg::Texture2D* texture() const { return texture_; }

@@ -28,6 +28,7 @@ constexpr double kOutlineShare = 0.5;
 // The order of drawing in the picture: after what is solid, before glass.
 constexpr int kOpaqueBin = 2, kClearBin = 4;
 constexpr int kPassesOfOne = 32;
+constexpr unsigned kWallsUnit = 1;
 constexpr unsigned kSurfaceLooksUnit = 8;         // past the units that every shading program has (kShadowUnit)
 constexpr double kLargeFrom = 12, kLargeTo = 10;  // spacings [pixels] that half the texels suit
 constexpr std::size_t kTint = 1, kOutline = 3, kBeforeSmoothing = 4;  // among the passes
@@ -110,7 +111,10 @@ MediumSurface::Pass& MediumSurface::add_pass(GLenum internal_format, GLenum form
 
 void MediumSurface::add_depth_pass(osg::Node* particles) {
   Pass& pass = add_pass(GL_RG32F, GL_RG, true, 1);
-  draw_points(*pass.camera->getStateSet(), "medium_depth.frag", "medium depth");
+  osg::StateSet* state = pass.camera->getStateSet();
+  draw_points(*state, "medium_depth.frag", "medium depth");
+  state->setTextureAttribute(kWallsUnit, walls_);
+  state->addUniform(new osg::Uniform("walls", static_cast<int>(kWallsUnit)));
   pass.camera->addChild(particles);
   root_->addChild(pass.camera);
 }
@@ -185,8 +189,10 @@ void MediumSurface::make_smoothing() {
     }
   }
   osg::StateSet* state = add("medium_clean.frag", "medium clean-up");
-  state->setTextureAttribute(1, walls_);
-  state->addUniform(new osg::Uniform("walls", 1));
+  state->setTextureAttribute(kWallsUnit, walls_);
+  state->addUniform(new osg::Uniform("walls", static_cast<int>(kWallsUnit)));
+  state->setTextureAttribute(2, passes_[0].texture);
+  state->addUniform(new osg::Uniform("unsmoothed", 2));
   state->addUniform(new osg::Uniform("most_taps", quality_.clean_taps));
   // streaks of a large picture are wider
   state->addUniform(new osg::Uniform("stride", std::clamp(static_cast<int>(quality_.scale * height_ / 500), 1, 3)));

@@ -19,27 +19,34 @@ constexpr float kMostOblique = 0.35f;  // the cosine between normals up to which
 
 }  // namespace
 
-MirrorImages::MirrorImages(std::span<const osg::ref_ptr<osg::Geometry>> parts, double spacing)
+MirrorImages::MirrorImages(const osg::Geometry* solid, const osg::Geometry* shell, double spacing)
     : spacing_(static_cast<float>(spacing)) {
-  for (const auto& part : parts) {
-    if (!part) continue;
-    const Surface surface = surface_of(*part);
-    if (faces_.size() + surface.triangles.size() > kMostTriangles) {
-      faces_.clear();
-      return;
-    }
-    for (const Triangle& t : surface.triangles) {
-      const osg::Vec3f a = surface.vertices[t.corner[0]];
-      const osg::Vec3f u = surface.vertices[t.corner[1]] - a, v = surface.vertices[t.corner[2]] - a;
-      const float uu = u * u, uv = u * v, vv = v * v, area2 = uu * vv - uv * uv;
-      if (!(area2 > 0)) continue;
-      const osg::Vec3f p = (u * vv - v * uv) / area2, q = (v * uu - u * uv) / area2;
-      const float beside = kBeside * spacing_;
-      faces_.push_back(
-          {a, {u, v}, t.normal, {p, q}, {beside * p.length(), beside * q.length(), beside * (p + q).length()}});
-    }
+  if (add_faces(solid, shell != nullptr) && add_faces(shell, false))
+    sort_into_cells();
+  else
+    faces_.clear();
+}
+
+// Returns false where there are too many.
+bool MirrorImages::add_faces(const osg::Geometry* part, bool in_hollow) {
+  if (part == nullptr) return true;
+  const Surface surface = surface_of(*part);
+  if (faces_.size() + surface.triangles.size() > kMostTriangles) return false;
+  for (const Triangle& t : surface.triangles) {
+    const osg::Vec3f a = surface.vertices[t.corner[0]];
+    const osg::Vec3f u = surface.vertices[t.corner[1]] - a, v = surface.vertices[t.corner[2]] - a;
+    const float uu = u * u, uv = u * v, vv = v * v, area2 = uu * vv - uv * uv;
+    if (!(area2 > 0)) continue;
+    const osg::Vec3f p = (u * vv - v * uv) / area2, q = (v * uu - u * uv) / area2;
+    const float beside = kBeside * spacing_;
+    faces_.push_back({a,
+                      {u, v},
+                      t.normal,
+                      {p, q},
+                      {beside * p.length(), beside * q.length(), beside * (p + q).length()},
+                      in_hollow});
   }
-  sort_into_cells();
+  return true;
 }
 
 // Returns whether a place lies above or below the face. way: to it from the face's corner.
@@ -161,12 +168,13 @@ std::size_t MirrorImages::touched_by(const osg::Vec3f& x, std::array<Touched, 3>
     const auto known = std::find_if(out.begin(), out.begin() + count,
                                     [&](const Touched& t) { return t.normal * face.normal > kSameFace; });
     if (known != out.begin() + count || count == out.size()) continue;
-    if (is_thick(face, x - face.normal * height, candidates)) out[count++] = {face.normal, height};
+    if (face.in_hollow || is_thick(face, x - face.normal * height, candidates))
+      out[count++] = {face.normal, height, face.in_hollow};
   }
   return count;
 }
 
-void MirrorImages::add_of(const osg::Vec3f& x, std::vector<osg::Vec3f>& images) const {
+bool MirrorImages::add_of(const osg::Vec3f& x, std::vector<osg::Vec3f>& images) const {
   std::array<Touched, 3> walls;
   const std::size_t count = touched_by(x, walls);
   for (unsigned in = 1; in < 1u << count; ++in) {  // the walls of one image, a bit each
@@ -180,6 +188,7 @@ void MirrorImages::add_of(const osg::Vec3f& x, std::vector<osg::Vec3f>& images) 
     }
     if (square) images.push_back(image);
   }
+  return std::any_of(walls.begin(), walls.begin() + count, [](const Touched& wall) { return wall.in_hollow; });
 }
 
 }  // namespace palp

@@ -18,12 +18,14 @@ namespace palp {
 // The faces of one solid, found by place. Any thread may ask.
 class MirrorImages {
  public:
-  // parts: the solid's whole surface, in its body frame. spacing: of the particles, above 0 [m]. Surfaces of very many
-  // triangles, or of very many that are large and slanted, have no images.
-  MirrorImages(std::span<const osg::ref_ptr<osg::Geometry>> parts, double spacing);
+  // solid: the solid's surface, in its body frame, or of one that is hollow what looks into its hollow; shell: what
+  // else that one has, or null. spacing: of the particles, above 0 [m]. Surfaces of very many triangles, or of very
+  // many that are large and slanted, have no images.
+  MirrorImages(const osg::Geometry* solid, const osg::Geometry* shell, double spacing);
   // Adds the images of a particle at x in the faces that it touches, in their edges and corners, all in the body frame.
-  // A wall too thin to hold an image has none. Never more than kMost.
-  void add_of(const osg::Vec3f& x, std::vector<osg::Vec3f>& images) const;
+  // Never more than kMost. Returns whether the particle stands in a hollow, whose walls have images however thin they
+  // are: the picture ends them at the hollow's faces. Elsewhere a wall too thin to hold an image has none.
+  bool add_of(const osg::Vec3f& x, std::vector<osg::Vec3f>& images) const;
   // The box that particles are in which may have images; invalid where none has.
   const osg::BoundingBox& box() const { return box_; }
 
@@ -35,13 +37,16 @@ class MirrorImages {
     osg::Vec3f normal;
     osg::Vec3f shares[2];  // a place's share of each edge is its way from the corner times these
     float slack[3];        // in those shares and in their sum, for places just beside the face
+    bool in_hollow;
   };
   struct Lattice;
   struct Touched {
     osg::Vec3f normal;
     float height;  // of the particle above it [m]
+    bool in_hollow;
   };
 
+  bool add_faces(const osg::Geometry* part, bool in_hollow);
   static bool holds(const Face& face, const osg::Vec3f& way);
   void sort_into_cells();
   std::span<const std::uint32_t> near(const osg::Vec3f& x) const;

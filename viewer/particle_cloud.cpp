@@ -313,7 +313,7 @@ void ParticleCloud::add_images(std::size_t from, Medium medium) {
       const osg::Vec3f in_world(place.x(), place.y(), place.z());
       if (!reached.contains(in_world)) continue;
       images.clear();
-      solid.images->add_of(in_world * to_solid, images);
+      if (solid.images->add_of(in_world * to_solid, images)) outer.tints[i].a() |= LookTable::kInHollow;
       for (const osg::Vec3f& image : images) {
         outer.places.emplace_back(image * to_world, place.w());
         outer.tints.push_back(outer.tints[i]);

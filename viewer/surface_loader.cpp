@@ -1,7 +1,6 @@
 #include "viewer/surface_loader.h"
 
 #include <algorithm>
-#include <array>
 #include <memory>
 #include <utility>
 
@@ -13,10 +12,7 @@ LoadedSurface load_surface(const BodyDescription& body, double spacing, BuildPro
   LoadedSurface out;
   const bool soft = has_skin(body);
   out.mesh = build_mesh(body, progress, soft ? spacing : 0);
-  if (!soft) {
-    const std::array parts{out.mesh.solid, out.mesh.glass};
-    out.mesh.images = std::make_shared<MirrorImages>(parts, spacing);
-  }
+  if (!soft) out.mesh.images = std::make_shared<MirrorImages>(out.mesh.solid.get(), out.mesh.glass.get(), spacing);
   if (!soft || !out.mesh.solid) return out;
   const auto& vertices = static_cast<const osg::Vec3Array&>(*out.mesh.solid->getVertexArray());
   out.skin = Skin::bind(vertices.asVector(), body.rest, spacing);

@@ -36,7 +36,7 @@ osg::ref_ptr<osg::MatrixTransform> hollow_wall(const osg::Geometry& inner, const
 
 WallDepths::WallDepths(osg::Node* walls)
     : texture_(float_texture(GL_RGBA32F_ARB, GL_RGBA)), camera_(pass_into(texture_, kFirstPass, false)) {
-  camera_->setClearColor(osg::Vec4f(kNowhere, kNowhere, kNowhere, 0));
+  camera_->setClearColor(osg::Vec4f(kNowhere, kNowhere, kNowhere, kNowhere));
   osg::StateSet* state = camera_->getOrCreateStateSet();
   state->setAttributeAndModes(load_program("wall depths", {"wall_depths.vert", "wall_depths.frag"}));
   state->setMode(GL_CULL_FACE, osg::StateAttribute::OFF);

@@ -1,4 +1,4 @@
-// Mirror images in a tray whose walls are thick enough to hold them.
+// Mirror images in the walls of trays, and in other solids.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -58,10 +58,23 @@ TEST(MirrorImages, WhatDoesNotTouchHasNone) {
   EXPECT_TRUE(images_in(body, {nowhere, 0, kHalf}).empty());
 }
 
-TEST(MirrorImages, AThinWallHoldsNone) {
-  const BodyDescription thin = tray(kSpacing);
-  EXPECT_TRUE(images_in(thin, {0, 0, kHalf}).empty());
-  EXPECT_EQ(images_in(tray(1.5 * kSpacing), {0, 0, kHalf}).size(), 1u);
+// The picture ends a medium at the walls of what is hollow and fixed; elsewhere images would stick out.
+TEST(MirrorImages, AThinWallHoldsThemWhereItIsAVessels) {
+  BodyDescription thin = tray(0.1 * kSpacing);
+  EXPECT_EQ(images_in(thin, {0, 0, kHalf}).size(), 1u);
+  std::vector<osg::Vec3f> images;
+  EXPECT_TRUE(load_surface(thin, kSpacing).mesh.images->add_of({0, 0, kHalf}, images));
+  EXPECT_FALSE(load_surface(thin, kSpacing).mesh.images->add_of({0, 0, 3 * kHalf}, images));
+  const osg::Vec3f beneath(0, 0, static_cast<float>(-0.1 * kSpacing) - kHalf);
+  EXPECT_TRUE(images_in(thin, beneath).empty()) << "on the outer side";
+  BodyDescription carried = tray(kSpacing);
+  carried.kind = BodyKind::rigid;
+  EXPECT_TRUE(images_in(carried, {0, 0, kHalf}).empty());
+  carried = tray(1.5 * kSpacing);
+  carried.kind = BodyKind::rigid;
+  EXPECT_EQ(images_in(carried, {0, 0, kHalf}).size(), 1u);
+  images.clear();
+  EXPECT_FALSE(load_surface(carried, kSpacing).mesh.images->add_of({0, 0, kHalf}, images));
 }
 
 TEST(MirrorImages, ARoundWallMirrorsAlongItsRadius) {

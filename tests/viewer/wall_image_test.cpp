@@ -11,11 +11,13 @@
 namespace palp::test::wall_image_test {
 namespace {
 
+constexpr double kThick = 3 * kSpacing, kThin = 0.3 * kSpacing;
+
 // Particles of a lattice below the tray's depth.
-SyntheticScene full_tray(const char* look) {
+SyntheticScene full_tray(const char* look, double wall = kThick) {
   SyntheticScene s = synthetic_scene();
   make_look(s.scene.bodies[0], look);
-  s.scene.bodies[1] = tray(3 * kSpacing);
+  s.scene.bodies[1] = tray(wall);
   s.scene.bodies.pop_back();
   s.poses = {};
   s.frame.positions.clear();
@@ -43,22 +45,23 @@ double brightness(Stage& stage, const Picture& picture, const osg::Vec3d& place)
 // as one that leans.
 TEST(WallImage, ALiquidIsFlatUpToTheWallsItTouches) {
   constexpr double kLevel = 6 * kSpacing;  // of the lattice
-  for (const Surfaces quality : {Surfaces::quick, Surfaces::fine}) {
-    StageOptions options = small_stage(640, 480);
-    options.surfaces = quality;
-    Stage stage(options);
-    set_scene(stage, full_tray("batter").scene);
-    stage.scene().set_frame(full_tray("batter").frame);
-    stage.go_home();
-    const Picture picture = shoot(stage);
-    const double deep = brightness(stage, picture, {0.05, -kHalfY, kLevel - 3 * kSpacing});
-    const double below_edge = brightness(stage, picture, {0.05, -kHalfY, kLevel - 0.7 * kSpacing});
-    const double far_in = brightness(stage, picture, {0.05, -kHalfY + 5 * kSpacing, kLevel});
-    const double beside_edge = brightness(stage, picture, {0.05, -kHalfY + 0.7 * kSpacing, kLevel});
-    EXPECT_GT(std::abs(far_in - deep), 20) << "top and side are lit alike: the test sees no edge";
-    EXPECT_NEAR(below_edge, deep, 8);
-    EXPECT_NEAR(beside_edge, far_in, 8);
-  }
+  for (const double wall : {kThick, kThin})
+    for (const Surfaces quality : {Surfaces::quick, Surfaces::fine}) {
+      StageOptions options = small_stage(640, 480);
+      options.surfaces = quality;
+      Stage stage(options);
+      set_scene(stage, full_tray("batter", wall).scene);
+      stage.scene().set_frame(full_tray("batter", wall).frame);
+      stage.go_home();
+      const Picture picture = shoot(stage);
+      const double deep = brightness(stage, picture, {0.05, -kHalfY, kLevel - 3 * kSpacing});
+      const double below_edge = brightness(stage, picture, {0.05, -kHalfY, kLevel - 0.7 * kSpacing});
+      const double far_in = brightness(stage, picture, {0.05, -kHalfY + 5 * kSpacing, kLevel});
+      const double beside_edge = brightness(stage, picture, {0.05, -kHalfY + 0.7 * kSpacing, kLevel});
+      EXPECT_GT(std::abs(far_in - deep), 20) << "top and side are lit alike: the test sees no edge";
+      EXPECT_NEAR(below_edge, deep, 8) << wall;
+      EXPECT_NEAR(beside_edge, far_in, 8) << wall;
+    }
 }
 
 TEST(WallImage, NothingOfItIsSeenWithinTheWalls) {
@@ -77,6 +80,27 @@ TEST(WallImage, NothingOfItIsSeenWithinTheWalls) {
       const osg::Vec3d corner(-kHalfX - 0.5 * kSpacing, -kHalfY - 0.5 * kSpacing, z);
       EXPECT_NEAR(brightness(stage, full, corner), brightness(stage, empty, corner), 1.5) << look << " " << z;
     }
+  }
+}
+
+// Half a spacing past the outer corner of thin walls, where an image of what stands in the corner would be.
+TEST(WallImage, NothingOfItIsSeenBesideThinWalls) {
+  for (const char* look : {"batter", "water"}) {
+    SyntheticScene s = full_tray(look, kThin);
+    Stage stage(small_stage(640, 480));
+    set_scene(stage, s.scene);
+    stage.scene().set_frame(s.frame);
+    stage.go_home();
+    const Picture full = shoot(stage);
+    for (std::size_t i = 2; i < s.frame.positions.size(); i += 3) s.frame.positions[i] = -1e9f;  // no places
+    stage.scene().set_frame(s.frame);
+    const Picture empty = shoot(stage);
+    for (const double z : {0.01, 0.02, 0.03, 0.04})
+      for (const double side : {-1.0, 1.0}) {
+        const osg::Vec3d corner(side * (kHalfX + 0.6 * kSpacing), side * (kHalfY + 0.6 * kSpacing), z);
+        EXPECT_NEAR(brightness(stage, full, corner), brightness(stage, empty, corner), 1.5)
+            << look << " " << side << " " << z;
+      }
   }
 }
 

@@ -1,6 +1,6 @@
 #version 330 compatibility
 // A particle of a medium that is drawn as a surface: gl_Vertex.xyz is its centre in the world, gl_Color.rgb its body's
-// colour and gl_Color.a which look it has. gl_Vertex.w is its scalar where colours show that (below -1e38: it has none),
+// colour and gl_Color.a which look it has, and from 128 on that it is seen in the hollow of a solid alone. gl_Vertex.w is its scalar where colours show that (below -1e38: it has none),
 // else how much of it is part of the surface: the rest is a drop. Or a lump of particles: gl_Vertex.xyz is their middle
 // and gl_Vertex.w how many particles it has of those that would fill it.
 uniform float target_height;  // [pixels]
@@ -16,6 +16,7 @@ flat out float weight;  // of a lump, or of what is part of the surface
 flat out float size;    // of that part, of a whole particle
 flat out vec3 tint;  // linear
 flat out float scalar;
+flat out int in_hollow;
 flat out vec4 depth_of_color;  // absorption and haze
 flat out vec4 surface_look;
 
@@ -27,6 +28,8 @@ void main() {
   center = eye.xyz;
   tint = to_linear(gl_Color.rgb);
   int row = int(gl_Color.a * 255.0 + 0.5);
+  in_hollow = row >> 7;
+  row &= 127;
   depth_of_color = texelFetch(looks, ivec2(0, row), 0);
   surface_look = texelFetch(looks, ivec2(1, row), 0);
   weight = by_scalar ? 1.0 : gl_Vertex.w;

@@ -152,13 +152,16 @@ vec3 opaque_medium(vec3 p, vec3 normal, vec3 to_eye, vec3 color, vec4 look, floa
 
 void main() {
   float enclosed = texture2D(outline, gl_FragCoord.xy / target_size).r;
+  vec2 place = gl_FragCoord.xy * surface_size / target_size;
+  // what stands against the walls of a hollow ends there, and has no outline of its own
+  bool in_hollow = (floatBitsToInt(texelFetch(surface, ivec2(place), 0).r) & 1) == 1;
   // the outline fades over its last pixel
   float coverage = clamp((enclosed - 0.5) / max(fwidth(enclosed), 0.01) + 0.5, 0.0, 1.0);
+  if (in_hollow) coverage = 1.0;
   if (coverage <= 0.0) discard;
-  vec2 place = gl_FragCoord.xy * surface_size / target_size;
   // at the outline the surface is that a little inside, as there each bead turns away from the eye
   vec2 inward = vec2(dFdx(enclosed), dFdy(enclosed));
-  float way = clamp(kInside - enclosed, 0.0, kInside) / max(dot(inward, inward), 1e-6);
+  float way = in_hollow ? 0.0 : clamp(kInside - enclosed, 0.0, kInside) / max(dot(inward, inward), 1e-6);
   vec2 inside = place + min(way, kMostInward / max(length(inward), 1e-3)) * inward * surface_size / target_size;
   // walls end the surface within its outline
   float share = share_at(place);
