@@ -119,7 +119,7 @@ class NeighborLists {
                                 std::size_t begin, std::size_t end, const Pair& interacts) {
     const Vec3 x = sorted.xV[i].xyz();
     const Tag tag_i = sorted.tag[i];
-    const real clear = interacts.clear_around(tag_i, x);
+    const auto clear = interacts.clear_around(tag_i, x);
     std::size_t kept = begin;
     for (std::size_t k = begin; k < end; ++k) {
       const std::uint32_t j = list[k];

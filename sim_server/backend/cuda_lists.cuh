@@ -131,7 +131,7 @@ template <class Pair>
 __device__ inline std::uint32_t list_by_thread(const ListWork& w, std::uint32_t i, const Pair& interacts) {
   const Vec3 x_i = w.to.xV[i].xyz();
   const Tag tag_i = w.to.tag[i];
-  const real clear = interacts.clear_around(tag_i, x_i);
+  const auto clear = interacts.clear_around(tag_i, x_i);
   FourWriter writer{w, i};
   for_each_run(w.grid, x_i, w.reach, SearchTeam{}, [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
     const Vec3 x = x_i - shift;
@@ -156,7 +156,7 @@ __device__ inline std::uint32_t list_by_lanes(const ListWork& w, std::uint32_t i
   const unsigned team = ((1u << kSearchLanes) - 1u) << first, before = ((1u << lane) - 1u) << first;
   const Vec3 x_i = w.to.xV[i].xyz();
   const Tag tag_i = w.to.tag[i];
-  const real clear = interacts.clear_around(tag_i, x_i);
+  const auto clear = interacts.clear_around(tag_i, x_i);
   std::uint32_t count = 0;
   for_each_run(w.grid, x_i, w.reach, SearchTeam{}, [&](std::uint32_t begin, std::uint32_t end, const Vec3& shift) {
     const Vec3 x = x_i - shift;

@@ -49,10 +49,18 @@ PALP_HD inline bool is_flat(const Piece& p, const Vec3& n) {
          (p.type == PieceType::cylinder && Eigen::numext::abs((p.R.transpose() * n).z()) > real(0.5));
 }
 
+// Returns whether two places, the solid's frame, lie on the same side of a box, past one of its faces.
+PALP_HD inline bool same_side(const Piece& box, const Vec3& x, const Vec3& y) {
+  for (int a = 0; a < 3; ++a)
+    if ((x[a] < box.low[a] && y[a] < box.low[a]) || (x[a] > box.high[a] && y[a] > box.high[a])) return true;
+  return false;
+}
+
 // Returns whether the line between two places, the solid's frame, passes through one of the boxes of a solid of boxes.
 PALP_HD inline bool passes_a_box(const ContactBody& b, const Piece* piece, const Vec3& x, const Vec3& y) {
   for (std::uint32_t k = b.first; k < b.solid; ++k) {
-    real enters = 0, leaves = 1;  // shares of the way from x to y
+    if (same_side(piece[k], x, y)) continue;  // as most are, without a division
+    real enters = 0, leaves = 1;              // shares of the way from x to y
     for (int a = 0; a < 3; ++a) {
       const real low = piece[k].low[a] - x[a], high = piece[k].high[a] - x[a], way = y[a] - x[a];
       if (way == real(0)) {
@@ -86,6 +94,34 @@ PALP_HD inline bool blocks_sight(const ContactBody& b, const Piece* piece, const
   return !(flat_a && !before(a, x)) && !(flat_c && !before(c, y));
 }
 
+// Where all particles are in the sight of one: nearer than the radius, or within a box along the world's axes, which is
+// given by the ways from the particle to its corners; empty where low is above high.
+struct ClearSpace {
+  real radius;  // [m]
+  Vec3 low, high;
+
+  // Returns whether it has what lies at -x_ij from the particle.
+  PALP_HD bool holds(const Vec3& x_ij) const {
+    if (x_ij.squaredNorm() < radius * radius) return true;
+    for (int a = 0; a < 3; ++a)
+      if (!(low[a] <= -x_ij[a] && -x_ij[a] <= high[a])) return false;
+    return true;
+  }
+};
+PALP_HD inline ClearSpace all_clear() { return {real(1e18), Vec3(0, 0, 0), Vec3(0, 0, 0)}; }
+
+// Leaves of a clear space what lies in one of the boxes that fill all but a solid of boxes, that with a particle at x,
+// the solid's frame. R: from there to the world's axes; nothing is left where it turns, or the particle is in none.
+PALP_HD inline void keep_room(const ContactBody& b, const Piece* piece, const Mat3& R, const Vec3& x,
+                              ClearSpace& clear) {
+  std::uint32_t k = b.boxes && R.isIdentity(real(1e-6)) ? b.solid : b.last;
+  while (k < b.last && !WallShape::within(piece[k], x)) ++k;
+  for (int a = 0; a < 3; ++a) {
+    clear.low[a] = k < b.last ? -min(-clear.low[a], x[a] - piece[k].low[a]) : real(1);
+    clear.high[a] = k < b.last ? min(clear.high[a], piece[k].high[a] - x[a]) : real(-1);
+  }
+}
+
 // The thin walls of a scene.
 struct WallSight {
   WallViews walls;
@@ -94,18 +130,23 @@ struct WallSight {
   real reach;  // of the lists [m]
   real near;   // kSightNear [m]
 
-  // Returns a distance from a particle at x within which no thin wall is, at most the reach of the lists.
-  PALP_HD real clear_around(const Vec3& x) const {
-    real clear = reach;
+  // Returns where around a particle at x no thin wall is, as far as lists reach.
+  PALP_HD ClearSpace clear_around(const Vec3& x) const {
+    const Vec3 far(reach, reach, reach);
+    ClearSpace clear{reach, -far, far};
     for (std::uint32_t k = 0; k < walls.by.bodies; ++k) {
       const ContactBody& shape = walls.shape[k];
       if (!shape.thin) continue;
       const BodyState& b = body[walls.body[k]];
-      const Vec3 y = b.q.toRotationMatrix().transpose() * nearest_image(grid, x - b.x);
-      if (outside_bounds(shape, y, clear)) continue;
-      clear = min(clear, solid_distance(shape, walls.piece, walls.grid, y).d - near);
+      const Mat3 R = b.q.toRotationMatrix();
+      const Vec3 y = R.transpose() * nearest_image(grid, x - b.x);
+      if (outside_bounds(shape, y, reach)) continue;
+      const Vec3 z = shape.R.transpose() * (y - shape.c);
+      clear.radius = min(clear.radius, distance_in_frame(shape, walls.piece, walls.grid, z).d - near);
+      keep_room(shape, walls.piece, R * shape.R, z, clear);
     }
-    return clear > real(0) ? clear : real(0);
+    if (!(clear.radius > real(0))) clear.radius = 0;
+    return clear;
   }
 
   // Returns whether no thin wall stands between particles at x and at x - x_ij.

@@ -8,8 +8,8 @@ namespace palp {
 // Says whether two particles ever act on each other: stored neighbour lists leave out the pairs that do not.
 struct EveryPair {
   PALP_HD bool operator()(Tag, Tag) const { return true; }
-  PALP_HD static real clear_around(Tag, const Vec3&) { return HUGE_VALF; }
-  PALP_HD static bool in_sight(Tag, const Vec3&, const Vec3&, real) { return true; }
+  PALP_HD static ClearSpace clear_around(Tag, const Vec3&) { return all_clear(); }
+  PALP_HD static bool in_sight(Tag, const Vec3&, const Vec3&, const ClearSpace&) { return true; }
 };
 
 // The same with solids.
@@ -27,11 +27,13 @@ struct Interacts : EveryPair {
 // The same with thin walls, across which fluids do not interact.
 struct InteractsInSight : Interacts {
   WallSight sight;
-  // Returns within what distance of a particle at x all are in its sight.
-  PALP_HD real clear_around(Tag a, const Vec3& x) const { return a.is_fluid() ? sight.clear_around(x) : HUGE_VALF; }
-  // Returns whether particle i, with such a distance, sees one with tag b at x_i - x_ij.
-  PALP_HD bool in_sight(Tag b, const Vec3& x_i, const Vec3& x_ij, real clear) const {
-    return !b.is_fluid() || x_ij.squaredNorm() < clear * clear || sight.open(x_i, x_ij);
+  // Returns where around a particle at x all are in its sight.
+  PALP_HD ClearSpace clear_around(Tag a, const Vec3& x) const {
+    return a.is_fluid() ? sight.clear_around(x) : all_clear();
+  }
+  // Returns whether particle i, with such a space around it, sees one with tag b at x_i - x_ij.
+  PALP_HD bool in_sight(Tag b, const Vec3& x_i, const Vec3& x_ij, const ClearSpace& clear) const {
+    return !b.is_fluid() || clear.holds(x_ij) || sight.open(x_i, x_ij);
   }
 };
 

@@ -1,10 +1,12 @@
 // The guard that keeps fluids out of solids: against its equation in double precision, and in a stirred tray.
 #include "sim_server/physics/walls.h"
 
+#include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "sim_server/physics/wall_sight.h"
 #include "sim_server/probes/penetration.h"
 #include "sim_server/solver/constants.h"
 #include "sim_server/solver/contact_store.h"
@@ -228,6 +230,49 @@ TEST_F(OpenCells, AreOutOfTheReachOfFixedBodies) {
 }
 
 // Fluids keep as far off a surface as the guard reaches; past that they would see each other through a thin wall.
+// What lists take for clear around a particle, they need not look along each line for.
+TEST(WallsOfATray, BlockNoSightWhereAllIsClear) {
+  const unsigned seed = drawn_seed();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  SceneConfig config = scene(kSpacing);
+  const double inner = 6 * kSpacing, outer = inner + 0.6 * kSpacing;
+  BodyConfig tray = body("tray", BodyKind::fixed, box({outer, outer, outer}));
+  tray.shapes.push_back(box({inner, inner, outer}, {0, 0, 0.3 * kSpacing}));
+  tray.shapes[1].subtract = true;
+  config.bodies = {tray, body("water", BodyKind::fluid, box({inner, inner, inner / 2}, {0, 0, -inner / 4}))};
+  const Scene s = sample_scene(config, 1000000);
+  const Plan plan = make_plan(s);
+  const ContactStore store(s, plan);
+  const std::vector<NodeGrid> grids = store.grids_at(store.node.data());
+  const std::vector<std::uint32_t> bodies{0};
+  BodyState state{};
+  state.q = Quat(1, 0, 0, 0);
+  WallSight sight{};
+  sight.walls.by.bodies = 1;
+  sight.walls.body = bodies.data();
+  sight.walls.shape = store.shape.data();
+  sight.walls.piece = store.piece.data();
+  sight.walls.grid = grids.data();
+  sight.body = &state;
+  sight.reach = static_cast<real>(plan.support);
+  sight.near = static_cast<real>(kSightNear * kSpacing);
+  ASSERT_TRUE(store.shape[0].thin);
+  int clear = 0, blocked = 0;
+  for (int k = 0; k < 100000; ++k) {
+    const auto place = [&] { return (0.6 * outer * Vector3d(unit(random), unit(random), unit(random))).eval(); };
+    const Vec3 x = place().cast<real>(), x_ij = x - Vec3(place().cast<real>());
+    if (x_ij.norm() > sight.reach) continue;
+    const bool open = sight.open(x, x_ij), holds = sight.clear_around(x).holds(x_ij);
+    EXPECT_TRUE(open || !holds) << x.transpose() << " to " << (x - x_ij).transpose();
+    clear += holds ? 1 : 0;
+    blocked += open ? 0 : 1;
+  }
+  EXPECT_GT(clear, 2000);
+  EXPECT_GT(blocked, 100);
+}
+
 TEST(WallsOfATray, AreThinWhereFluidsReachThroughThem) {
   for (const double thick : {0.1, 1.0, 2.2, 2.6, 3.5, 5.0, 8.0}) {
     SceneConfig config = scene(kSpacing);
