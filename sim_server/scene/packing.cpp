@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "sim_server/geometry/point_grid.h"
+#include "sim_server/scene/particle_reason.h"
 #include "sim_server/scene/relaxation.h"
+#include "sim_server/scene/solid_layout.h"
 #include "sim_server/threads/thread_team.h"
 
 namespace palp {
@@ -22,6 +24,78 @@ constexpr double kLayerDepth = 3;           // of the layer around them that is 
 constexpr double kOccupiedDistance = 0.75;  // a site nearer than this to a particle is not open
 constexpr double kSheet = 0.5;  // volume over that of a cell below which a solid's particle stands for a sheet, whose
                                 // neighbours were cut to its faces and not to sites of a lattice
+constexpr double kFirstRow = 0.5,
+                 kRowTolerance = 0.15;  // a lattice's first row off a face, and how far it may be off it
+constexpr double kLeastOff = 0.2;       // a particle that is packed off a solid
+
+// The solids that act on fluids by their geometry, where they stand at the start. Any thread may ask.
+class StandingSolids {
+ public:
+  explicit StandingSolids(const Scene& scene) : box_(box_of(scene)), dx_(scene.spacing) {
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+      const Body& body = scene.bodies[b];
+      if (!acts_by_geometry(scene, b)) continue;
+      layout_.add_solid(body);
+      center_.emplace_back(body.position + body.orientation * body.center);
+      axes_.emplace_back(body.orientation.toRotationMatrix());
+    }
+    grids_ = layout_.grids_at(layout_.node.data());
+  }
+  StandingSolids(StandingSolids&&) = default;  // the grids keep pointing at its nodes
+
+  // Returns the place at least kLeastOff spacings off all of them that a place has to go to, straight off each in turn.
+  FreePlace free_place(Vector3d place) const {
+    constexpr int kTurns = 3;  // of a corner each face takes one
+    const double least = kLeastOff * dx_;
+    double clear = 0;
+    for (int turn = 0; turn < kTurns; ++turn) {
+      clear = 1e30;
+      for (std::size_t k = 0; k < center_.size(); ++k) {
+        const auto [d, n] = distance(k, place);
+        if (d < least) place += (least - d) * n;
+        clear = std::min(clear, std::max(d - least, 0.0));
+      }
+      if (clear > 0) break;
+    }
+    return {box_.wrapped(place), clear};
+  }
+  // Returns whether a place is where a lattice with these axes would have its first row off a face, an edge or a
+  // corner, or farther off.
+  bool suits_lattice(const Vector3d& place, const Eigen::Matrix3d& axes) const {
+    for (std::size_t k = 0; k < center_.size(); ++k) {
+      const auto [d, n] = distance(k, place);
+      if (d >= dx_) continue;
+      const Eigen::Array3d steps = (axes.transpose() * n).array().abs() * (d / dx_);
+      if ((steps > kRowTolerance && (steps - kFirstRow).abs() > kRowTolerance).any() || d < 0) return false;
+    }
+    return true;
+  }
+
+ private:
+  struct Way {
+    double d;
+    Vector3d n;
+  };
+  // Returns the way to a solid; of one whose bounds are a spacing off, that alone.
+  Way distance(std::size_t k, const Vector3d& place) const {
+    const Vec3 from = (axes_[k].transpose() * box_.between(place, center_[k])).cast<real>();
+    if (outside_bounds(layout_.shape[k], from, static_cast<real>(dx_))) return {dx_, Vector3d::Zero()};
+    const Distance at = solid_distance(layout_.shape[k], layout_.piece.data(), grids_.data(), from);
+    return {static_cast<double>(at.d), axes_[k] * at.n.cast<double>()};
+  }
+  static bool acts_by_geometry(const Scene& scene, std::size_t b) {
+    const ParticleReason reason = particle_reason(scene, b);
+    return scene.bodies[b].contact != nullptr && reason != ParticleReason::paper && reason != ParticleReason::asked &&
+           reason != ParticleReason::adhesion;
+  }
+
+  PeriodicBox box_;
+  double dx_;
+  SolidLayout layout_;
+  std::vector<NodeGrid> grids_;
+  std::vector<Vector3d> center_;       // of mass, by solid
+  std::vector<Eigen::Matrix3d> axes_;  // of the body, by solid
+};
 
 struct Packing {
   Scene& scene;
@@ -29,6 +103,7 @@ struct Packing {
   ThreadTeam& team;
   PeriodicBox box;
   double dx;
+  StandingSolids standing;
   std::vector<Eigen::Matrix3d> axes;        // by body: of the lattice that its particles were laid in
   std::vector<Eigen::Isometry3d> to_solid;  // by body, from the world
 
@@ -42,7 +117,7 @@ struct Packing {
 };
 
 Packing begin_packing(Scene& scene, const std::vector<std::optional<Solid>>& solids, ThreadTeam& team) {
-  Packing p{scene, solids, team, box_of(scene), scene.spacing, {}, {}};
+  Packing p{scene, solids, team, box_of(scene), scene.spacing, StandingSolids(scene), {}, {}};
   for (std::size_t b = 0; b < solids.size(); ++b) {
     const Body& body = scene.bodies[b];
     Eigen::Isometry3d to_world = pose_of(body);
@@ -73,12 +148,15 @@ std::vector<std::uint32_t> off_lattice_particles(const Packing& p) {
     const PointGrid grid(x, p.box, kContactDistance * p.dx);
     p.team.for_each(x.size(), kParticlesAtOnce, [&](std::size_t i) {
       if (!p.movable(i)) return;
-      bool fits = true;
+      bool fits = true, beside_particles = false;
       grid.near(x[i], [&](std::uint32_t j) {
         if (p.scene.body[i] == p.scene.body[j] || !fits || p.is_sheet(j)) return;
         const Vector3d d = p.axes_of(i).transpose() * p.box.between(x[j], x[i]) / p.dx;
-        if (d.squaredNorm() < kContactDistance * kContactDistance) fits = on_lattice(d);
+        if (d.squaredNorm() >= kContactDistance * kContactDistance) return;
+        beside_particles = true;
+        fits = on_lattice(d);
       });
+      if (!beside_particles) fits = p.standing.suits_lattice(x[i], p.axes_of(i));
       mark[i] = fits ? 0 : 1;
     });
   }
@@ -159,6 +237,25 @@ std::vector<Vector3d> open_sites(const Packing& p, const std::vector<std::uint32
   return sites;
 }
 
+// Brings the volumes of the moved particles nearer to their body's mean until each body has its volume: shares of space
+// leave out what lies between particles and walls, or count it twice.
+void keep_volumes(Scene& scene, const std::vector<std::uint32_t>& moved) {
+  std::vector<double> excess(scene.bodies.size(), 0), most(scene.bodies.size(), 0);
+  for (std::size_t i = 0; i < scene.volume.size(); ++i) excess[scene.body[i]] += scene.volume[i];
+  for (std::size_t b = 0; b < excess.size(); ++b) excess[b] -= scene.bodies[b].volume;
+  // what a particle's volume is over the mean, where less of it helps, or more
+  const auto over = [&](std::uint32_t i) {
+    const Body& body = scene.bodies[scene.body[i]];
+    const double out = scene.volume[i] - body.volume / body.count;
+    return out * excess[scene.body[i]] > 0 ? out : 0;
+  };
+  for (const std::uint32_t i : moved) most[scene.body[i]] += over(i);
+  for (const std::uint32_t i : moved) {
+    const std::uint32_t b = scene.body[i];
+    if (over(i) != 0) scene.volume[i] -= over(i) * std::min(1.0, excess[b] / most[b]);
+  }
+}
+
 }  // namespace
 
 void pack_fluids(Scene& scene, const std::vector<std::optional<Solid>>& solids, ThreadTeam& team,
@@ -167,17 +264,19 @@ void pack_fluids(Scene& scene, const std::vector<std::optional<Solid>>& solids, 
   const std::vector<std::uint32_t> active = off_lattice_particles(p);
   if (active.empty()) return;
   const double cell = std::pow(scene.spacing, 3);
-  Relaxation points{p.box, p.dx, scene.position, {}, active, {}};
+  Relaxation points{p.box, p.dx, scene.position, {}, active, {}, {}};
   for (const double volume : scene.volume) points.volume.push_back(volume / cell);
   const std::vector<Vector3d> open = open_sites(p, active);
   points.place.insert(points.place.end(), open.begin(), open.end());
   points.volume.resize(points.place.size(), 1.0);
+  points.hold = [&p](const Vector3d& place) { return p.standing.free_place(place); };
   if (progress) points.progress = [&](double share) { progress("packing fluids around solids", share); };
   relax(points, team);
   for (const std::uint32_t i : active) {
     scene.position[i] = points.place[i];
     scene.volume[i] = points.volume[i] * cell;
   }
+  keep_volumes(scene, active);
 }
 
 }  // namespace palp

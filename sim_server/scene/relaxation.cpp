@@ -73,6 +73,10 @@ class Relaxing {
     moved_.assign(points.moving.size(), Vector3f::Zero());
     listed_.assign(points.moving.size(), Vector3f::Zero());
     shift_.assign(points.moving.size(), Vector3f::Zero());
+    held_.assign(points.moving.size(), Vector3f::Zero());
+    clear_.assign(points.moving.size(), -1);
+    team.for_each(points.moving.size(), kPointsAtOnce,
+                  [&](std::size_t k) { move(static_cast<std::uint32_t>(k), moved_[k]); });
     all_go();
   }
 
@@ -116,6 +120,17 @@ class Relaxing {
     cloud_.x[i] = x.x();
     cloud_.y[i] = x.y();
     cloud_.z[i] = x.z();
+  }
+  // Moves a moving point to this displacement, or to where solids leave it room.
+  void move(std::uint32_t k, const Vector3f& to) {
+    moved_[k] = to;
+    if (points_.hold && (to - held_[k]).norm() > clear_[k]) {
+      const FreePlace free = points_.hold(place_of(k));
+      moved_[k] = ((free.place - points_.place[points_.moving[k]]) / points_.spacing).cast<float>();
+      held_[k] = moved_[k];
+      clear_[k] = static_cast<float>(free.clear / points_.spacing);
+    }
+    put(points_.moving[k], place_of(k));
   }
   Vector3d place_of(std::size_t k) const {
     return points_.place[points_.moving[k]] + points_.spacing * moved_[k].cast<double>();
@@ -208,8 +223,8 @@ class Relaxing {
       team_.for_each(going_.size(), kPointsAtOnce, [&](std::size_t g) {
         const std::uint32_t k = going_[g];
         const Vector3f since = moved_[k] + shift_[k] - listed_[k];
-        moved_[k] = listed_[k] + since * std::min(1.0F, static_cast<float>(kListSkin) / std::max(since.norm(), 1e-30F));
-        put(points_.moving[k], place_of(k));
+        const float share = std::min(1.0F, static_cast<float>(kListSkin) / std::max(since.norm(), 1e-30F));
+        move(k, listed_[k] + since * share);
       });
       float farthest = 0;
       for (const std::uint32_t k : going_) farthest = std::max(farthest, shift_[k].squaredNorm());
@@ -268,6 +283,8 @@ class Relaxing {
   std::vector<Vector3d> fixed_place_;  // [m]
   std::vector<Vector3f> moved_;        // by moving point: displacement since the start, in spacings
   std::vector<Vector3f> listed_;       // the same when neighbours were last listed
+  std::vector<Vector3f> held_;         // the same when solids were last asked for room
+  std::vector<float> clear_;           // how far all was free around there, in spacings
   std::vector<Vector3f> shift_;
 };
 

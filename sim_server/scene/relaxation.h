@@ -9,6 +9,11 @@
 
 namespace palp {
 
+struct FreePlace {
+  Eigen::Vector3d place;  // [m]
+  double clear = 0;       // around it as far as this all is free [m]
+};
+
 // Moves points until sum V gradW vanishes or is small, and shares the space out among them.
 struct Relaxation {
   PeriodicBox box;
@@ -16,6 +21,8 @@ struct Relaxation {
   std::vector<Eigen::Vector3d> place;  // of all points [m]
   std::vector<double> volume;          // of all points, over spacing^3
   std::vector<std::uint32_t> moving;   // indices of those that move
+  // Returns a place for a point that a solid would have none for; empty: all space is free. Any thread may call it.
+  std::function<FreePlace(const Eigen::Vector3d& place)> hold;
   // Called with the share of the most work that there may be that is done.
   std::function<void(double)> progress;
 };

@@ -12,33 +12,6 @@
 namespace palp {
 namespace {
 
-Piece to_piece(const ContactPiece& from, std::size_t first_grid) {
-  Piece p{};
-  p.R = from.pose.linear().cast<real>();
-  p.c = from.pose.translation().cast<real>();
-  p.low = from.low.cast<real>();
-  p.high = from.high.cast<real>();
-  p.type = from.type == ShapeType::sphere     ? PieceType::sphere
-           : from.type == ShapeType::cylinder ? PieceType::cylinder
-           : from.type == ShapeType::mesh     ? PieceType::grid
-                                              : PieceType::box;
-  p.subtract = from.subtract;
-  if (from.grid >= 0) p.grid = static_cast<std::uint32_t>(first_grid + static_cast<std::size_t>(from.grid));
-  return p;
-}
-
-void add_grid(const DistanceGrid& from, ContactStore& store) {
-  NodeGrid g{};
-  g.origin = from.origin.cast<real>();
-  g.cell = static_cast<real>(from.cell);
-  g.inv_cell = static_cast<real>(1 / from.cell);
-  std::copy(from.n.begin(), from.n.end(), g.n);
-  g.node = nullptr;
-  store.grid.push_back(g);
-  for (std::size_t k = 0; k < from.distance.size(); ++k)
-    store.node.push_back({from.normal[3 * k], from.normal[3 * k + 1], from.normal[3 * k + 2], from.distance[k]});
-}
-
 // Gives each cylinder the profile of its shares, which those of one radius have in common.
 void add_profiles(const FluidKernelOf<double>& kernel, ContactStore& store) {
   const double support = kernel.support;
@@ -57,22 +30,10 @@ void add_profiles(const FluidKernelOf<double>& kernel, ContactStore& store) {
   }
 }
 
-ContactBody add_shape(const Body& body, ContactStore& store) {
+// Adds the solid of a body with the points and rounds of its surface.
+void add_shape(const Body& body, ContactStore& store) {
   const ContactShape& from = *body.contact;
-  ContactBody to{};
-  to.R = from.frame.linear().cast<real>();
-  to.c = (from.frame.translation() - body.center).cast<real>();
-  to.low = from.bounds.min().cast<real>();
-  to.high = from.bounds.max().cast<real>();
-  to.boxes = from.boxes;
-  to.first = to.solid = static_cast<std::uint32_t>(store.piece.size());
-  const std::size_t first_grid = store.grid.size();
-  for (const ContactPiece& piece : from.pieces) {
-    to.solid += piece.subtract ? 0 : 1;
-    store.piece.push_back(to_piece(piece, first_grid));
-  }
-  for (const DistanceGrid& grid : from.grids) add_grid(grid, store);
-  to.last = static_cast<std::uint32_t>(store.piece.size());
+  ContactBody& to = store.add_solid(body);
   to.first_point = static_cast<std::uint32_t>(store.point.size());
   to.points = static_cast<std::uint32_t>(from.points.size());
   to.first_round = static_cast<std::uint32_t>(store.round.size());
@@ -83,13 +44,6 @@ ContactBody add_shape(const Body& body, ContactStore& store) {
   for (const ContactRound& r : from.rounds)
     store.round.push_back({(r.center - body.center).cast<real>(), r.axis.cast<real>(), r.zero.cast<real>(),
                            static_cast<real>(r.reach), static_cast<real>(r.points)});
-  double reach = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const auto which = static_cast<Eigen::AlignedBox3d::CornerType>(corner);
-    reach = std::max(reach, (from.frame * from.bounds.corner(which) - body.center).norm());
-  }
-  to.reach = static_cast<real>(reach);
-  return to;
 }
 
 // Moves the faces of a fixed body that lie on the ends of periodic axes past these: its images go on there.
@@ -180,7 +134,7 @@ ContactStore::ContactStore(const Scene& scene, const Plan& plan) : shape_of_(sce
     if (scene.bodies[b].contact == nullptr) continue;
     shape_of_[b] = static_cast<std::uint32_t>(shape.size());
     shaped.push_back(b);
-    shape.push_back(add_shape(scene.bodies[b], *this));
+    add_shape(scene.bodies[b], *this);
     reach_past_periods(scene, scene.bodies[b], shape.back(), piece);
   }
   if (plan.geometry || plan.heat_walls)
@@ -250,15 +204,6 @@ void ContactStore::add_soft_parts(const Scene& scene, const Plan& plan, std::uin
     }
     if (one.pairs > 0) list.push_back(one);
   }
-}
-
-std::vector<NodeGrid> ContactStore::grids_at(const Packed* from) const {
-  std::vector<NodeGrid> out = grid;
-  for (NodeGrid& g : out) {
-    g.node = from;
-    from += static_cast<std::size_t>(g.n[0]) * static_cast<std::size_t>(g.n[1]) * static_cast<std::size_t>(g.n[2]);
-  }
-  return out;
 }
 
 }  // namespace palp

@@ -4,22 +4,18 @@
 #include <vector>
 
 #include "sim_server/physics/rigid_contact.h"
-#include "sim_server/scene/scene.h"
+#include "sim_server/scene/solid_layout.h"
 #include "sim_server/solver/plan.h"
 
 namespace palp {
 
-struct ContactStore {
+struct ContactStore : SolidLayout {
   std::vector<ContactPair> pair;  // pairs of rigid and fixed bodies, then of soft parts
   std::uint32_t rigid_pairs = 0;
   bool single_pass = true;        // ContactViews::single_pass
   bool elastic_on_rigid = false;  // ContactViews::elastic_on_rigid
   std::vector<SoftPart> elastic_part, frozen_part;
-  std::vector<ContactBody> shape;
-  std::vector<std::uint32_t> shaped;  // the bodies that these are of
-  std::vector<Piece> piece;
-  std::vector<NodeGrid> grid;  // without their nodes
-  std::vector<Packed> node;    // of all grids, one after another
+  std::vector<std::uint32_t> shaped;  // the bodies that the shapes are of
   std::vector<SurfacePoint> point;
   std::vector<Round> round;
   std::vector<std::uint32_t> of_body, part;
@@ -30,8 +26,6 @@ struct ContactStore {
   std::uint32_t first_soft = 0;    // ContactViews::first_soft
 
   ContactStore(const Scene& scene, const Plan& plan);
-  // Returns the grids with their nodes from `node` on.
-  std::vector<NodeGrid> grids_at(const Packed* node) const;
 
  private:
   using Parts = std::vector<std::vector<std::uint32_t>>;  // by body: its entries of part
