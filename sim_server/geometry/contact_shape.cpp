@@ -279,7 +279,10 @@ void add_points(const Solid& solid, const SurfaceMesh& surface, double spacing, 
     return std::min(spacing / 4, 0.25 * bounds.sizes().minCoeff());
   };
   if (shape.boxes) {
-    add_edge_points(surface, spacing, ball_in(solid.bounds), found);
+    double ball = ball_in(solid.bounds);  // it has to fit into each wall
+    for (const ContactPiece& box : shape.pieces)
+      if (!box.subtract) ball = std::min(ball, 0.25 * (box.high - box.low).minCoeff());
+    add_edge_points(surface, spacing, ball, found);
     for (const Feature& f : found) shape.points.push_back({f.middle, f.radius});
     return;
   }

@@ -17,6 +17,7 @@
 #include "sim_server/scene/sampling.h"
 #include "sim_server/scene/scene_checks.h"
 #include "sim_server/scene/scene_heat.h"
+#include "sim_server/scene/thick_walls.h"
 
 namespace palp {
 
@@ -24,6 +25,7 @@ namespace {
 
 // A particle's share of the arrays in Scene.
 constexpr double kBytesPerParticle = 2 * sizeof(Eigen::Vector3d) + 2 * sizeof(double) + sizeof(std::uint32_t);
+constexpr double kThickWall = 2;  // of method "paper", whose particles keep others out in two layers [spacings]
 
 // A body that does not fit into what the bodies before it left.
 struct BodyTooLarge {
@@ -133,7 +135,8 @@ Particles sample_body(const SceneConfig& config, const BodyConfig& from, std::si
     moments = moments_of(particles);
     body.lattice.reset();
   } else {
-    solid = make_solid(from.shapes);
+    const bool by_particles = body.type == BodyKind::fixed && config.method == Method::paper;
+    solid = make_solid(by_particles ? with_thick_walls(from.shapes, kThickWall * spacing) : from.shapes);
     moments = solid_moments(*solid);
     const double expected = moments.volume / (spacing * spacing * spacing);
     const double most = static_cast<double>(room);
@@ -261,8 +264,11 @@ Scene sample_scene(const SceneConfig& config, std::size_t max_particles, const L
   if (sampled < config.bodies.size()) throw ConfigError(faults);  // where the others are cannot be judged without them
   add_proxies(scene);
   // what acts by its geometry may be thinner than a particle
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
-    if (particle_reason(scene, b) != ParticleReason::none) faults.insert(faults.end(), thin[b].begin(), thin[b].end());
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const ParticleReason reason = particle_reason(scene, b);
+    if (reason == ParticleReason::none || reason == ParticleReason::asked) continue;
+    faults.insert(faults.end(), thin[b].begin(), thin[b].end());
+  }
   tell("looking for bodies that overlap", 0);
   check_inside_domain(scene, faults);
   check_apart(scene, solids, team, faults);

@@ -155,9 +155,10 @@ void check_distances(const Scene& scene, ThreadTeam& team, std::vector<std::stri
     if (a == b) return is_soft_solid(scene, scene.bodies[a]) ? kElastic : kCoincident;
     return scene.bodies[a].type == BodyKind::elastic && scene.bodies[b].type == BodyKind::elastic ? kApart : kNearest;
   };
-  // fluids meet a solid that acts by its geometry at its surface, wherever its particles are
+  // fluids and solids meet a solid that acts by its geometry at its surface, wherever its particles are
   const auto meet_at_surface = [&](const Body& one, const Body& other) {
-    return one.type == BodyKind::fluid && other.contact != nullptr;
+    const bool solid = one.type == BodyKind::rigid || one.type == BodyKind::fixed;
+    return other.contact != nullptr && (one.type == BodyKind::fluid || (solid && one.contact != nullptr));
   };
   // calls found(j) for each particle j > i that is too near
   const auto look = [&](std::uint32_t i, auto found) {

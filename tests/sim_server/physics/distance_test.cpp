@@ -100,6 +100,18 @@ TEST_F(DistanceTest, OfATray) {
   }
 }
 
+// The balls at edges and corners, which touch other solids, are within the walls, however thin these are.
+TEST_F(DistanceTest, OfContactPointsOfThinWalls) {
+  for (const double wall : {0.001, 0.003, 0.01, 0.05}) {
+    ShapeConfig hollow = box({0.5, 0.4, 0.3}, {0, 0, wall});
+    hollow.subtract = true;
+    const Field field({box({0.5 + 2 * wall, 0.4 + 2 * wall, 0.3}), hollow});
+    ASSERT_FALSE(field.points().empty());
+    for (const ContactPoint& p : field.points())
+      EXPECT_LT(field.at(p.position).d, -p.radius + 1e-6) << p.position.transpose() << ", wall " << wall;
+  }
+}
+
 TEST_F(DistanceTest, OfRoundSolids) {
   ShapeConfig cylinder = box(Vector3d::Zero(), {0.05, 0, -0.1});
   cylinder.type = ShapeType::cylinder;

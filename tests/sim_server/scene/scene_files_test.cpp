@@ -35,10 +35,12 @@ TEST(SceneFiles, SampleAtEveryAccuracy) {
       EXPECT_GT(count, 100u);
       EXPECT_LT(count, 120000u);
       for (const Body& body : scene.bodies) {
-        EXPECT_GT(body.count, 0u);
-        EXPECT_EQ(scene.body[body.first], scene.body[body.first + body.count - 1]);
         const bool deforms = body.type == BodyKind::fluid || body.type == BodyKind::elastic;
         EXPECT_EQ(body.surface.triangles.empty(), deforms) << body.name;
+        EXPECT_TRUE(body.count > 0 || !deforms) << body.name;  // a wall may be too thin for particles
+        if (body.count > 0) {
+          EXPECT_EQ(scene.body[body.first], scene.body[body.first + body.count - 1]);
+        }
       }
     }
   }
