@@ -43,7 +43,8 @@ class StandingSolids {
   }
   StandingSolids(StandingSolids&&) = default;  // the grids keep pointing at its nodes
 
-  // Returns the place at least kLeastOff spacings off all of them that a place has to go to, straight off each in turn.
+  // Returns the place at least kLeastOff spacings off all of them that a place has to go to, straight off each in turn;
+  // on periodic axes it may lie past an end, as the place may.
   FreePlace free_place(Vector3d place) const {
     constexpr int kTurns = 3;  // of a corner each face takes one
     const double least = kLeastOff * dx_;
@@ -57,7 +58,7 @@ class StandingSolids {
       }
       if (clear > 0) break;
     }
-    return {box_.wrapped(place), clear};
+    return {place, clear};
   }
   // Returns whether a place is where a lattice with these axes would have its first row off a face, an edge or a
   // corner, or farther off.

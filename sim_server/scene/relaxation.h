@@ -21,7 +21,8 @@ struct Relaxation {
   std::vector<Eigen::Vector3d> place;  // of all points [m]
   std::vector<double> volume;          // of all points, over spacing^3
   std::vector<std::uint32_t> moving;   // indices of those that move
-  // Returns a place for a point that a solid would have none for; empty: all space is free. Any thread may call it.
+  // Returns the nearest place that solids leave a point, as far past the ends of periodic axes as it is; empty: all
+  // space is free. Any thread may call it.
   std::function<FreePlace(const Eigen::Vector3d& place)> hold;
   // Called with the share of the most work that there may be that is done.
   std::function<void(double)> progress;

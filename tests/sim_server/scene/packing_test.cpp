@@ -86,6 +86,25 @@ TEST(Packing, LeavesNoGapAroundWhatIsAlmostOnTheLattice) {
   }
 }
 
+// What acts by its geometry holds particles off its surface, which changes little where it has particles, too; also
+// across the ends of periodic axes.
+TEST(Packing, IsTheSameAroundWhatActsByItsGeometry) {
+  for (const Eigen::Vector3d& center : {Eigen::Vector3d(0.2, -0.1, -0.1), Eigen::Vector3d(0.66, -0.64, -0.1)}) {
+    SceneConfig config = pool(0.33, center);
+    const Scene with = sample_scene(config, 1000000);
+    config.numerics.solid_particles = false;
+    const Scene without = sample_scene(config, 1000000);
+    const PeriodicBox box = box_of(with);
+    ASSERT_EQ(with.bodies[1].count, without.bodies[1].count);
+    double farthest = 0;
+    for (std::size_t i = 0; i < with.bodies[1].count; ++i)
+      farthest = std::max(
+          farthest,
+          box.between(with.position[with.bodies[1].first + i], without.position[without.bodies[1].first + i]).norm());
+    EXPECT_LT(farthest, 0.3 * kSpacing) << center.transpose();
+  }
+}
+
 // Walls of 0.15 to 0.4 spacings hold few particles, or none, that could hold others back.
 TEST(Packing, KeepsWhatAThinGlassHoldsOffItsWalls) {
   const unsigned seed = drawn_seed();
