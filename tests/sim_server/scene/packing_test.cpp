@@ -86,8 +86,8 @@ TEST(Packing, LeavesNoGapAroundWhatIsAlmostOnTheLattice) {
   }
 }
 
-// What acts by its geometry holds particles off its surface, which changes little where it has particles, too; also
-// across the ends of periodic axes.
+// A solid that acts by its geometry holds particles off its surface, which changes little where it has particles, too;
+// also across the ends of periodic axes.
 TEST(Packing, IsTheSameAroundWhatActsByItsGeometry) {
   for (const Eigen::Vector3d& center : {Eigen::Vector3d(0.2, -0.1, -0.1), Eigen::Vector3d(0.66, -0.64, -0.1)}) {
     SceneConfig config = pool(0.33, center);
