@@ -27,8 +27,8 @@ float ended(float depth, bool stands_in_hollow) {
   vec4 wall = texelFetch(walls, ivec2(gl_FragCoord.xy), 0);
   float into = wall.r, into_hollow = wall.g, out_of = wall.b, out_of_hollow = wall.a;
   if (stands_in_hollow) {
-    if (into_hollow < out_of_hollow) return max(depth, into_hollow);
-    if (out_of_hollow > 1e29) return 0.0;
+    if (min(into_hollow, out_of_hollow) > 1e29 || depth > out_of_hollow) return 0.0;
+    return into_hollow < out_of_hollow ? max(depth, into_hollow) : depth;
   }
   if (depth <= into) return depth;
   if (into_hollow < 1e29 && into <= into_hollow) return max(depth, into_hollow);
