@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "sim_server/geometry/point_grid.h"
-#include "sim_server/scene/particle_reason.h"
 #include "sim_server/scene/relaxation.h"
 #include "sim_server/scene/solid_layout.h"
 #include "sim_server/threads/thread_team.h"
@@ -24,17 +23,16 @@ constexpr double kLayerDepth = 3;           // of the layer around them that is 
 constexpr double kOccupiedDistance = 0.75;  // a site nearer than this to a particle is not open
 constexpr double kSheet = 0.5;  // volume over that of a cell below which a solid's particle stands for a sheet, whose
                                 // neighbours were cut to its faces and not to sites of a lattice
-constexpr double kFirstRow = 0.5,
-                 kRowTolerance = 0.15;  // a lattice's first row off a face, and how far it may be off it
-constexpr double kLeastOff = 0.2;       // a particle that is packed off a solid
+constexpr double kFirstRow = 0.5;       // of a lattice, off a face
+constexpr double kRowTolerance = 0.15;  // how far a row may be off that
+constexpr double kLeastOff = 0.2;       // of a particle that is packed, off a solid
 
 // The solids that act on fluids by their geometry, where they stand at the start. Any thread may ask.
 class StandingSolids {
  public:
   explicit StandingSolids(const Scene& scene) : box_(box_of(scene)), dx_(scene.spacing) {
-    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-      const Body& body = scene.bodies[b];
-      if (!acts_by_geometry(scene, b)) continue;
+    for (const Body& body : scene.bodies) {
+      if (body.contact == nullptr) continue;
       layout_.add_solid(body);
       center_.emplace_back(body.position + body.orientation * body.center);
       axes_.emplace_back(body.orientation.toRotationMatrix());
@@ -83,11 +81,6 @@ class StandingSolids {
     if (outside_bounds(layout_.shape[k], from, static_cast<real>(dx_))) return {dx_, Vector3d::Zero()};
     const Distance at = solid_distance(layout_.shape[k], layout_.piece.data(), grids_.data(), from);
     return {static_cast<double>(at.d), axes_[k] * at.n.cast<double>()};
-  }
-  static bool acts_by_geometry(const Scene& scene, std::size_t b) {
-    const ParticleReason reason = particle_reason(scene, b);
-    return scene.bodies[b].contact != nullptr && reason != ParticleReason::paper && reason != ParticleReason::asked &&
-           reason != ParticleReason::adhesion;
   }
 
   PeriodicBox box_;

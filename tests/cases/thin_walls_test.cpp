@@ -11,20 +11,6 @@ namespace {
 
 constexpr double kSpacing = 0.01, kWall = 0.001;
 
-ShapeConfig cylinder(double radius, double low, double high, bool subtract = false) {
-  ShapeConfig shape = box(Eigen::Vector3d::Zero(), {0, 0, (low + high) / 2});
-  shape.type = ShapeType::cylinder;
-  shape.radius = radius;
-  shape.height = high - low;
-  shape.subtract = subtract;
-  return shape;
-}
-
-ShapeConfig without(ShapeConfig shape) {
-  shape.subtract = true;
-  return shape;
-}
-
 SceneConfig empty() {
   SceneConfig config = scene(kSpacing);
   config.materials[0].density = 1000;
@@ -62,9 +48,9 @@ struct Played {
 
 TEST(ThinWalls, AGlassOfAMillimetreHoldsWater) {
   SceneConfig config = empty();
-  BodyConfig glass = body("glass", BodyKind::fixed, cylinder(0.04 + kWall, -kWall, 0.12));
-  glass.shapes.push_back(cylinder(0.04, 0, 0.13, true));
-  config.bodies = {glass, body("water", BodyKind::fluid, cylinder(0.04, 0, 0.08))};
+  BodyConfig glass = body("glass", BodyKind::fixed, cylinder_between(0.04 + kWall, -kWall, 0.12));
+  glass.shapes.push_back(cut(cylinder_between(0.04, 0, 0.13)));
+  config.bodies = {glass, body("water", BodyKind::fluid, cylinder_between(0.04, 0, 0.08))};
   probe(config, "glass");
   const Played run(config);
   EXPECT_EQ(run.scene.bodies[0].count, 0u);
@@ -87,7 +73,7 @@ TEST(ThinWalls, ASheetKeepsTwoLevelsApart) {
   SceneConfig config = empty();
   BodyConfig tank =
       body("tank", BodyKind::fixed, box({2 * kRoom + 2 * kWall, kWide + 2 * kWall, 0.16}, {0, 0, 0.08 - kWall}));
-  tank.shapes.push_back(without(box({2 * kRoom, kWide, 0.2}, {0, 0, 0.1})));
+  tank.shapes.push_back(cut(box({2 * kRoom, kWide, 0.2}, {0, 0, 0.1})));
   const auto water = [&](const char* name, double from, double to, double depth) {
     return body(name, BodyKind::fluid, box({to - from, kWide, depth}, {(from + to) / 2, 0, depth / 2}));
   };

@@ -22,6 +22,26 @@ inline ShapeConfig sphere(double radius, const Eigen::Vector3d& position = Eigen
   return shape;
 }
 
+// Returns the shape as one that is cut away.
+inline ShapeConfig cut(ShapeConfig shape) {
+  shape.subtract = true;
+  return shape;
+}
+
+// Returns a cylinder along z.
+inline ShapeConfig cylinder(double radius, double height, const Eigen::Vector3d& position = Eigen::Vector3d::Zero()) {
+  ShapeConfig shape = box(Eigen::Vector3d::Zero(), position);
+  shape.type = ShapeType::cylinder;
+  shape.radius = radius;
+  shape.height = height;
+  return shape;
+}
+
+// Returns a cylinder about the axis z, from one height to another.
+inline ShapeConfig cylinder_between(double radius, double low, double high) {
+  return cylinder(radius, high - low, {0, 0, (low + high) / 2});
+}
+
 inline BodyConfig body(const std::string& name, BodyKind type, const ShapeConfig& shape) {
   BodyConfig body;
   body.name = name;

@@ -64,43 +64,45 @@ TEST(WallImage, ALiquidIsFlatUpToTheWallsItTouches) {
     }
 }
 
+// The difference in brightness at a place that a full tray makes to an empty one.
+class Filling {
+ public:
+  Filling(const char* look, double wall) : stage_(small_stage(640, 480)) {
+    SyntheticScene s = full_tray(look, wall);
+    set_scene(stage_, s.scene);
+    stage_.scene().set_frame(s.frame);
+    stage_.go_home();
+    full_ = shoot(stage_);
+    for (std::size_t i = 2; i < s.frame.positions.size(); i += 3) s.frame.positions[i] = -1e9f;  // no places
+    stage_.scene().set_frame(s.frame);
+    empty_ = shoot(stage_);
+  }
+  double seen_at(const osg::Vec3d& place) {
+    return brightness(stage_, full_, place) - brightness(stage_, empty_, place);
+  }
+
+ private:
+  Stage stage_;
+  Picture full_, empty_;
+};
+
 TEST(WallImage, NothingOfItIsSeenWithinTheWalls) {
   for (const char* look : {"batter", "water"}) {
-    SyntheticScene s = full_tray(look);
-    Stage stage(small_stage(640, 480));
-    set_scene(stage, s.scene);
-    stage.scene().set_frame(s.frame);
-    stage.go_home();
-    const Picture full = shoot(stage);
-    for (std::size_t i = 2; i < s.frame.positions.size(); i += 3) s.frame.positions[i] = -1e9f;  // no places
-    stage.scene().set_frame(s.frame);
-    const Picture empty = shoot(stage);
+    Filling filling(look, kThick);
     // in the corner of two walls, on whose other side there is the ground
-    for (const double z : {0.01, 0.02, 0.03, 0.04, 0.05, 0.06}) {
-      const osg::Vec3d corner(-kHalfX - 0.5 * kSpacing, -kHalfY - 0.5 * kSpacing, z);
-      EXPECT_NEAR(brightness(stage, full, corner), brightness(stage, empty, corner), 1.5) << look << " " << z;
-    }
+    for (const double z : {0.01, 0.02, 0.03, 0.04, 0.05, 0.06})
+      EXPECT_NEAR(filling.seen_at({-kHalfX - 0.5 * kSpacing, -kHalfY - 0.5 * kSpacing, z}), 0, 1.5) << look << " " << z;
   }
 }
 
 // Half a spacing past the outer corner of thin walls, where an image of what stands in the corner would be.
 TEST(WallImage, NothingOfItIsSeenBesideThinWalls) {
   for (const char* look : {"batter", "water"}) {
-    SyntheticScene s = full_tray(look, kThin);
-    Stage stage(small_stage(640, 480));
-    set_scene(stage, s.scene);
-    stage.scene().set_frame(s.frame);
-    stage.go_home();
-    const Picture full = shoot(stage);
-    for (std::size_t i = 2; i < s.frame.positions.size(); i += 3) s.frame.positions[i] = -1e9f;  // no places
-    stage.scene().set_frame(s.frame);
-    const Picture empty = shoot(stage);
+    Filling filling(look, kThin);
     for (const double z : {0.01, 0.02, 0.03, 0.04})
-      for (const double side : {-1.0, 1.0}) {
-        const osg::Vec3d corner(side * (kHalfX + 0.6 * kSpacing), side * (kHalfY + 0.6 * kSpacing), z);
-        EXPECT_NEAR(brightness(stage, full, corner), brightness(stage, empty, corner), 1.5)
+      for (const double side : {-1.0, 1.0})
+        EXPECT_NEAR(filling.seen_at({side * (kHalfX + 0.6 * kSpacing), side * (kHalfY + 0.6 * kSpacing), z}), 0, 1.5)
             << look << " " << side << " " << z;
-      }
   }
 }
 

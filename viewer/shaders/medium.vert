@@ -1,8 +1,9 @@
 #version 330 compatibility
 // A particle of a medium that is drawn as a surface: gl_Vertex.xyz is its centre in the world, gl_Color.rgb its body's
-// colour and gl_Color.a which look it has, and from 128 on that it is seen in the hollow of a solid alone. gl_Vertex.w is its scalar where colours show that (below -1e38: it has none),
-// else how much of it is part of the surface: the rest is a drop. Or a lump of particles: gl_Vertex.xyz is their middle
-// and gl_Vertex.w how many particles it has of those that would fill it.
+// colour and gl_Color.a which look it has, and from 128 on that it is seen in the hollow of a solid alone
+// (LookTable::kInHollow). gl_Vertex.w is its scalar where colours show that (below -1e38: it has none), else how much of
+// it is part of the surface: the rest is a drop. Or a lump of particles: gl_Vertex.xyz is their middle and gl_Vertex.w
+// how many particles it has of those that would fill it.
 uniform float target_height;  // [pixels]
 uniform float radius;         // of a particle's sprite [m]
 uniform float sink;           // [m], as medium_depth.frag has it

@@ -1,6 +1,7 @@
 #version 330 compatibility
 // Where a ray first goes into a hollow solid, comes out of it into its hollow, comes out of it on the other side, and
-// leaves its hollow [m]; each is the least of all faces of its kind. A surface that lies in the plane of an outer face counts as within.
+// leaves its hollow [m]; each is the least of all faces of its kind. A surface that lies in the plane of an outer face
+// counts as within.
 uniform bool inner;        // these faces look into the hollow
 uniform float wall_slack;  // [m] before and behind outer faces
 

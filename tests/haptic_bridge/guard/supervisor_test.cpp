@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>
@@ -68,6 +69,24 @@ TEST_F(SupervisorTest, ABridgeThatIsKilledLeavesAnArmWithoutPower) {
   ASSERT_TRUE(comes(shared_.t_off_ns));
   EXPECT_LT(shared_.t_off_ns - shared_.t_dead_ns, 50'000'000);
   EXPECT_TRUE(comes(shared_.t_saved_ns));
+}
+
+// A signal mostly finds a thread that allocates and frees with the allocator's lock in its hands.
+TEST_F(SupervisorTest, WhatWasLoggedIsSavedWhenTheThreadThatDiesHoldsTheAllocatorsLock) {
+  for (int round = 0; round < 10; ++round) {
+    shared_.t_saved_ns = 0;
+    const int status = bridge([](Supervisor&) {
+      std::signal(SIGSEGV, SIG_DFL);  // a sanitizer's handler may need the lock, too
+      std::thread([self = pthread_self()] {
+        std::this_thread::sleep_for(50ms);
+        pthread_kill(self, SIGSEGV);
+      }).detach();
+      std::vector<std::vector<char>> blocks(100);
+      for (std::size_t i = 0;; ++i) blocks[i % blocks.size()] = std::vector<char>(2000 + i % 7 * 5000);
+    });
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGSEGV) << "status " << status << " in round " << round;
+    EXPECT_TRUE(comes(shared_.t_saved_ns)) << "round " << round;
+  }
 }
 
 TEST_F(SupervisorTest, ALoopThatHangsLosesItsArm) {

@@ -50,21 +50,6 @@ inline BodyConfig of_ice(BodyConfig config, double temperature) {
   return at_temperature(config, temperature);
 }
 
-// Returns the shape as one that is cut away.
-inline ShapeConfig cut(ShapeConfig shape) {
-  shape.subtract = true;
-  return shape;
-}
-
-// Returns a cylinder along z.
-inline ShapeConfig cylinder(double radius, double height, const Eigen::Vector3d& position = Eigen::Vector3d::Zero()) {
-  ShapeConfig shape = box(Eigen::Vector3d::Zero(), position);
-  shape.type = ShapeType::cylinder;
-  shape.radius = radius;
-  shape.height = height;
-  return shape;
-}
-
 inline Scene sampled(const SceneConfig& config) { return sample_scene(config, 1000000); }
 
 inline BodyConfig at(BodyConfig config, const Eigen::Vector3d& position,

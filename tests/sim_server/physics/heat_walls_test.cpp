@@ -61,19 +61,6 @@ void insulate(Body& body) {
   body.material = 1;
 }
 
-ShapeConfig taken_away(ShapeConfig shape) {
-  shape.subtract = true;
-  return shape;
-}
-
-ShapeConfig cylinder(double radius, double height) {
-  ShapeConfig shape = box(Vector3d::Zero());
-  shape.type = ShapeType::cylinder;
-  shape.radius = radius;
-  shape.height = height;
-  return shape;
-}
-
 void displace(Scene& scene, double by) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> shift(-by, by);
@@ -174,7 +161,7 @@ TEST_P(HeatWalls, WarmACorner) {
   const double deep = 1.25, thick = 3 * kSpacing;
   const Vector3d low(-thick, -thick, 0), high(deep, deep, kDeep);
   Scene scene = space(low, high, GetParam(), {false, false, true});
-  add_solid(scene, low, high, 1, {box_between(low, high), taken_away(box_between({0, 0, -1}, {2, 2, 2}))},
+  add_solid(scene, low, high, 1, {box_between(low, high), cut(box_between({0, 0, -1}, {2, 2, 2}))},
             [](const Vector3d& x) { return x.x() < 0 || x.y() < 0; });
   add_matter(scene, {0, 0, 0}, high, 0);
   expect_profile(scene, 0.05, tol::kHeatProfile, with("corner", GetParam()),
@@ -216,8 +203,7 @@ void expect_packed(SceneConfig config, double time, const Tolerance& tolerance, 
 TEST_P(HeatWalls, CoolARodInABore) {
   const double R = 10 * kSpacing, side = R + 3 * kSpacing, t = 0.1 * R * R;
   SceneConfig config = packed_scene(GetParam(), {side, side, kDeep / 2});
-  add_packed(config, "vessel", BodyKind::fixed, 0,
-             {box({2 * side, 2 * side, kDeep}), taken_away(cylinder(R, 2 * kDeep))});
+  add_packed(config, "vessel", BodyKind::fixed, 0, {box({2 * side, 2 * side, kDeep}), cut(cylinder(R, 2 * kDeep))});
   add_packed(config, "rod", BodyKind::fluid, 1, {cylinder(R, kDeep)});
   expect_packed(config, t, tol::kRoundHeat, with("rod in a bore", GetParam()), [=](const Vector3d& x) {
     static constexpr double kZeros[] = {2.404825558, 5.520078110, 8.653727913, 11.79153444, 14.93091771, 18.07106397};
@@ -233,10 +219,9 @@ TEST_P(HeatWalls, CoolARodInABore) {
 TEST_P(HeatWalls, HoldAnAnnulus) {
   const double inner = 4 * kSpacing, outer = 12 * kSpacing, side = outer + 3 * kSpacing;
   SceneConfig config = packed_scene(GetParam(), {side, side, kDeep / 2});
-  add_packed(config, "vessel", BodyKind::fixed, 0,
-             {box({2 * side, 2 * side, kDeep}), taken_away(cylinder(outer, 2 * kDeep))});
+  add_packed(config, "vessel", BodyKind::fixed, 0, {box({2 * side, 2 * side, kDeep}), cut(cylinder(outer, 2 * kDeep))});
   add_packed(config, "rod", BodyKind::fixed, 1, {cylinder(inner, kDeep)});
-  add_packed(config, "fluid", BodyKind::fluid, 0.5, {cylinder(outer, kDeep), taken_away(cylinder(inner, 2 * kDeep))});
+  add_packed(config, "fluid", BodyKind::fluid, 0.5, {cylinder(outer, kDeep), cut(cylinder(inner, 2 * kDeep))});
   expect_packed(config, 0.15, tol::kRoundHeat, with("annulus", GetParam()),
                 [=](const Vector3d& x) { return std::log(x.head<2>().norm() / outer) / std::log(inner / outer); });
 }

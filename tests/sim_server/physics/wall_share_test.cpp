@@ -87,20 +87,6 @@ class Walls {
   std::vector<NodeGrid> grids_;
 };
 
-ShapeConfig cylinder(double radius, double height, const Vector3d& position = Vector3d::Zero()) {
-  ShapeConfig shape;
-  shape.type = ShapeType::cylinder;
-  shape.radius = radius;
-  shape.height = height;
-  shape.position = position;
-  return shape;
-}
-
-ShapeConfig without(ShapeConfig shape) {
-  shape.subtract = true;
-  return shape;
-}
-
 // A solid, and the box (body frame) in which places beside it are drawn.
 struct Case {
   const char* name;
@@ -112,9 +98,8 @@ void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
 std::vector<Case> cases() {
   const double R = 3 * kSpacing;
-  const ShapeConfig tray = box({0.8, 0.8, 0.5}, {0.2, 0.2, 0.05}),
-                    room = without(box({0.6, 0.6, 0.5}, {0.3, 0.3, 0.25}));
-  const ShapeConfig block = box({0.4, 0.4, 0.4}), bore = without(cylinder(5 * kSpacing, 0.5));
+  const ShapeConfig tray = box({0.8, 0.8, 0.5}, {0.2, 0.2, 0.05}), room = cut(box({0.6, 0.6, 0.5}, {0.3, 0.3, 0.25}));
+  const ShapeConfig block = box({0.4, 0.4, 0.4}), bore = cut(cylinder(5 * kSpacing, 0.5));
   return {
       {"plane", {box({0.6, 0.6, 0.3}, {0, 0, -0.15})}, {-0.1, -0.1, 0}, {0.1, 0.1, 0.06}},
       {"edge", {box({0.6, 0.6, 0.3}, {0.3, 0, -0.15})}, {-0.06, -0.1, -0.06}, {0.06, 0.1, 0.06}},
@@ -132,7 +117,7 @@ std::vector<Case> cases() {
       {"bore", {block, bore}, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}},
       {"bore's rim", {block, bore}, {-0.1, -0.1, 0.15}, {0.1, 0.1, 0.26}},
       {"cup's inside",
-       {cylinder(0.2, 0.3), without(cylinder(0.12, 0.3, {0, 0, 0.07}))},
+       {cylinder(0.2, 0.3), cut(cylinder(0.12, 0.3, {0, 0, 0.07}))},
        {-0.1, -0.1, -0.08},
        {0.1, 0.1, 0.0}},
       {"ball on a stick",
@@ -187,9 +172,9 @@ TEST(WallShare, ShearsByTheSlopeOverTheDistance) {
   };
   const Face faces[] = {{"plane", {box({0.6, 0.6, 0.3}, {0, 0, -0.15})}, {0.01, 0.02, 0}, {0, 0, 1}},
                         {"cylinder", {cylinder(R, 0.4)}, {R, 0, 0.01}, {1, 0, 0}},
-                        {"bore", {box({0.4, 0.4, 0.4}), without(cylinder(R, 0.5))}, {R, 0, 0.01}, {-1, 0, 0}},
+                        {"bore", {box({0.4, 0.4, 0.4}), cut(cylinder(R, 0.5))}, {R, 0, 0.01}, {-1, 0, 0}},
                         {"ball", {sphere(R)}, {R, 0, 0}, {1, 0, 0}},
-                        {"hollow", {box({0.4, 0.4, 0.4}), without(sphere(R))}, {R, 0, 0}, {-1, 0, 0}}};
+                        {"hollow", {box({0.4, 0.4, 0.4}), cut(sphere(R))}, {R, 0, 0}, {-1, 0, 0}}};
   for (const Face& face : faces) {
     for (const double support : kSupports) {
       const Walls walls(face.shapes, support);

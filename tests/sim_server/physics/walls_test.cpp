@@ -1,7 +1,6 @@
 // The guard that keeps fluids out of solids: against its equation in double precision, and in a stirred tray.
 #include "sim_server/physics/walls.h"
 
-#include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -229,18 +228,14 @@ TEST_F(OpenCells, AreOutOfTheReachOfFixedBodies) {
   EXPECT_GT(within, 2000);
 }
 
-// Fluids keep as far off a surface as the guard reaches; past that they would see each other through a thin wall.
-// What lists take for clear around a particle, they need not look along each line for.
-TEST(WallsOfATray, BlockNoSightWhereAllIsClear) {
-  const unsigned seed = drawn_seed();
-  SCOPED_TRACE(::testing::Message() << "seed " << seed);
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> unit(-1, 1);
+using SightInATray = RandomCase;
+
+// The space that lists take for clear around a particle has no line of sight that a wall blocks.
+TEST_F(SightInATray, IsOpenWhereAllIsClear) {
   SceneConfig config = scene(kSpacing);
   const double inner = 6 * kSpacing, outer = inner + 0.6 * kSpacing;
   BodyConfig tray = body("tray", BodyKind::fixed, box({outer, outer, outer}));
-  tray.shapes.push_back(box({inner, inner, outer}, {0, 0, 0.3 * kSpacing}));
-  tray.shapes[1].subtract = true;
+  tray.shapes.push_back(cut(box({inner, inner, outer}, {0, 0, 0.3 * kSpacing})));
   config.bodies = {tray, body("water", BodyKind::fluid, box({inner, inner, inner / 2}, {0, 0, -inner / 4}))};
   const Scene s = sample_scene(config, 1000000);
   const Plan plan = make_plan(s);
@@ -261,8 +256,7 @@ TEST(WallsOfATray, BlockNoSightWhereAllIsClear) {
   ASSERT_TRUE(store.shape[0].thin);
   int clear = 0, blocked = 0;
   for (int k = 0; k < 100000; ++k) {
-    const auto place = [&] { return (0.6 * outer * Vector3d(unit(random), unit(random), unit(random))).eval(); };
-    const Vec3 x = place().cast<real>(), x_ij = x - Vec3(place().cast<real>());
+    const Vec3 x = vector(0.6 * outer).cast<real>(), x_ij = x - Vec3(vector(0.6 * outer).cast<real>());
     if (x_ij.norm() > sight.reach) continue;
     const bool open = sight.open(x, x_ij), holds = sight.clear_around(x).holds(x_ij);
     EXPECT_TRUE(open || !holds) << x.transpose() << " to " << (x - x_ij).transpose();
@@ -273,6 +267,7 @@ TEST(WallsOfATray, BlockNoSightWhereAllIsClear) {
   EXPECT_GT(blocked, 100);
 }
 
+// Fluids keep as far off a surface as the guard reaches; past that they would see each other through a thin wall.
 TEST(WallsOfATray, AreThinWhereFluidsReachThroughThem) {
   for (const double thick : {0.1, 1.0, 2.2, 2.6, 3.5, 5.0, 8.0}) {
     SceneConfig config = scene(kSpacing);

@@ -10,19 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-ShapeConfig cut(ShapeConfig shape) {
-  shape.subtract = true;
-  return shape;
-}
-
-ShapeConfig can(double radius, double height, const Vector3d& position) {
-  ShapeConfig shape = box(Vector3d::Zero(), position);
-  shape.type = ShapeType::cylinder;
-  shape.radius = radius;
-  shape.height = height;
-  return shape;
-}
-
 void expect_between(const ShapeConfig& shape, const Vector3d& low, const Vector3d& high) {
   EXPECT_LT((shape.position - shape.size / 2 - low).norm(), 1e-12) << (shape.position - shape.size / 2).transpose();
   EXPECT_LT((shape.position + shape.size / 2 - high).norm(), 1e-12) << (shape.position + shape.size / 2).transpose();
@@ -43,7 +30,8 @@ TEST(ThickWalls, GrowAroundTheThinnestPlace) {
 }
 
 TEST(ThickWalls, OfRoundVesselsGrowAllAround) {
-  const auto shapes = with_thick_walls({can(0.0625, 0.16, {0, 0, 0.08}), cut(can(0.06, 0.15, {0, 0, 0.095}))}, 0.024);
+  const auto shapes =
+      with_thick_walls({cylinder(0.0625, 0.16, {0, 0, 0.08}), cut(cylinder(0.06, 0.15, {0, 0, 0.095}))}, 0.024);
   EXPECT_NEAR(shapes[0].radius, 0.084, 1e-12);
   EXPECT_NEAR(shapes[0].height, 0.164, 1e-12);  // the floor of 2 cm by 4 mm
   EXPECT_NEAR(shapes[0].position.z(), 0.078, 1e-12);
