@@ -39,7 +39,7 @@ struct MeasureHeatWalls {
       for (std::uint32_t k = 0; k < solids.walls.by.bodies; ++k) {
         const std::uint32_t body = solids.walls.body[k];
         if (heat.role[body] < HeatRole::held_wall) continue;
-        const NearBody b = near_body(solids.walls, grid, medium, bodies[body], k, state.xV[i].xyz(), Vec3(0, 0, 0));
+        const NearBody b = near_body(solids.walls, grid, medium, bodies[body], k, state.xV[i].xyz(), nullptr);
         if (!b.near) continue;
         wall.share += b.wall.share;
         if (heat.role[body] != HeatRole::held_wall || !(b.wall.shear > real(0))) continue;

@@ -25,7 +25,7 @@ struct MeasureWallDrag {
       const real scale = real(2) * medium.material[tag.material()].viscosity * state.xV[i].w;
       for (std::uint32_t k = 0; k < walls.by.bodies; ++k) {
         const NearBody b =
-            known_body(walls, grid, medium, bodies.body[walls.body[k]], k, i, state.xV[i].xyz(), Vec3(0, 0, 0));
+            known_body(walls, grid, medium, bodies.body[walls.body[k]], k, i, state.xV[i].xyz(), nullptr);
         if (b.near) drag.add(k, scale * b.wall.shear, b.foot);
       }
     }
@@ -100,7 +100,7 @@ struct SumWallDrag {
         const WallDrag& drag = viscosity.drag[i];
         const int at = drag.find(k);
         if (at == WallDrag::kMost) continue;
-        const NearBody b = known_body(walls, grid, medium, body, k, i, state.xV[i].xyz(), Vec3(0, 0, 0));
+        const NearBody b = known_body(walls, grid, medium, body, k, i, state.xV[i].xyz(), nullptr);
         const real mu = medium.material[state.tag[i].material()].viscosity;
         sum.add(drag.k[at], drag.foot[at]);
         turning.add(real(2) * mu * state.xV[i].w * b.wall.slope, drag.foot[at]);

@@ -6,22 +6,25 @@
 // V, p, rho   of the fluid particle                                                                     m^3, Pa, kg/m^3
 // d, n, r     its distance from the solid; normal, outwards; place from the body's centre               m, -, m
 // v_b         velocity of the body, at r if nothing else is said                                        m/s
-// p_w         p + rho g . s at s from the particle: hydrostatic, as a fluid at rest                     Pa
+// p_w         p + rho g_f . s at s from the particle; g_f: near_body.h                                  Pa
 // rate        m slope . (v - v_b), what the divergence of the velocity gets; m = kMirror: below          1/s
-// f^p         V (2 p slope - rho pull(g)): the sum of -(p + p_w) gradW over the solid                    N
+// f^p         V (2 p slope - rho pull(g_f)): the sum of -(p + p_w) gradW over the solid                  N
 // f^v         -2 mu V shear (v - v_b(r - d n)): of a flow that grows in proportion to the distance      N
 // couple      sum of (r - d n) x (2 mu V slope x w) on the body: below                                  N m
 //
 // A film or a drop that has spread has lost the density of those around it, so that it has no pressure before it is
 // within a solid; what keeps it out is a guard:
-// r0          kGuardReach dx; fluids that fill their space keep a larger distance                       m
-// k           kGuardStiffness c^2 / (r0 dx): what comes with 0.12 c stops at the surface                1/s^2
+// r0          kGuardReach dx, where fluid that fills its space is at rest farther off                   m
+// k           kGuardStiffness c^2 / (r0 dx): what comes with 0.09 c stops at the surface                1/s^2
 // b           8 sqrt(k) (1 - d / r0): at the surface so much that what begins within a solid leaves     1/s
 //             it slowly (4 sqrt(k) created energy there); none at r0, where a jump would make each
 //             touch a click
 // q           mass of the particle over the share of the body's mass that each of its contacts moves    -
 // a           (k (r0 - d) - (b + k dt) v_n) / (1 + (1 + q) (b dt + k dt^2)), no less than 0, where      m/s^2
 //             d < r0: a spring and a damper by backward Euler
+//
+// What flows around a body comes as near to it as its streamlines do, and a guard that stops it there is felt as a
+// collision: with twice the reach a ladle of 1.25 spacings in radius is felt by a tenth more.
 //
 // The wall mirrors the fluid: its pressure is the particle's own, so that one which is the same everywhere pushes
 // nowhere. The rate to match has m = 2, as if the wall's velocity along the normal were the opposite of the particle's;
@@ -43,8 +46,7 @@
 // fluid.h serve there.
 #pragma once
 
-#include "sim_server/physics/rigid.h"
-#include "sim_server/physics/wall_share.h"
+#include "sim_server/physics/near_body.h"
 
 namespace palp {
 
@@ -55,124 +57,8 @@ inline constexpr real kMostYielding = real(3);  // (w dt)^2 of a body on the pre
 // and ever farther, and the fluid beside it takes up to 1.6 of that. Half a spacing off one face comes to 1.6 at most
 // by the planned sub-step, so what is limited lies nearer, or where faces meet.
 inline constexpr real kMostSwing = real(1.8), kLeastDrag = real(0.3);
-inline constexpr real kGuardReach = real(0.3);  // [spacings]
+inline constexpr real kGuardReach = real(0.15);  // [spacings]
 inline constexpr real kGuardStiffness = real(0.05);
-// Particles whose push on a body is summed at a time. Where there are many, few of them are beside a solid, and lanes
-// share out those that are found in a large part; few particles keep more lanes busy by small ones.
-inline constexpr std::uint32_t kWallPart = 128, kLargeWallPart = 256, kManyForWalls = 100000;
-
-// A body beside a fluid particle.
-struct NearBody {
-  bool near;
-  Vec3 r;  // the particle's place from the body's centre, world axes [m]
-  Vec3 v;  // the body's velocity there; 0 of a fixed one, whose surface moves along itself and does not squeeze [m/s]
-  real d;
-  Vec3 n;       // world axes
-  Vec3 foot;    // the nearest place on the surface, as r
-  Vec3 v_foot;  // the body's velocity there
-  WallShare wall;
-};
-
-PALP_HD inline NearBody not_near() {
-  const Vec3 zero(0, 0, 0);
-  return {false, zero, zero, 0, zero, zero, zero, {0, zero, zero, 0}};
-}
-
-// A body beside a particle, as MeasureWalls keeps it for the stages that follow: what NearBody does not follow from.
-struct alignas(16) KeptBody {
-  Packed r_d, n_shear, slope_share;
-  Vec3 pull;
-  std::uint32_t place;  // of the body among those that have a distance field
-};
-inline constexpr std::uint32_t kKeptBodies = 2;  // by particle; beside more of them the others are found anew
-
-struct WallViews {
-  WallWrenches by;
-  const std::uint32_t* body = nullptr;  // the bodies that have a distance field
-  const ContactBody* shape = nullptr;   // of each of them
-  const Piece* piece = nullptr;
-  const NodeGrid* grid = nullptr;
-  std::uint32_t part = kWallPart;   // particles in a part
-  Packed* slope = nullptr;          // by particle: slope and share of all bodies
-  real* rate = nullptr;             // by particle [1/s]
-  std::uint32_t* beside = nullptr;  // by particle: how many bodies it is beside
-  std::uint32_t* near = nullptr;    // by part: how many of its particles may be beside a body
-  KeptBody* kept = nullptr;         // kKeptBodies by particle
-  std::uint8_t* open = nullptr;     // by cell: 1 where no fixed body is within the support radius; null: not known
-  bool thin = false;                // some have thin walls (wall_sight.h)
-  bool nodes = false;               // distances of some are from a lattice's nodes: they may be a spacing too large
-};
-
-// The particles of part `index` of `count`.
-struct WallRange {
-  std::uint32_t begin, end;
-};
-PALP_HD inline WallRange wall_range(const WallViews& walls, std::uint32_t index, std::uint32_t count) {
-  const std::uint32_t begin = index * walls.part;
-  return {begin, min(begin + walls.part, count)};
-}
-
-// Sets the members of a body that is near which follow from r, d and n.
-PALP_HD inline void complete(NearBody& out, const BodyState& body) {
-  out.near = true;
-  out.foot = out.r - out.d * out.n;
-  out.v_foot = body.v + body.w.cross(out.foot);
-  out.v = body.kind == BodyKind::fixed ? Vec3(0, 0, 0) : Vec3(body.v + body.w.cross(out.r));
-}
-
-PALP_HD inline KeptBody kept_body(const NearBody& b, std::uint32_t place) {
-  return {pack(b.r, b.d), pack(b.n, b.wall.shear), pack(b.wall.slope, b.wall.share), b.wall.pull, place};
-}
-PALP_HD inline NearBody near_body(const KeptBody& kept, const BodyState& body) {
-  NearBody out = not_near();
-  out.r = kept.r_d.xyz();
-  out.d = kept.r_d.w;
-  out.n = kept.n_shear.xyz();
-  out.wall = {kept.slope_share.w, kept.slope_share.xyz(), kept.pull, kept.n_shear.w};
-  complete(out, body);
-  return out;
-}
-
-// Returns true where no particle at x can be beside a body.
-PALP_HD inline bool far_from_body(const WallViews& walls, const CellGrid& grid, const Medium& medium,
-                                  const BodyState& body, std::uint32_t k, const Vec3& x) {
-  const real far = walls.shape[k].reach + medium.kernel.support;
-  return nearest_image(grid, x - body.x).squaredNorm() > far * far;
-}
-
-// Returns what a body is to a particle at x. a: the acceleration of WallShare::pull, world axes.
-PALP_HD inline NearBody near_body(const WallViews& walls, const CellGrid& grid, const Medium& medium,
-                                  const BodyState& body, std::uint32_t k, const Vec3& x, const Vec3& a) {
-  const ContactBody& shape = walls.shape[k];
-  if (far_from_body(walls, grid, medium, body, k, x)) return not_near();
-  const Vec3 r = nearest_image(grid, x - body.x);
-  const Mat3 R = body.q.toRotationMatrix();
-  const Vec3 y = R.transpose() * r;
-  if (outside_bounds(shape, y, medium.kernel.support)) return not_near();
-  const Distance at = solid_distance(shape, walls.piece, walls.grid, y);
-  if (!(at.d < medium.kernel.support)) return not_near();
-  const WallKernel kernel = wall_kernel(medium.kernel, medium.spacing, R.transpose() * a);
-  const WallShare share = wall_share(shape, walls.piece, walls.grid, kernel, raised(kernel, at, y));
-  NearBody out = not_near();
-  out.r = r;
-  out.d = at.d;
-  out.n = R * at.n;
-  out.wall = {share.share, R * share.slope, R * share.pull, share.shear};
-  complete(out, body);
-  return out;
-}
-
-// Returns what body k is to particle i at x, as near_body() does, after MeasureWalls.
-PALP_HD inline NearBody known_body(const WallViews& walls, const CellGrid& grid, const Medium& medium,
-                                   const BodyState& body, std::uint32_t k, std::uint32_t i, const Vec3& x,
-                                   const Vec3& a) {
-  const std::uint32_t beside = walls.beside[i];
-  for (std::uint32_t s = 0; s < kKeptBodies && s < beside; ++s)
-    if (walls.kept[i * kKeptBodies + s].place == k) return near_body(walls.kept[i * kKeptBodies + s], body);
-  if (beside > kKeptBodies) return near_body(walls, grid, medium, body, k, x, a);
-  return not_near();
-}
-
 // Finds the cells of a domain without periods that are out of the reach of all fixed bodies; one thread a cell.
 // Outermost cells have particles from outside, too, and so are never open.
 struct MarkOpenCells {
@@ -256,11 +142,12 @@ struct MeasureWalls {
     real share = 0, rate = 0, shear = 0;
     std::uint32_t beside = 0;
     const Vec3 x = state.xV[i].xyz();
+    const Passing passing{state.vp[i].xyz(), forcing->level_gravity};
     const bool open = open_at(x);
     for (std::uint32_t k = 0; k < walls.by.bodies; ++k) {
       const BodyState& body = bodies.body[walls.body[k]];
       if (open && body.kind == BodyKind::fixed) continue;
-      const NearBody b = near_body(walls, grid, medium, body, k, x, forcing->level_gravity);
+      const NearBody b = near_body(walls, grid, medium, body, k, x, &passing);
       if (!b.near) continue;
       if (beside < kKeptBodies) walls.kept[i * kKeptBodies + beside] = kept_body(b, k);
       ++beside;
@@ -366,7 +253,8 @@ struct WallForce {
         const Tag tag = state.tag[i];
         const real share = bonds.wall_share(tag, bonds.solid(state, i), walls.body[k]);
         if (!(share > real(0))) return;
-        const NearBody b = known_body(walls, grid, medium, body, k, i, state.xV[i].xyz(), forcing->level_gravity);
+        const Passing passing{state.vp[i].xyz(), forcing->level_gravity};
+        const NearBody b = known_body(walls, grid, medium, body, k, i, state.xV[i].xyz(), &passing);
         if (!b.near) return;
         const Vec3 push = share * (pressure_on(i, b) + state.mass[i] * guard_push(i, b, body));
         const Vec3 drag = share * drag_on(i, b);

@@ -67,6 +67,8 @@ inline constexpr Tolerance kStirredVolume{
 inline constexpr Tolerance kGuard{1e-5, 1e-11, "of the largest push, force, and force times radius: rounding"};
 inline constexpr Tolerance kBeneath{0.03, 0.03,
                                     "of a hundredth of a spacing above the surface, where both are asked for"};
+inline constexpr Tolerance kSurfaceBend{0.015, 0.015,
+                                        "of the acceleration: half a spacing ahead on a radius of five or more"};
 inline constexpr Tolerance kWallShare{
     0.023, 0.023, "layers err by 0.018 of an integral, quadrature by 0.005 in edges, products of shares by 0.01"};
 inline constexpr Tolerance kSameWall{1e-5, 1e-11, "of a share and 1 / H: rounding"};
