@@ -145,21 +145,18 @@ PALP_HD inline NearBody near_body(const WallViews& walls, const CellGrid& grid, 
   if (outside_bounds(shape, y, medium.kernel.support)) return not_near();
   const Distance at = solid_distance(shape, walls.piece, walls.grid, y);
   if (!(at.d < medium.kernel.support)) return not_near();
-  Vec3 felt(0, 0, 0);
-  if (passing != nullptr) {
-    const bool moves = body.kind != BodyKind::fixed;
-    const Vec3 v = moves ? Vec3(body.v + body.w.cross(r)) : Vec3(0, 0, 0);
-    felt =
-        felt_gravity(walls, shape, at, medium.spacing, y, R.transpose() * (passing->v - v), R.transpose() * passing->g);
-  }
-  const WallKernel kernel = wall_kernel(medium.kernel, medium.spacing, felt);
-  const WallShare share = wall_share(shape, walls.piece, walls.grid, kernel, raised(kernel, at, y));
   NearBody out = not_near();
   out.r = r;
   out.d = at.d;
   out.n = R * at.n;
-  out.wall = {share.share, R * share.slope, R * share.pull, share.shear};
   complete(out, body);
+  Vec3 felt(0, 0, 0);
+  if (passing != nullptr)
+    felt = felt_gravity(walls, shape, at, medium.spacing, y, R.transpose() * (passing->v - out.v),
+                        R.transpose() * passing->g);
+  const WallKernel kernel = wall_kernel(medium.kernel, medium.spacing, felt);
+  const WallShare share = wall_share(shape, walls.piece, walls.grid, kernel, raised(kernel, at, y));
+  out.wall = {share.share, R * share.slope, R * share.pull, share.shear};
   return out;
 }
 
