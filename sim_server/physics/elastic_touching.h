@@ -245,13 +245,14 @@ struct ElasticTouching {
 
   // Notes a push [N] on particle i, which acts `at` from its middle [m], or nearer to it: no farther than the face of a
   // cell that is squeezed, and not where it would squeeze matter flat, as what hits a body at the speed of its waves
-  // would throw particles off. Returns where it acts.
+  // would throw particles off. Matter that yields takes no more on its strain than its yield stress: what is pressed
+  // through it would be thrown back. Returns where it acts.
   PALP_HD Vec3 press(std::uint32_t i, const Vec3& push, const Vec3& at) const {
     const Material& m = medium.material[elastic.tag[i].material()];
     const Vec3 acts = within_cell(elastic.gradient[i], at);
     const real volume = elastic.rest[i].w, size = push.norm() * acts.norm();
     const real young = m.shear * (real(3) * m.lame + real(2) * m.shear) / (m.lame + m.shear);
-    const real most = kMostPressed * young * volume;
+    const real bears = kMostPressed * young * volume, most = m.yield > real(0) ? min(bears, m.yield * volume) : bears;
     const Vec3 limited = (size > most ? most / size : real(1)) * acts;
     elastic.pressed[i] -= push * (limited / volume).transpose();
     return limited;

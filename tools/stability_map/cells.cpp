@@ -64,7 +64,7 @@ std::vector<Family> families() {
                 {"ratio", {"1e-3", "1", "1e3", "|", "0.03", "30"}}, {"method", kMethod}, {"level", kFastFirst}}},
     {"bodies", "", {{"modules", {"rigid+static", "fluid+rigid+static", "explicit+rigid+static", "|", "rigid+plastic+static", "rigid+tearing+static", "rigid+melting+static"}},
                 {"mass", {"1e-4", "1", "1e3", "|", "1e-2", "100"}}, {"method", kMethod}, {"level", kFastFirst}}},
-    {"hands", "", {{"modules", {"static", "fluid+static", "explicit+static", "implicit+static", "|", "plastic+static", "tearing+static", "rigid+static", "melting+static", "tension+static", "staged+static", "rigidifying+static"}},
+    {"hands", "", {{"modules", {"static", "fluid+static", "explicit+static", "implicit+static", "plastic+static", "|", "tearing+static", "rigid+static", "melting+static", "tension+static", "staged+static", "rigidifying+static"}},
                 {"hand", {"press", "pass", "shake", "teleport", "wild", "nonsense", "|", "still", "stir", "spin"}}, {"speed", {"1", "100", "|", "10"}}, {"method", kMethod}, {"level", kFastFirst}}},
     {"couplings", "/hand=press", {{"modules", {"static", "fluid+static", "|", "explicit+static", "rigid+static"}}, {"coupling", {"0", "100", "|", "0.1", "10"}},
                 {"mass", {"1e-4", "1e3", "|", "1"}}, {"method", kMethod}, {"level", kFastFirst}}},
