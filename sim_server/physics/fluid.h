@@ -231,7 +231,8 @@ PALP_HD inline Vec3Of<S> fluid_pair_force(const Medium& medium, const Kernel& ke
     rho = real(2) * Z_i * Z_j / Z;
     mu = mu_sum > real(0) ? real(2) * mu * b.viscosity / mu_sum : real(0);
   }
-  const S along = p_i + p_j - artificial_pressure(medium, c, rho, v_ij, x_ij, r2);
+  S along = p_i + p_j;
+  if (medium.artificial > real(0)) along -= artificial_pressure(medium, c, rho, v_ij, x_ij, r2);
   return VVF * (along * x_ij - S(real(2) * mu) * v_ij);
 }
 
