@@ -63,7 +63,7 @@ struct Passing {
 inline constexpr real kBendStep = real(0.5), kLeastTurn = real(0.5);
 // The share of its way along a surface by which a flow comes nearer, from where on it follows that. Chosen by what
 // balls and ladles feel (tools/results/felt_remaining.md).
-inline constexpr real kApproach = real(0.3);
+inline constexpr real kApproach = real(0.45);
 inline constexpr real kAtRest = real(1e-12);  // of |u_t|^2 [m^2/s^2]
 
 struct WallViews {
