@@ -182,8 +182,8 @@ void limit_by_viscosity(const Scene& scene, double limit, const std::string& mat
 }
 
 // The longest time that fluids take at once where the scene does not say [s]. The force on a ladle that stirs
-// tray_fluid is the same, within what two runs differ by, from one to five milliseconds, but with three a vortex decays
-// from a lattice at 1.10 of its rate in place of 1.04, and with four three particles beneath a block were squeezed flat
+// tray_fluid is the same, within what two runs differ by, from one to five milliseconds. But at three a vortex decays
+// from a lattice at 1.10 of its rate in place of 1.04, and at four a block squeezed what was beneath it flat
 // (tools/results/felt_remaining.md).
 constexpr double kLongestFluidStep = 2e-3;
 // Fewer particles cost what their launches cost, however seldom they move.
