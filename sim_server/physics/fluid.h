@@ -203,10 +203,11 @@ struct AdvanceDensity {
 };
 
 // Returns the pressure that the artificial viscosity takes off between two particles that part; it is negative, which
-// adds pressure, when they approach.
+// adds pressure, when they approach. Nothing is computed for fluids without artificial viscosity.
 template <class S>
 PALP_HD inline S artificial_pressure(const Medium& medium, real c, real rho, const Vec3Of<S>& v_ij,
                                      const Vec3Of<S>& x_ij, S r2) {
+  if (!(medium.artificial > real(0))) return S(real(0));
   const real h = real(0.5) * medium.kernel.support;
   return medium.artificial * c * h * rho * v_ij.dot(x_ij) / (r2 + real(0.01) * h * h);
 }
@@ -231,8 +232,7 @@ PALP_HD inline Vec3Of<S> fluid_pair_force(const Medium& medium, const Kernel& ke
     rho = real(2) * Z_i * Z_j / Z;
     mu = mu_sum > real(0) ? real(2) * mu * b.viscosity / mu_sum : real(0);
   }
-  S along = p_i + p_j;
-  if (medium.artificial > real(0)) along -= artificial_pressure(medium, c, rho, v_ij, x_ij, r2);
+  const S along = p_i + p_j - artificial_pressure(medium, c, rho, v_ij, x_ij, r2);
   return VVF * (along * x_ij - S(real(2) * mu) * v_ij);
 }
 
