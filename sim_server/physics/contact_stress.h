@@ -39,12 +39,12 @@ PALP_HD inline Mat3 contact_stress(const Mat3& pressed, const Mat3& F) {
   return (real(1) / volume) * (pressed * c);
 }
 
-// Returns the work per volume that contact's stress has done on a particle's strain, as if both had grown together,
-// with the opposite sign [J/m^3]: what the particle's own energy holds of it comes back as the push does. The spring of
-// contact is stiffer than half a cell (kContactLayers) and holds less than that, so that both together may hold less
-// than none.
+// Returns the most work per volume that contact's stress can have done on a particle's strain, with the opposite sign
+// [J/m^3]: all of the strain under the push of now. It has done half of that where both grew together, more where the
+// push came before the strain, as in a bounce, and gets it back as it goes. The spring of contact is stiffer than half
+// a cell (kContactLayers) and holds less than that, so that both together may hold less than none.
 PALP_HD inline real contact_energy(const Mat3& pressed, const Mat3& F, const Mat3& R) {
-  return real(0.5) * contact_stress(pressed, F).cwiseProduct(F - R).sum();
+  return contact_stress(pressed, F).cwiseProduct(F - R).sum();
 }
 
 // Returns the couple with which contact's stress turns a particle's neighbourhood, x_f cross f [N m].
