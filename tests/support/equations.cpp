@@ -219,8 +219,7 @@ void paper_forces(Restated& w) {
 
 void advance_free(RestatedBody& b, const Body& body, const Vector3d& gravity, double dt) {
   const auto inverse = [&](const Eigen::Quaterniond& q) {
-    const Matrix3d R = q.toRotationMatrix();
-    return Matrix3d((R * body.inertia * R.transpose()).inverse());
+    return Matrix3d(q.toRotationMatrix() * body.inertia.inverse() * q.toRotationMatrix().transpose());
   };
   b.v += dt * (b.force / body.mass + gravity);
   b.x += dt * b.v;
@@ -259,6 +258,7 @@ void advance_coupled(RestatedBody& b, const Body& body, const DeviceInput& in, c
   b.v = next.head<3>();
   b.w = next.tail<3>();
   b.x += dt * b.v;
+  b.work_rounding += coupling.head<3>().norm() * b.x.norm() * (sizeof(real) == sizeof(float) ? 0x1p-24 : 0x1p-53);
   b.q = turned(b.q, dt * b.w);
 }
 

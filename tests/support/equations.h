@@ -23,6 +23,7 @@ struct RestatedBody {
   double work[2] = {0, 0};                             // that the coupling did on the handle's side, linear and angular
   // The sizes of what was summed to force, torque and work: a sum that nearly cancels is no less uncertain for it.
   double force_size = 0, torque_size = 0, work_size[2] = {0, 0};
+  double work_rounding = 0;  // the most that linear work changes where the body's place is rounded [J]
 };
 
 struct Restated {

@@ -88,8 +88,12 @@ void expect_proxy_agrees(const Restated& w, const StepOutput& out, const StepInp
   // what a contact answers is of the states at the end of the step; of all else the device gets the mean
   const Eigen::Vector3d expected = o.blend[0] * at_end - (1 - o.blend[0]) * b.coupling;
   EXPECT_TRUE(within((o.force - expected).norm() / expected.norm(), tol::kBodyWrench));
-  for (std::size_t k = 0; k < 2; ++k)
-    EXPECT_TRUE(within((o.energy[k] - b.work[k]) / (1e-3 + b.work_size[k]), tol::kBodyWrench));
+  // the work is of the way that the tool's place goes, which is rounded (proxy.h)
+  const double rounding[] = {b.work_rounding, 0};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const double error = std::max(0.0, std::abs(o.energy[k] - b.work[k]) - rounding[k]);
+    EXPECT_TRUE(within(error / (1e-3 + b.work_size[k]), tol::kBodyWrench));
+  }
 }
 
 class Equations : public ::testing::TestWithParam<Case> {};
