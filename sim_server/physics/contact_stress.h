@@ -39,10 +39,10 @@ PALP_HD inline Mat3 contact_stress(const Mat3& pressed, const Mat3& F) {
   return (real(1) / volume) * (pressed * c);
 }
 
-// Returns the most work per volume that contact's stress can have done on a particle's strain, with the opposite sign
-// [J/m^3]: all of the strain under the push of now. It has done half of that where both grew together, more where the
-// push came before the strain, as in a bounce, and gets it back as it goes. The spring of contact is stiffer than half
-// a cell (kContactLayers) and holds less than that, so that both together may hold less than none.
+// Returns the work per volume that contact's stress has done on a particle's strain, as if the push of now had been
+// there before the strain, with the opposite sign [J/m^3]. Where both grew together it has done half of that, but in a
+// bounce half is too little. It gets the work back as it goes. The spring of contact is stiffer than half a cell
+// (kContactLayers) and holds less than that, so that both together may hold less than none.
 PALP_HD inline real contact_energy(const Mat3& pressed, const Mat3& F, const Mat3& R) {
   return contact_stress(pressed, F).cwiseProduct(F - R).sum();
 }

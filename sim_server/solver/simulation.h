@@ -88,7 +88,7 @@ struct Snapshot {
   std::vector<float> density;      // [kg/m^3]
   std::vector<float> pressure;     // by the equation of state [Pa]; fluid_pressure.h has that of a gauge
   std::vector<float> temperature;  // [K]; empty when the scene has none
-  // elastic energy of the particle, less the most that contact's push on its face can have given to it
+  // elastic energy of the particle, less what contact's push on its face gave to it, taken as there from the first
   // (physics/contact_stress.h) [J]; empty when the scene has no elastic bodies
   std::vector<float> stored;
   std::vector<float> heat;    // heat taken up by the particle since the start [J]; empty when nothing conducts

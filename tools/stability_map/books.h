@@ -16,14 +16,16 @@ struct Balance {
   double heat = 0;      // likewise for the temperatures outside the range of the start
 };
 
-// Energy. Counted are kinetic and potential energy of all that moves, what elastic bodies have stored, less the most
-// that pushes on their faces can have given to it (contact_energy()), which is none once they have gone, and what fluid
-// has stored by compression. Energy that is not known (springs of contact, bonds of matter that changes state, elastic
-// bodies of method "paper") is not negative and none at the start, so that it can only hide a loss. What fluid with
-// surface tension can release is at most the tension times its first surface; what begins at the surface of a solid is
-// pushed away by it. So with the work of the hands, which the simulation reports, counted energy may grow by no more
-// than the work and what these release; conduction of heat does no work, and no scene of the map has moving walls.
-// Allowed beside that is kCreated of all energy that was turned over, and the agitation that books.cpp names.
+// Energy. Counted are kinetic and potential energy of all that moves, what elastic bodies have stored, less what
+// pushes on their faces have given to it, taken as there from the first (contact_energy()), and what fluid has stored
+// by compression. Of a push that grew with the strain that leaves out twice what it gave, so that while it lasts as
+// much could be made unseen; once it has gone nothing is left out. Energy that is not known (springs of contact, bonds
+// of matter that changes state, elastic bodies of method "paper") is not negative and none at the start, so that it
+// can only hide a loss. What fluid with surface tension can release is at most the tension times its first surface;
+// what begins at the surface of a solid is pushed away by it. So with the work of the hands, which the simulation
+// reports, counted energy may grow by no more than the work and what these release; conduction of heat does no work,
+// and no scene of the map has moving walls. Allowed beside that is kCreated of all energy that was turned over, and
+// the agitation that books.cpp names.
 //
 // Strain and velocity are half a sub-step apart. What symplectic Euler keeps of a vibration is their energy less half a
 // sub-step times the power between the two, which for matter that swings with the frequency w is at most w sqrt(K S), K
