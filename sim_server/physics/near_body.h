@@ -6,6 +6,10 @@
 // b           (u_t . dn) / |u_t|: by how much the normal turns on the way, over the way                 1/m
 // h           1 in a hollow (b < 0); else -(u . n) / (kApproach |u_t|), from 0 to 1                     -
 // g_f         g + h b |u_t|^2 n: gravity as what follows the surface feels it                           m/s^2
+// nu          viscosity of the particle over its density                                                m^2/s
+// l           sqrt(nu / (b |u_t|)) / kLayer where b > 0: how thick the layer is that a bulging surface  m
+//             drags along; no less than kLeastLayer dx
+// d_d         the distance that the drag has: l at most, and kNearest dx min(1, dx / l) at least        m
 //
 // Pressure goes on into the solid as it does where fluid flows along the surface, p + rho g_f . s at s from the
 // particle: Euler's equation for what is accelerated as it follows the surface. At rest g_f is gravity; around a ball
@@ -14,6 +18,15 @@
 // it: a flow that a hand makes comes off near where the body is widest, by a layer along the surface that is thinner
 // than a spacing, so that no particle tells. Held all around, balls of three and five spacings have 0.71 and 0.75 of
 // their drag at Re 1000 in place of 1.16 and 0.93.
+//
+// The drag of a solid takes velocity to grow from its surface to the particle in proportion to the distance. Where a
+// flow's layer is thinner than a spacing that is wrong in two ways. Particles outside the layer have the velocity of
+// the flow there, and drag would be too little (a ball of five spacings has a layer of a third of a spacing at Re
+// 1000): they count as if they were at l. 1 / l is what laminar layers have, c sqrt(b |u_t| / nu) with a c from 0.33
+// (Blasius, a flat plate at 1 / b from its edge) to 1.3 and more (Homann, where the flow meets a ball). And particles
+// that come nearer than half a spacing have a velocity that is a mean over their own size, so that drag would be too
+// much: they count as if they were at kNearest. Without the first balls of three spacings at Re 300 and of five at Re
+// 1000 have 0.84 and 0.93 of their drag, without the second one of ten at Re 1000 has 1.08.
 //
 // How the body itself is accelerated is left out: its velocity's changes are known as differences alone, and what turns
 // with a light body pushed that so that energy was made (w x (w x r) + 2 w x u in g_f).
@@ -53,9 +66,17 @@ struct alignas(16) KeptBody {
 };
 inline constexpr std::uint32_t kKeptBodies = 2;  // by particle; beside more of them the others are found anew
 
-// A particle that passes a solid: its velocity, and the gravity in which it would rest; world axes.
+// A particle that passes a solid: its velocity, and the gravity in which it would rest, world axes; its viscosity over
+// its density, 0 where its drag is taken in stages, as layers of what is that viscous are not thin.
 struct Passing {
   Vec3 v, g;
+  real nu;
+};
+
+// The gravity and the layer that a flow has which follows a surface.
+struct Following {
+  Vec3 g;      // g_f, body axes
+  real layer;  // l
 };
 
 // The length of the way on which a surface's bend is looked for [spacings], and the least cosine between the normals at
@@ -64,7 +85,9 @@ inline constexpr real kBendStep = real(0.5), kLeastTurn = real(0.5);
 // The share of its way along a surface by which a flow comes nearer, from where on it follows that. Chosen by what
 // balls and ladles feel (tools/results/felt_remaining.md).
 inline constexpr real kApproach = real(0.45);
-inline constexpr real kAtRest = real(1e-12);  // of |u_t|^2 [m^2/s^2]
+inline constexpr real kLayer = real(0.6), kLeastLayer = real(0.25), kNearest = real(0.4);  // chosen in the same way
+inline constexpr real kNoLayer = real(1e30);                                               // [m]
+inline constexpr real kAtRest = real(1e-12);                                               // of |u_t|^2 [m^2/s^2]
 
 struct WallViews {
   WallWrenches by;
@@ -120,21 +143,33 @@ PALP_HD inline bool far_from_body(const WallViews& walls, const CellGrid& grid, 
   return nearest_image(grid, x - body.x).squaredNorm() > far * far;
 }
 
-// Returns g_f of what is at y from the body's centre and has the velocity u against it there; all in body axes.
-PALP_HD inline Vec3 felt_gravity(const WallViews& walls, const ContactBody& shape, const Distance& at, real spacing,
-                                 const Vec3& y, const Vec3& u, const Vec3& g) {
+// Returns what a surface is to a particle at y from the body's centre that passes it with the velocity u against it, in
+// a gravity of g; all in body axes.
+PALP_HD inline Following following(const WallViews& walls, const ContactBody& shape, const Distance& at, real spacing,
+                                   const Vec3& y, const Vec3& u, const Vec3& g, real nu) {
+  const Following straight{g, kNoLayer};
   const Vec3 u_t = u - u.dot(at.n) * at.n;
   const real speed2 = u_t.squaredNorm();
-  if (shape.boxes || !(speed2 > kAtRest)) return g;  // faces of boxes are flat
+  if (shape.boxes || !(speed2 > kAtRest)) return straight;  // faces of boxes are flat
   const real speed = Eigen::numext::sqrt(speed2), step = kBendStep * spacing;
   const Vec3 ahead = solid_distance(shape, walls.piece, walls.grid, y + (step / speed) * u_t).n;
-  if (!(ahead.dot(at.n) > kLeastTurn)) return g;
+  if (!(ahead.dot(at.n) > kLeastTurn)) return straight;
   const real bend = ahead.dot(u_t) / (speed * step);
-  const real holds = bend > real(0) ? min(real(1), positive(u.dot(at.n) / (-kApproach * speed))) : real(1);
-  return g + (holds * bend * speed2) * at.n;
+  const bool bulges = bend > real(0);
+  const real holds = bulges ? min(real(1), positive(u.dot(at.n) / (-kApproach * speed))) : real(1);
+  const Vec3 felt = g + (holds * bend * speed2) * at.n;
+  if (!bulges || !(nu > real(0))) return {felt, kNoLayer};
+  const real layer = Eigen::numext::sqrt(nu / (bend * speed)) / kLayer, least = kLeastLayer * spacing;
+  return {felt, layer > least ? layer : least};
 }
 
-// Returns what a body is to a particle at x. passing: the particle; null where no pull is asked for.
+// Returns d_d at the distance d from a surface that drags along a layer.
+PALP_HD inline real drag_distance(real d, real layer, real spacing) {
+  const real nearest = kNearest * spacing * min(real(1), spacing / layer);
+  return min(d > nearest ? d : nearest, layer);
+}
+
+// Returns what a body is to a particle at x. passing: the particle; null where neither pull nor drag is asked for.
 PALP_HD inline NearBody near_body(const WallViews& walls, const CellGrid& grid, const Medium& medium,
                                   const BodyState& body, std::uint32_t k, const Vec3& x, const Passing* passing) {
   const ContactBody& shape = walls.shape[k];
@@ -150,13 +185,15 @@ PALP_HD inline NearBody near_body(const WallViews& walls, const CellGrid& grid, 
   out.d = at.d;
   out.n = R * at.n;
   complete(out, body);
-  Vec3 felt(0, 0, 0);
+  Following flow{Vec3(0, 0, 0), kNoLayer};
   if (passing != nullptr)
-    felt = felt_gravity(walls, shape, at, medium.spacing, y, R.transpose() * (passing->v - out.v),
-                        R.transpose() * passing->g);
-  const WallKernel kernel = wall_kernel(medium.kernel, medium.spacing, felt);
+    flow = following(walls, shape, at, medium.spacing, y, R.transpose() * (passing->v - out.v),
+                     R.transpose() * passing->g, passing->nu);
+  const WallKernel kernel = wall_kernel(medium.kernel, medium.spacing, flow.g);
   const WallShare share = wall_share(shape, walls.piece, walls.grid, kernel, raised(kernel, at, y));
-  out.wall = {share.share, R * share.slope, R * share.pull, share.shear};
+  const real counted = at.d > kernel.least ? at.d : kernel.least;  // the distance that its shear has
+  const real shear = share.shear * (counted / drag_distance(counted, flow.layer, medium.spacing));
+  out.wall = {share.share, R * share.slope, R * share.pull, shear};
   return out;
 }
 

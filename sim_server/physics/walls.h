@@ -9,7 +9,8 @@
 // p_w         p + rho g_f . s at s from the particle; g_f: near_body.h                                  Pa
 // rate        m slope . (v - v_b), what the divergence of the velocity gets; m = kMirror: below          1/s
 // f^p         V (2 p slope - rho pull(g_f)): the sum of -(p + p_w) gradW over the solid                  N
-// f^v         -2 mu V shear (v - v_b(r - d n)): of a flow that grows in proportion to the distance      N
+// f^v         -2 mu V shear (v - v_b(r - d n)): of a flow that grows in proportion to the distance,     N
+//             within a layer that is thinner than that at most (near_body.h)
 // couple      sum of (r - d n) x (2 mu V slope x w) on the body: below                                  N m
 //
 // A film or a drop that has spread has lost the density of those around it, so that it has no pressure before it is
@@ -59,6 +60,14 @@ inline constexpr real kMostYielding = real(3);  // (w dt)^2 of a body on the pre
 inline constexpr real kMostSwing = real(1.8), kLeastDrag = real(0.3);
 inline constexpr real kGuardReach = real(0.15);  // [spacings]
 inline constexpr real kGuardStiffness = real(0.05);
+
+// Returns what passes solids as particle i.
+PALP_HD inline Passing passing_of(const ParticleView& state, const Medium& medium, const Forcing& forcing,
+                                  std::uint32_t i) {
+  const Material& fluid = medium.material[state.tag[i].material()];
+  return {state.vp[i].xyz(), forcing.level_gravity, fluid.viscosity / fluid.density};
+}
+
 // Finds the cells of a domain without periods that are out of the reach of all fixed bodies; one thread a cell.
 // Outermost cells have particles from outside, too, and so are never open.
 struct MarkOpenCells {
@@ -142,7 +151,7 @@ struct MeasureWalls {
     real share = 0, rate = 0, shear = 0;
     std::uint32_t beside = 0;
     const Vec3 x = state.xV[i].xyz();
-    const Passing passing{state.vp[i].xyz(), forcing->level_gravity};
+    const Passing passing = passing_of(state, medium, *forcing, i);
     const bool open = open_at(x);
     for (std::uint32_t k = 0; k < walls.by.bodies; ++k) {
       const BodyState& body = bodies.body[walls.body[k]];
@@ -253,7 +262,7 @@ struct WallForce {
         const Tag tag = state.tag[i];
         const real share = bonds.wall_share(tag, bonds.solid(state, i), walls.body[k]);
         if (!(share > real(0))) return;
-        const Passing passing{state.vp[i].xyz(), forcing->level_gravity};
+        const Passing passing = passing_of(state, medium, *forcing, i);
         const NearBody b = known_body(walls, grid, medium, body, k, i, state.xV[i].xyz(), &passing);
         if (!b.near) return;
         const Vec3 push = share * (pressure_on(i, b) + state.mass[i] * guard_push(i, b, body));

@@ -49,11 +49,12 @@ class WallGuard : public RandomCase {
     ball.w = vector(3).cast<real>();
   }
 
-  // Puts each fluid particle somewhere near the surface and returns the guard's accelerations.
-  std::vector<Vector3d> push(real share) {
+  // Puts each fluid particle somewhere near the surface, from low to high spacings off, and returns what its guard and
+  // the drag of a viscosity accelerate it by.
+  std::vector<Vector3d> push(real share, double low = -0.5, double high = 0.5, double viscosity = 0) {
     for (std::uint32_t i = first(); i < count(); ++i) {
       const Vector3d n = vector(1).normalized();
-      place_.push_back(store_->bodies[0].x.cast<double>() + (kRadius + between(-0.5, 0.5) * kSpacing) * n);
+      place_.push_back(store_->bodies[0].x.cast<double>() + (kRadius + between(low, high) * kSpacing) * n);
       speed_.push_back(vector(0.5));
       store_->xV[i] = pack(place_.back().cast<real>(), store_->xV[i].w);
       store_->vp[i] = pack(speed_.back().cast<real>(), 0);
@@ -86,20 +87,21 @@ class WallGuard : public RandomCase {
     kernel.walls.kept = kept.data();
     kernel.grid = make_grid(scene_, plan_);
     kernel.medium = make_medium(scene_, plan_);
-    for (Material& material : kernel.medium.material) material.viscosity = 0;
+    for (Material& material : kernel.medium.material) material.viscosity = static_cast<real>(viscosity);
     kernel.count = count();
     kernel.acceleration = acceleration.data();
     dt_ = kernel.medium.dt;
     const MeasureWalls<Shared> measure{kernel.state,  kernel.bodies, kernel.walls, kernel.grid,
                                        kernel.medium, &forcing,      count(),      kernel.bonds};
     for (std::uint32_t part = 0; part < wrenches.size(); ++part) measure(part, SerialTeam{});
-    for (KeptBody& solid : kept) solid.pull.setZero();  // the guard alone
+    for (KeptBody& solid : kept) solid.pull.setZero();  // no gravity
     for (std::uint32_t part = 0; part < wrenches.size(); ++part) {
       kernel(part, SerialTeam{});
       wrench_.force += wrenches[part].force;
       wrench_.torque += wrenches[part].torque;
     }
     std::vector<Vector3d> out;
+    for (std::uint32_t i = first(); i < count(); ++i) slope_.push_back(slopes[i].xyz().cast<double>().norm());
     for (std::uint32_t i = first(); i < count(); ++i) out.push_back(acceleration[i].xyz().cast<double>());
     return out;
   }
@@ -113,6 +115,7 @@ class WallGuard : public RandomCase {
   std::optional<ContactStore> contact_;
   std::optional<ParticleStore> store_;
   std::vector<Vector3d> place_, speed_;
+  std::vector<double> slope_;
   WallWrench wrench_{Vec3(0, 0, 0), Vec3(0, 0, 0)};
   double dt_ = 0;
 };
@@ -143,6 +146,34 @@ TEST_F(WallGuard, IsASpringAndADamperAtTheEndOfTheStep) {
   EXPECT_TRUE(within((wrench_.torque.cast<double>() - torque).norm() / (kRadius * force.norm()), tol::kGuard));
 }
 
+// Drag as if velocity grew from the surface to the particle, within a laminar layer where that is thinner.
+TEST_F(WallGuard, DragsByALayer) {
+  const BodyState& ball = store_->bodies[0];
+  const double viscosity = 1, nu = viscosity / 500;
+  const std::vector<Vector3d> found = push(1, 0.2, 1.8, viscosity);
+  double largest = 0;
+  for (const Vector3d& a : found) largest = std::max(largest, a.norm());
+  std::uint32_t near = 0, within_layer = 0, outside_layer = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Vector3d r = place_[i] - ball.x.cast<double>(), n = r.normalized(), foot = kRadius * n;
+    const double d = r.norm() - kRadius;
+    const Vector3d u = speed_[i] - ball.v.cast<double>() - ball.w.cast<double>().cross(r), u_t = u - u.dot(n) * n;
+    const double bend = 1 / std::hypot(r.norm(), 0.5 * kSpacing);  // of normals half a spacing from each other
+    const double layer = std::max(0.25 * kSpacing, std::sqrt(nu / (bend * u_t.norm())) / 0.6);
+    const double counted = std::max(d, 0.4 * kSpacing * std::min(1.0, kSpacing / layer));
+    const Vector3d past = speed_[i] - ball.v.cast<double>() - ball.w.cast<double>().cross(foot);
+    const double V = store_->xV[first() + static_cast<std::uint32_t>(i)].w;
+    const Vector3d drag = -2 * viscosity * V * slope_[i] / std::min(counted, layer) * past;
+    EXPECT_TRUE(within((found[i] - drag / mass(i)).norm() / largest, tol::kGuard)) << i;
+    near += counted > d;
+    within_layer += counted < layer;
+    outside_layer += counted > layer;
+  }
+  EXPECT_GT(near, kDrops / 16);
+  EXPECT_GT(within_layer, kDrops / 8);
+  EXPECT_GT(outside_layer, kDrops / 8);
+}
+
 TEST_F(WallGuard, LeavesAloneWhatOtherForcesHold) {
   for (const Vector3d& a : push(0)) EXPECT_EQ(a.norm(), 0);
   EXPECT_EQ(wrench_.force.norm(), 0);
@@ -162,7 +193,7 @@ TEST_F(WallGuard, StandsBesideWhatHasGotBeneathTheSurface) {
   ball.w = Vec3(0, 0, 0);
   const Vec3 n = vector(1).normalized().cast<real>(), pull = vector(1).cast<real>();
   const auto at = [&](double d) {
-    const Passing at_rest{ball.v, pull};
+    const Passing at_rest{ball.v, pull, 0};
     return near_body(walls, grid, medium, ball, 0, ball.x + static_cast<real>(kRadius + d * kSpacing) * n, &at_rest);
   };
   const NearBody on = at(0.02);
