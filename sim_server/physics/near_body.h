@@ -85,9 +85,10 @@ inline constexpr real kBendStep = real(0.5), kLeastTurn = real(0.5);
 // The share of its way along a surface by which a flow comes nearer, from where on it follows that. Chosen by what
 // balls and ladles feel (tools/results/felt_remaining.md).
 inline constexpr real kApproach = real(0.45);
-inline constexpr real kLayer = real(0.6), kLeastLayer = real(0.25), kNearest = real(0.4);  // chosen in the same way
-inline constexpr real kNoLayer = real(1e30);                                               // [m]
-inline constexpr real kAtRest = real(1e-12);                                               // of |u_t|^2 [m^2/s^2]
+// The c of 1 / l, the least l and the nearest distance of drag [spacings], chosen in the same way.
+inline constexpr real kLayer = real(0.6), kLeastLayer = real(0.25), kNearest = real(0.4);
+inline constexpr real kNoLayer = real(1e30);  // [m]
+inline constexpr real kAtRest = real(1e-12);  // of |u_t|^2 [m^2/s^2]
 
 struct WallViews {
   WallWrenches by;
@@ -191,8 +192,8 @@ PALP_HD inline NearBody near_body(const WallViews& walls, const CellGrid& grid, 
                      R.transpose() * passing->g, passing->nu);
   const WallKernel kernel = wall_kernel(medium.kernel, medium.spacing, flow.g);
   const WallShare share = wall_share(shape, walls.piece, walls.grid, kernel, raised(kernel, at, y));
-  const real counted = at.d > kernel.least ? at.d : kernel.least;  // the distance that its shear has
-  const real shear = share.shear * (counted / drag_distance(counted, flow.layer, medium.spacing));
+  const real d = shear_distance(kernel, at.d);
+  const real shear = share.shear * (d / drag_distance(d, flow.layer, medium.spacing));
   out.wall = {share.share, R * share.slope, R * share.pull, shear};
   return out;
 }

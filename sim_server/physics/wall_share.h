@@ -92,10 +92,11 @@ PALP_HD inline PlaneSums plane_sums(const WallKernel& kernel, real d) {
   return out;
 }
 
+// Returns the distance that shear has at the distance d from a face.
+PALP_HD inline real shear_distance(const WallKernel& kernel, real d) { return d > kernel.least ? d : kernel.least; }
+
 // Returns what shear is for a slope at the distance d from a face.
-PALP_HD inline real shear_of(const WallKernel& kernel, real slope, real d) {
-  return slope / (d > kernel.least ? d : kernel.least);
-}
+PALP_HD inline real shear_of(const WallKernel& kernel, real slope, real d) { return slope / shear_distance(kernel, d); }
 
 // Returns the share of what lies behind a face at the distance d >= 0.
 PALP_HD inline WallShare behind_face(const WallKernel& kernel, real d, const Vec3& n, real k) {

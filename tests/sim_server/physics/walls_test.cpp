@@ -1,4 +1,5 @@
-// The guard that keeps fluids out of solids: against its equation in double precision, and in a stirred tray.
+// The guard that keeps fluids out of solids, and their drag: against their equations in double precision, and the guard
+// in a stirred tray.
 #include "sim_server/physics/walls.h"
 
 #include <vector>
