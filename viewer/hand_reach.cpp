@@ -17,18 +17,37 @@ namespace {
 constexpr std::string_view kBridge = "haptic_bridge ";
 // Over the half of the box: where a side begins to show, and is whole.
 constexpr double kReachFrom = 0.75, kReachWhole = 0.97;
-constexpr float kSideOpacity = 0.22f, kEdgeOpacity = 0.9f;
+constexpr float kGridOpacity = 0.7f, kEdgeOpacity = 0.9f;
+// Cells of a side's grid along its length and across it, and how far from the hand its lines fade by 1 / e, over the
+// longer half of the box. A grid, as a face would colour the liquid that it cuts.
+constexpr unsigned kCells = 12;
+constexpr double kFades = 0.45;
+constexpr std::size_t kEdgeEnds = 8, kGridEnds = 2 * (kCells - 1) * kCells * 2;  // of a side's segments
 constexpr float kClutchedShare = 0.5f;  // of all sides while the clutch is held
 constexpr int kReachBin = 13;           // as the ghosts of tools
 
-// Corner 0 .. 3 of a side in turn.
-osg::Vec3d corner_of(const HandReach& reach, std::size_t side, unsigned corner) {
-  const int axis = static_cast<int>(side / 2), u = (axis + 1) % 3, v = (axis + 2) % 3;
+// Returns a place on a side, u and v from -1 to 1.
+osg::Vec3d place_on(const HandReach& reach, std::size_t side, double u, double v) {
+  const int axis = static_cast<int>(side / 2), across = (axis + 1) % 3, along = (axis + 2) % 3;
   osg::Vec3d at = reach.center;
   at[axis] += (side % 2 == 0 ? -1 : 1) * reach.half[axis];
-  at[u] += (corner == 0 || corner == 3 ? -1 : 1) * reach.half[u];
-  at[v] += (corner < 2 ? -1 : 1) * reach.half[v];
+  at[across] += u * reach.half[across];
+  at[along] += v * reach.half[along];
   return at;
+}
+
+// Ends of a side's edges in turn.
+osg::Vec3d edge_end(const HandReach& reach, std::size_t side, std::size_t end) {
+  const std::size_t corner = (end + 1) / 2 % 4;
+  return place_on(reach, side, corner == 0 || corner == 3 ? -1 : 1, corner < 2 ? -1 : 1);
+}
+
+// Ends of the segments of a side's lines in turn: those along u, then those along v.
+osg::Vec3d grid_end(const HandReach& reach, std::size_t side, std::size_t end) {
+  const std::size_t segment = end / 2, line = segment / kCells;
+  const auto at = [](std::size_t cell) { return 2.0 * static_cast<double>(cell) / kCells - 1; };
+  const double way = at(segment % kCells + end % 2), beside = at(line % (kCells - 1) + 1);
+  return line < kCells - 1 ? place_on(reach, side, way, beside) : place_on(reach, side, beside, way);
 }
 
 osg::ref_ptr<osg::Geometry> make_part(std::size_t vertices) {
@@ -72,14 +91,14 @@ std::array<float, 6> reach_shown(const HandReach& reach, const osg::Vec3d& handl
 }
 
 ReachBox::ReachBox(const osg::Vec4f& color)
-    : color_(color), root_(new osg::Group), sides_(make_part(24)), edges_(make_part(48)) {
-  sides_->addPrimitiveSet(new osg::DrawArrays(GL_QUADS, 0, 24));
-  edges_->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, 48));
+    : color_(color), root_(new osg::Group), grid_(make_part(6 * kGridEnds)), edges_(make_part(6 * kEdgeEnds)) {
+  grid_->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, 6 * kGridEnds));
+  edges_->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, 6 * kEdgeEnds));
   edges_->getOrCreateStateSet()->setAttributeAndModes(new osg::LineWidth(2));
   osg::StateSet* state = root_->getOrCreateStateSet();
   blend_over(state);
   state->setRenderBinDetails(kReachBin, "RenderBin");
-  root_->addChild(sides_);
+  root_->addChild(grid_);
   root_->addChild(edges_);
   root_->setNodeMask(0);
 }
@@ -89,19 +108,23 @@ void ReachBox::set(const std::optional<HandReach>& reach, const osg::Vec3d& hand
   if (!reach || !handle.valid()) return;
   const std::array<float, 6> shown = reach_shown(*reach, handle);
   if (*std::ranges::max_element(shown) <= 0) return;
-  const auto fill = [&](osg::Geometry& part, float opacity, auto&& corner_at) {
+  const auto fill = [&](osg::Geometry& part, auto&& end_of, auto&& opacity_at) {
     auto& vertices = static_cast<osg::Vec3Array&>(*part.getVertexArray());
     auto& colors = static_cast<osg::Vec4Array&>(*part.getColorArray());
     const std::size_t each = vertices.size() / shown.size();
     for (std::size_t k = 0; k < vertices.size(); ++k) {
-      vertices[k] = corner_of(*reach, k / each, corner_at(k % each));
-      colors[k] = osg::Vec4f(color_.x(), color_.y(), color_.z(), opacity * shown[k / each]);
+      const osg::Vec3d at = end_of(*reach, k / each, k % each);
+      vertices[k] = at;
+      colors[k] = osg::Vec4f(color_.x(), color_.y(), color_.z(), opacity_at(at) * shown[k / each]);
     }
     vertices.dirty();
     colors.dirty();
   };
-  fill(*sides_, kSideOpacity, [](std::size_t k) { return static_cast<unsigned>(k); });
-  fill(*edges_, kEdgeOpacity, [](std::size_t k) { return static_cast<unsigned>((k + 1) / 2 % 4); });
+  const double fades = kFades * std::max({reach->half.x(), reach->half.y(), reach->half.z()});
+  fill(*grid_, grid_end, [&](const osg::Vec3d& at) {
+    return kGridOpacity * static_cast<float>(std::exp(-(at - handle).length2() / (fades * fades)));
+  });
+  fill(*edges_, edge_end, [](const osg::Vec3d&) { return kEdgeOpacity; });
   root_->setNodeMask(~0u);
 }
 

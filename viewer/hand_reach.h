@@ -1,5 +1,5 @@
-// Where an arm's handle can be moved: a box in the scene, drawn where the hand comes near its sides, and whole while
-// the clutch is held.
+// Where an arm's handle can be moved: a box in the scene. A side that the hand comes near is drawn as a grid around the
+// hand, and all of them while the clutch is held.
 #pragma once
 
 #include <array>
@@ -41,7 +41,7 @@ class ReachBox {
  private:
   osg::Vec4f color_;
   osg::ref_ptr<osg::Group> root_;
-  osg::ref_ptr<osg::Geometry> sides_, edges_;
+  osg::ref_ptr<osg::Geometry> grid_, edges_;
 };
 
 }  // namespace palp
