@@ -98,13 +98,13 @@ struct BeginElasticContact {
                         ContactState& state) const {
     const Vec3 s = R * state.anchor.xyz(), sticks = touching.sticking(c, s);
     const real dt = touching.all.dt, size = sticks.norm();
-    bool slips = state.anchor.w > real(0) && c.v.dot(s) > real(0);
-    real holds = last.owed;
-    if (!last.touched) {  // it has just come: its own mass is all that is known to press
-      const real load = c.push / (real(1) + dt * c.q / c.mass);
-      slips = size > pair.law.friction * load * (real(1) + dt * c.q_slip / c.mass);
-      if (!(holds > real(0))) holds = pair.law.kinetic * load;
-    }
+    const bool slid = state.anchor.w > real(0);
+    // A particle's own mass is all that is known to press where it has just come, and to move it where it is held.
+    const real load = last.touched ? last.load : c.push / (real(1) + dt * c.q / c.mass);
+    const bool torn = size > pair.law.friction * load * (real(1) + dt * c.q_slip / c.mass);
+    // A particle that slid is held once it turns back, but not where it swings: it would stop its body for a sub-step.
+    const bool slips = last.touched ? slid && (torn || c.v.dot(s) > real(0)) : torn;
+    const real holds = last.touched || last.owed > real(0) ? last.owed : pair.law.kinetic * load;
     if (!slips || !(size > real(0))) {
       state.anchor.w = real(0);
       return sticks;

@@ -181,6 +181,7 @@ inline constexpr Tolerance kImplicitSagging{
     "of the weight or what it stretches; a step damps vibrations to nothing, and what rounds leave is 1e-4"};
 inline constexpr Tolerance kImplicitPush{0.02, 0.02,
                                          "of the friction; the stick leans on the block and lifts a little"};
+inline constexpr Tolerance kSlidingFriction{0.15, 0.15, "of the weight, a step's friction over Coulomb's: 0.03 found"};
 inline constexpr Tolerance kBreakLoose{
     0.05, 0.05, "of the impulse of friction; what begins to slip holds on like a spring to the end of that step"};
 inline constexpr Tolerance kCrumbFall{1e-4, 1e-4, "m/s after 0.2 s; nothing may strain what has no extent"};

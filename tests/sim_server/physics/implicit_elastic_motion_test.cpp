@@ -214,7 +214,8 @@ TEST(ImplicitElastic, TheScenesBlockIsPushedAgainstItsFriction) {
   EXPECT_LT(block.linear.norm(), 1e-3);
   ASSERT_TRUE(played.play(2.1));
   const double speed = block.linear.x();
-  double push = 0, count = 0, friction = 0, slips = 0, load = 0, loose = 0;
+  double push = 0, count = 0, friction = 0, slips = 0, load = 0, loose = 0, most = 0;
+  int sliding = 0;  // steps
   bool slid = speed > 1e-3;
   ASSERT_TRUE(played.play(2.5, [&](const StepOutput& out) {
     push -= out.proxies[0].contact_force.x();
@@ -225,6 +226,8 @@ TEST(ImplicitElastic, TheScenesBlockIsPushedAgainstItsFriction) {
     if (slides && slid) {
       slips += out.bodies[0].force.x();
       load -= out.bodies[0].force.z();
+      const double over = out.bodies[0].force.x() + 0.4 * out.bodies[0].force.z();
+      if (++sliding > 10) most = std::max(most, over);
     } else if (slides) {
       loose += out.bodies[0].force.x() + 0.4 * out.bodies[0].force.z();
     }
@@ -235,6 +238,9 @@ TEST(ImplicitElastic, TheScenesBlockIsPushedAgainstItsFriction) {
   EXPECT_TRUE(within((push - friction) / count / (mass * kGravity) - gained / (mass * kGravity), tol::kImplicitPush));
   EXPECT_TRUE(within(slips / (0.4 * load) - 1, tol::kImplicitPush));
   EXPECT_TRUE(within(loose / friction, tol::kBreakLoose));
+  // a particle that swings to and fro must not be held while its body slides
+  ASSERT_GT(sliding, 300);
+  EXPECT_TRUE(within(most / (mass * kGravity), tol::kSlidingFriction));
   ASSERT_TRUE(played.play(3));
   // it lies where the stick, which leans a little, has pushed it
   const double face = played.simulation->output().bodies[2].state.position.x() + 0.015;
