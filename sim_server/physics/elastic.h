@@ -11,8 +11,7 @@
 //   R_i       proper rotation nearest to F_i                                 rotation.h
 //   P_i       2 mu (F_i - R_i) + lambda tr(R_i^T F_i - I) R_i                of mu |R^T F - I|^2 + lambda/2 tr^2
 //   f_i       sum_j V_i V_j F (P_i L_i + P_j L_j) X_ji                       exact gradient of sum V psi(F): conserves
-//                                                                            both momenta; P_i in bonds that are in F_i
-//                                                                            alone
+//                                                                            both momenta; P_i in bonds of F_i alone
 //   h_i       -beta E sum_j V_i V_j F (d_i + d_j), d_i = F_i X_ji - x_ji     after Ganzenmueller 2015: against the
 //                                                                            hourglass modes that F_i cannot see; exact
 //                                                                            gradient of beta E / 2 sum V_i V_j F
@@ -179,10 +178,13 @@ struct ElasticStrain {
       P = plastic_stress(m, d.F, d.q, elastic.plastic[i], elastic.hardened[i]);
     else
       P = elastic_stress(m, d.F, d.q.toRotationMatrix());
+    if (elastic.integrity != nullptr) P *= elastic.integrity[i];
+    if (elastic.pressed != nullptr && !elastic.pressed[i].isZero(0)) {
+      P += contact_stress(elastic.pressed[i], d.F);
+      P += contact_damping(elastic.gradient[i], d.F, m.shear, m.density, medium.spacing, medium.dt);
+    }
     elastic.rotation[i] = d.q;
     elastic.gradient[i] = d.F;
-    if (elastic.integrity != nullptr) P *= elastic.integrity[i];
-    if (elastic.pressed != nullptr) P += contact_stress(elastic.pressed[i], d.F);
     elastic.stress[i] = pair_factor(P, L, hold_of(m), d.change);
     if (elastic.stretch != nullptr && m.tear > real(0))
       elastic.stretch[i] = greatest_stretch(d.F, real(1) + real(0.5) * m.tear);

@@ -4,7 +4,7 @@
 # GPU.
 set(physics_support_sources ../support/equations.cpp ../support/kernels.cpp ../support/validation.cpp)
 set(physics_host_sources
-  physics/cell_grid_test.cpp physics/distance_test.cpp physics/elastic_test.cpp physics/implicit_elastic_test.cpp
+  physics/cell_grid_test.cpp physics/contact_stress_test.cpp physics/distance_test.cpp physics/elastic_test.cpp physics/implicit_elastic_test.cpp
   physics/pieces_test.cpp physics/plastic_test.cpp physics/smoothing_test.cpp physics/tear_test.cpp)
 set(physics_unit_sources
   backend/neighbor_lists_test.cpp physics/near_body_test.cpp physics/walls_test.cpp physics/wall_share_test.cpp physics/rigid_contact_test.cpp

@@ -66,7 +66,7 @@ std::vector<Family> families() {
                 {"mass", {"1e-4", "1", "1e3", "|", "1e-2", "100"}}, {"method", kMethod}, {"level", kFastFirst}}},
     {"hands", "", {{"modules", {"static", "fluid+static", "explicit+static", "implicit+static", "plastic+static", "|", "tearing+static", "rigid+static", "melting+static", "tension+static", "staged+static", "rigidifying+static"}},
                 {"hand", {"press", "pass", "shake", "teleport", "wild", "nonsense", "|", "still", "stir", "spin"}}, {"speed", {"1", "100", "|", "10"}}, {"method", kMethod}, {"level", kFastFirst}}},
-    {"couplings", "/hand=press", {{"modules", {"static", "fluid+static", "|", "explicit+static", "rigid+static"}}, {"coupling", {"0", "100", "|", "0.1", "10"}},
+    {"couplings", "/hand=press", {{"modules", {"static", "fluid+static", "|", "explicit+static", "rigid+static"}}, {"coupling", {"0", "100", "|", "0.1", "1", "3", "10"}},
                 {"mass", {"1e-4", "1e3", "|", "1"}}, {"method", kMethod}, {"level", kFastFirst}}},
     {"starts", "", {{"modules", {"fluid+static", "explicit+static", "fluid+rigid", "explicit+plastic", "|", "fluid", "explicit", "implicit", "rigid+static", "plastic", "tearing", "melting+static", "freezing+static", "rigidifying+static", "implicit+rigid+static", "fluid+explicit"}},
                 {"start", {"overlapping", "coincident", "close", "inverting", "|", "spinning", "touching"}}, {"method", kBothMethods}, {"level", kFastFirst}}},
