@@ -223,13 +223,13 @@ TEST(ImplicitElastic, TheScenesBlockIsPushedAgainstItsFriction) {
     EXPECT_LT(out.health.unsolved, 1e-3);
     friction += out.bodies[0].force.x();
     const bool slides = out.bodies[1].state.linear.x() >= 1e-3;  // else it stands still between two pushes
+    const double over = out.bodies[0].force.x() + 0.4 * out.bodies[0].force.z();  // Coulomb's
     if (slides && slid) {
       slips += out.bodies[0].force.x();
       load -= out.bodies[0].force.z();
-      const double over = out.bodies[0].force.x() + 0.4 * out.bodies[0].force.z();
       if (++sliding > 10) most = std::max(most, over);
     } else if (slides) {
-      loose += out.bodies[0].force.x() + 0.4 * out.bodies[0].force.z();
+      loose += over;
     }
     slid = slides;
   }));
