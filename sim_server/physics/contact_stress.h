@@ -10,9 +10,9 @@ inline constexpr real kFlatCell = real(0.05);
 
 // The viscosity of matter whose face is pressed, over that of waves, spacing sqrt(mu density). A push and the stress
 // that it adds come from no common energy: matter that is squeezed under one push and swells under another gains what
-// neither gives, and did where a hand holds it nearly flat, up to five times what the stability map allows. Of 160
-// blocks that tools of 10 mg to 100 g press 48 were faults without it, 17 with 0.1, 9 with 0.2 and 5 with 0.4, all of
-// 10 mg from 0.2 on. What is pressed and rests has none of it.
+// neither gives, and did where a hand holds it nearly flat, up to five times what the stability map allows. Of 192
+// blocks (tools/results/felt_remaining.md) 48 were faults without it, 17 with 0.1, 9 with 0.2 and 5 with 0.4, from 0.2
+// on all under tools of 10 mg. What is pressed and rests has none of it.
 inline constexpr real kPressedViscosity = real(0.2);
 
 // Returns det(F) F^-T.
@@ -53,9 +53,9 @@ PALP_HD inline Mat3 contact_stress(const Mat3& pressed, const Mat3& F) {
 // before: F_0, of the sub-step before; mu, density: Lame's second constant [Pa] and density at rest [kg/m^3].
 PALP_HD inline Mat3 contact_damping(const Mat3& before, const Mat3& F, real mu, real density, real spacing, real dt) {
   const real viscosity = kPressedViscosity * spacing * Eigen::numext::sqrt(mu * density);
-  const Mat3 C = F.transpose() * F, change = C - before.transpose() * before;
-  const real grown = C.trace() - real(2), large = grown > real(1) ? grown : real(1);
-  return (real(0.5) * viscosity / (dt * large * large)) * (F * change);
+  const Mat3 half = (F - before).transpose() * (F + before);  // with its transpose twice the change, and no digits lost
+  const real grown = F.squaredNorm() - real(2), large = grown > real(1) ? grown : real(1);
+  return (real(0.25) * viscosity / (dt * large * large)) * (F * (half + half.transpose()));
 }
 
 // Returns the work per volume that contact's stress has done on a particle's strain, as if the push of now had been
