@@ -95,6 +95,20 @@ PALP_HD inline real volume_drift(const Medium& medium, real cover, const Vec3& s
   return inside > real(0) ? inside * drift : real(0);
 }
 
+// Below this share of C0 from others, sum over j != i of V_j W, a particle is a drop of its own, the more the less it
+// is; a single neighbour at a spacing gives 0.07, one at a spacing and a half 0.02.
+inline constexpr real kDropCover = real(0.05);
+
+// Returns the share of a pressure that a particle keeps in a sub-step. Sound lets the pressure of a drop out through
+// its surface within dx / c. A particle without neighbours knows of none: it kept what a wall that it fell on had given
+// it, and so bounced off it without an end, denser each time. What it lacks it keeps lacking, as that tells when it
+// touches others again. others: sum over j != i of V_j W.
+PALP_HD inline real kept_by_drop(const Medium& medium, real p, real others, real c) {
+  const real alone = real(1) - others / (kDropCover * medium.cover);
+  if (!(p > real(0)) || !(alone > real(0))) return real(1);
+  return real(1) / (real(1) + alone * medium.dt * c / medium.spacing);
+}
+
 // Advances the density of fluid particles by one sub-step and copies what changes of every particle from the sorted
 // copy to the state, to which sorting has copied the rest.
 template <class Fluids, class Bonds, class Kernel>
@@ -177,6 +191,7 @@ struct AdvanceDensity {
     if (!team.leader()) return;
     const Packed vp_i = from.vp[i];
     const Material& fluid = medium.material[tag_i.material()];
+    const real others = sums.cover - from.xV[i].w * kernel.W(real(0));
     if (wall_slope != nullptr) {
       const Packed wall = wall_slope[i];
       sums.slope += wall.xyz();
@@ -194,7 +209,8 @@ struct AdvanceDensity {
     const real regained = kVolumeTie * sums.strain * volume_drift(medium, sums.cover, sums.slope);
     const real next = vp_i.w + medium.dt * (diffusion * sums.laplacian - c2 * rho * (sums.divergence - regained));
     const real least = pressure_at(kLeastDensity * rho0, rho0, c), most = pressure_at(kLargestDensity * rho0, rho0, c);
-    const real p = next < least ? least : min(most, next);  // what is not a number stays so
+    // what is not a number stays so
+    const real p = kept_by_drop(medium, next, others, c) * (next < least ? least : min(most, next));
     copy_changing(from, i, to, i);
     to.vp[i].w = p;
     to.xV[i].w = from.mass[i] / density_at(acting_pressure(medium, p), rho0, c);

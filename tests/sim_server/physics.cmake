@@ -8,7 +8,7 @@ set(physics_host_sources
   physics/pieces_test.cpp physics/plastic_test.cpp physics/smoothing_test.cpp physics/tear_test.cpp)
 set(physics_unit_sources
   backend/neighbor_lists_test.cpp physics/near_body_test.cpp physics/walls_test.cpp physics/wall_share_test.cpp physics/rigid_contact_test.cpp
-  physics/diffusion_test.cpp physics/equations_test.cpp physics/heat_test.cpp physics/implicit_elastic_motion_test.cpp physics/outside_test.cpp physics/proxy_contact_test.cpp
+  physics/diffusion_test.cpp physics/drops_test.cpp physics/equations_test.cpp physics/heat_test.cpp physics/implicit_elastic_motion_test.cpp physics/outside_test.cpp physics/proxy_contact_test.cpp
   physics/proxy_test.cpp physics/rigid_pieces_test.cpp physics/rigid_test.cpp physics/shift_test.cpp physics/state_change_test.cpp
   physics/viscosity_test.cpp solver/conservation_test.cpp solver/degenerate_bodies_test.cpp solver/health_test.cpp
   solver/elastic_limit_test.cpp solver/expected_speed_test.cpp solver/fluid_interval_test.cpp solver/frame_test.cpp

@@ -65,18 +65,11 @@ Eigen::Quaterniond turned(const Eigen::Quaterniond& q, const Vector3d& rotation)
   return (Eigen::Quaterniond(Eigen::AngleAxisd(rotation.norm(), rotation.normalized())) * q).normalized();
 }
 
-// Returns the sum of the kernel over a cubic lattice, times the volume of a cell; H: in spacings, at most 5.
-double lattice_cover(double H) {
-  double sum = 0;
-  for (int x = -5; x <= 5; ++x)
-    for (int y = -5; y <= 5; ++y)
-      for (int z = -5; z <= 5; ++z) sum += fluid_kernel(Vector3d(x, y, z).norm(), H, 1);
-  return sum;
-}
-
 // d rho/dt = - rho div v + delta h c sum_j V_j psi_ij . gradW + rho k e (C/C0 - 1) (1 - (2 H |grad C|)^2)+,
 // psi_ij = 2 (rho_j - rho_i - hydrostatic) x_ji / r^2, C = sum_j V_j W_ij with j = i, k = 0.1,
-// e = sum_j V_j |v_ij.gradW|, not where C is 20 % from C0; diffusion not past the mean; V = m / rho(acting pressure)
+// e = sum_j V_j |v_ij.gradW|, not where C is 20 % from C0; diffusion not past the mean; V = m / rho(acting pressure).
+// After that d rho/dt = (rho0 - rho) c / dx (1 - sum_j V_j W_ij / (0.05 C0))+ where rho > rho0, by backward Euler, j !=
+// i
 void continuity(Restated& w) {
   const double h = 0.5 * w.plan.support, lattice = lattice_cover(w.plan.support / w.scene->spacing);
   std::vector<double> rho_new(w.x.size());
@@ -84,7 +77,8 @@ void continuity(Restated& w) {
     if (!is_fluid(w, i)) continue;
     const double c = sound(w, i), c2 = c * c, rho0 = density0(w, i), rho_i = rho0 + w.p[i] / c2;
     double divergence = 0, diffusion = 0, diffusing = 0, strain = 0;
-    double cover = w.V[i] * fluid_kernel(0, w.plan.support, w.scene->spacing);
+    const double own = w.V[i] * fluid_kernel(0, w.plan.support, w.scene->spacing);
+    double cover = own;
     Vector3d slope = Vector3d::Zero();
     for_pairs(w, i, [&](std::size_t j, const Vector3d& x_ij) {
       const Vector3d gradient = fluid_gradient(x_ij, w.plan.support, w.scene->spacing);
@@ -108,6 +102,8 @@ void continuity(Restated& w) {
     w.strain[i] = strain;
     const double spread = std::min(w.plan.diffusion * h * c, 1 / (w.plan.dt * diffusing));
     rho_new[i] = rho_i + w.plan.dt * (rho_i * (tie - divergence) + spread * diffusion);
+    const double alone = std::max(0.0, 1 - (cover - own) / (0.05 * lattice));
+    if (rho_new[i] > rho0) rho_new[i] = rho0 + (rho_new[i] - rho0) / (1 + alone * w.plan.dt * c / w.scene->spacing);
   }
   for (std::size_t i = 0; i < w.x.size(); ++i) {
     if (!is_fluid(w, i)) continue;

@@ -57,5 +57,12 @@ Vector3d poly6_gradient(const Vector3d& x, double H) {
   return -945 / (32 * M_PI * std::pow(H, 9)) * std::pow(H * H - r * r, 2) * x;
 }
 double viscosity_laplacian(double r, double H) { return r < H ? 45 / (M_PI * std::pow(H, 6)) * (H - r) : 0; }
+double lattice_cover(double H) {
+  double sum = 0;
+  for (int x = -5; x <= 5; ++x)
+    for (int y = -5; y <= 5; ++y)
+      for (int z = -5; z <= 5; ++z) sum += fluid_kernel(Vector3d(x, y, z).norm(), H, 1);
+  return sum;
+}
 
 }  // namespace palp::test

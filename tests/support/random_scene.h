@@ -52,6 +52,7 @@ struct RandomSceneOptions {
   Method method = Method::accurate;
   std::array<bool, 3> periodic{};
   double jitter = 0.15;  // of a spacing
+  double spray = 0;      // the share of the fluids' particles that are missing
   bool solids = true;
 };
 
@@ -80,6 +81,7 @@ inline Scene random_scene(Random& random, const RandomSceneOptions& options) {
         const bool floor = k < 2, in_box = j >= 3 && j < 6 && k >= 2 && k < 5;
         const int which = floor ? 4 : in_box && i >= 2 && i < 5 ? 2 : in_box && i >= 5 && i < 7 ? 3 : k < 6 ? 0 : 1;
         if (!options.solids && which > 1) continue;
+        if (options.spray > 0 && which < 2 && uniform(random, 0, 1) < options.spray) continue;
         points[which].push_back(scene.bounds_min + dx * Eigen::Vector3d(i + 0.5, j + 0.5, k + 0.5) +
                                 random_vector(random, options.jitter * dx));
       }
