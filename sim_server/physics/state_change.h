@@ -8,6 +8,7 @@
 // R_i, P_i    rotation nearest to F_i; stress                                elastic.h
 // f_i         sum_j K_i K_j V_i V_j (F(X_ij) P_i L_i X_ij - F(X_ji) P_j L_j X_ji) - V_i V_j F q_ij x_ji
 // h_i         -beta E sum_j K_i K_j V_i V_j (F(X_ij) d_ij - F(X_ji) d_ji), d_ij = F_i X_ij - x_ji        elastic.h
+// b_i         sum_j K_i K_j V_i V_j F(R) 30 eta (R/H)^2 (v_ji.n) n, n = x_ji / |x_ji|, R = (|X_ij| + |X_ji|) / 2
 // q_ij        pressure that the fluid's p_i + p_j lost with its share while the bond got stiffer
 // share       1 - K_i K_j, of a pair's fluid forces                          bonded.h
 //
@@ -16,6 +17,10 @@
 // stiffness is unstrained too: its X moves towards x by the share of the new stiffness in the whole. The pressure that
 // the fluid forces lose with their share stays in the bond, as q, until it melts. So nothing jumps. A pair of bonded
 // solids keeps no fluid force; their pressure then is that of the fluid that touches them.
+//
+// b is the damping of elastic.h times 3 (R/H)^2, which is the same where space is filled evenly. A fluid freezes with
+// two particles at a tenth of a spacing from each other here and there. elastic.h's damping is eight times that of
+// neighbours on a lattice there, which was too much for the sub-step: they threw each other off.
 #pragma once
 
 #include "sim_server/physics/bonded.h"
@@ -320,7 +325,8 @@ struct BondForce {
       force += KVV * (kernel.F(r_own) * pair_force(stress_i, own, hold_i, x_ji) -
                       kernel.F(r_other) * pair_force(change.stress[j], other, hold_j, -x_ji));
       force -= VV * kernel.F(r) * own_q.w * x_ji;
-      const real r2 = x_ji.squaredNorm(), damping = real(5) * (m.damping + m_j.damping);
+      const real near = r * kernel.inv_support, damping = real(15) * near * near * (m.damping + m_j.damping);
+      const real r2 = x_ji.squaredNorm();
       if (r2 > real(0)) force += (KVV * kernel.F(r) * damping * (change.v[j].xyz() - v_i).dot(x_ji) / r2) * x_ji;
     }
     force = team.sum(force);

@@ -81,6 +81,30 @@ TEST(StateChange, ASplashThatFreezesHolds) {
     }
 }
 
+// A fluid freezes with particles at a fraction of a spacing from each other here and there. Damping takes energy from
+// them, too, whatever share of the sub-step's limit it has.
+TEST(StateChange, NeighborsThatFrozeTogetherStayCalm) {
+  const unsigned seed = drawn_seed();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Random random(seed);
+  for (const double damping : {5, 7, 10, 14, 20, 28, 40}) {
+    Scene scene = melting_scene();
+    scene.config.materials[0].damping = damping;
+    add_body(scene, "stuff", BodyKind::elastic, 0, {0, 0, 0}, {0.06, 0.06, 0.06});
+    scene.temperature.assign(scene.position.size(), kMelting - 1);
+    for (std::size_t i = 0; i < scene.position.size(); ++i) {
+      if (i % 9 == 0) scene.position[i] = scene.position[i + 1] + random_vector(random, 0.2 * kSpacing);
+      scene.velocity[i] = random_vector(random, 0.01);
+    }
+    const auto simulation = simulate(scene);
+    const double start = motion_of(scene, snapshot_of(*simulation)).kinetic;
+    for (double time = 0.005; time < 0.3; time += 0.005) {
+      run_until(*simulation, time);
+      ASSERT_LT(motion_of(scene, snapshot_of(*simulation)).kinetic, start) << "damping " << damping << ", " << time;
+    }
+  }
+}
+
 class HeldRod : public ::testing::TestWithParam<bool> {};
 
 // A rod that is held in a fluid at rest feels its lift, and goes on feeling it, without a jump, while all around it
