@@ -96,6 +96,13 @@ void expect_proxy_agrees(const Restated& w, const StepOutput& out, const StepInp
   }
 }
 
+RandomSceneOptions options_of(const Case& c) {
+  RandomSceneOptions options;
+  options.method = c.method;
+  options.periodic = c.periodic;
+  return options;
+}
+
 class Equations : public ::testing::TestWithParam<Case> {};
 
 void expect_equations_hold(const Scene& scene, const StepInput& input) {
@@ -127,10 +134,7 @@ TEST_P(Equations, HoldOnRandomScenes) {
   const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Random random(seed);
-  RandomSceneOptions options;
-  options.method = GetParam().method;
-  options.periodic = GetParam().periodic;
-  const Scene scene = random_scene(random, options);
+  const Scene scene = random_scene(random, options_of(GetParam()));
   StepInput input = random_input(random, scene);
   input[0].engaged = GetParam().engaged;
   expect_equations_hold(scene, input);
@@ -141,9 +145,7 @@ TEST_P(Equations, HoldInASpray) {
   const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Random random(seed);
-  RandomSceneOptions options;
-  options.method = GetParam().method;
-  options.periodic = GetParam().periodic;
+  RandomSceneOptions options = options_of(GetParam());
   options.spray = 0.85;
   options.solids = false;
   Scene scene = random_scene(random, options);
@@ -158,9 +160,7 @@ TEST_P(Equations, HoldBeyondTheDomain) {
   const unsigned seed = drawn_seed();
   SCOPED_TRACE("seed " + std::to_string(seed));
   Random random(seed);
-  RandomSceneOptions options;
-  options.method = GetParam().method;
-  options.periodic = GetParam().periodic;
+  RandomSceneOptions options = options_of(GetParam());
   Scene scene = random_scene(random, options);
   StepInput input = random_input(random, scene);
   input[0].engaged = GetParam().engaged;
@@ -175,10 +175,7 @@ TEST_P(Equations, HoldBeyondTheDomain) {
 // Long enough, and fast enough, that particles change their neighbours many times over.
 TEST_P(Equations, HoldWhileNeighborsChange) {
   Random random(99);
-  RandomSceneOptions options;
-  options.method = GetParam().method;
-  options.periodic = GetParam().periodic;
-  Scene scene = random_scene(random, options);
+  Scene scene = random_scene(random, options_of(GetParam()));
   for (std::size_t i = 0; i < scene.position.size(); ++i) {
     const std::string& name = scene.bodies[scene.body[i]].name;
     if (name == "water") scene.velocity[i] += Eigen::Vector3d(1.5, 1, 0);
