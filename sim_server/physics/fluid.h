@@ -7,7 +7,9 @@
 //                                                                hydrostatic part taken out: Fourtakas et al. 2019;
 //                                                                no sub-step passes the mean of the neighbours
 //           + k rho e (C/C0 - 1)                                 ties volume to places, k = kVolumeTie
+//           - (rho - rho0)+ c/dx (1 - C'/(kDropCover C0))+       a drop by itself: kept_by_drop()
 // C         sum V_j W, C0 that of a lattice            -
+// C'        C without the particle's own V W           -
 // e         sum V_j F |v_ij.x_ij|                      1/s       the rate of strain
 // f^p       -V_i V_j (p_i + p_j) gradW                 N         pair form of grad p; antisymmetric and central
 // f^v       -V_i V_j 2 mu F v_ij                       N         Morris, Fox & Zhu 1997: isotropic on a lattice

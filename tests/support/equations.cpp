@@ -68,8 +68,7 @@ Eigen::Quaterniond turned(const Eigen::Quaterniond& q, const Vector3d& rotation)
 // d rho/dt = - rho div v + delta h c sum_j V_j psi_ij . gradW + rho k e (C/C0 - 1) (1 - (2 H |grad C|)^2)+,
 // psi_ij = 2 (rho_j - rho_i - hydrostatic) x_ji / r^2, C = sum_j V_j W_ij with j = i, k = 0.1,
 // e = sum_j V_j |v_ij.gradW|, not where C is 20 % from C0; diffusion not past the mean; V = m / rho(acting pressure).
-// After that d rho/dt = (rho0 - rho) c / dx (1 - sum_j V_j W_ij / (0.05 C0))+ where rho > rho0, by backward Euler, j !=
-// i
+// Where rho > rho0 then, by backward Euler: d rho/dt = (rho0 - rho) c / dx (1 - (C - V_i W_ii) / (0.05 C0))+
 void continuity(Restated& w) {
   const double h = 0.5 * w.plan.support, lattice = lattice_cover(w.plan.support / w.scene->spacing);
   std::vector<double> rho_new(w.x.size());
