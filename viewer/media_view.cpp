@@ -53,7 +53,7 @@ void MediaView::set_view(const PictureView& picture) {
   const bool walls = scene_.hollow_walls()->getNumChildren() > 0 && scene_.clip() == kNoClip;
   walls_.set_drawn(walls);
   walls_.set_spacing(scene_.spacing());
-  walls_.set_size(texels_of(picture.width, quality_.scale), texels_of(picture.height, quality_.scale));
+  walls_.set_size(picture.width, picture.height);
   for (std::size_t i = 0; i < surfaces_.size(); ++i) {
     MediumSurface& surface = *surfaces_[i];
     surface.set_ended_by_walls(walls);

@@ -28,10 +28,9 @@ constexpr double kOutlineShare = 0.5;
 // The order of drawing in the picture: after what is solid, before glass.
 constexpr int kOpaqueBin = 2, kClearBin = 4;
 constexpr int kPassesOfOne = 32;
-constexpr unsigned kWallsUnit = 1;
-constexpr unsigned kSurfaceLooksUnit = 8;         // past the units that every shading program has (kShadowUnit)
-constexpr double kLargeFrom = 12, kLargeTo = 10;  // spacings [pixels] that half the texels suit
-constexpr std::size_t kTint = 1, kOutline = 3, kBeforeSmoothing = 4;  // among the passes
+constexpr unsigned kSurfaceLooksUnit = 8, kWallsUnit = 9;  // past those that every shading program has (kShadowUnit)
+constexpr double kLargeFrom = 12, kLargeTo = 10;           // spacings [pixels] that half the texels suit
+constexpr std::size_t kSurface = 0, kTint = 1, kOutline = 3, kBeforeSmoothing = 4;  // among the passes
 
 double overlap_share() { return 1 / (4.0 / 3.0 * M_PI * kTintRadius * kTintRadius * kTintRadius); }
 
@@ -49,6 +48,9 @@ void set_format(osg::Texture2D& texture, GLenum internal_format, GLenum format) 
   texture.setInternalFormat(static_cast<GLint>(internal_format));
   texture.setSourceFormat(format);
 }
+
+// Returns how many texels stand for so many pixels where a pixel has so many.
+int texels_of(int pixels, double scale) { return std::max(1, static_cast<int>(std::lround(pixels * scale))); }
 
 // The radius of a sphere in spacings is its state's own: depth and tint differ.
 void draw_points(osg::StateSet& state, const char* fragment, const char* name) {
@@ -70,8 +72,6 @@ SurfaceQuality quick_surface(int width, int height) {
   const double scale = std::sqrt(kMostTexels / std::max(1.0, static_cast<double>(width) * height));
   return {std::clamp(scale, 0.5, 1.0), 1, 8, 1, 8};
 }
-
-int texels_of(int pixels, double scale) { return std::max(1, static_cast<int>(std::lround(pixels * scale))); }
 
 MediumSurface::MediumSurface(Medium medium, osg::Node* particles, osg::Node* tinting, osg::Texture1D* color_map,
                              const PictureCopy* copy, osg::Texture2D* walls)
@@ -113,8 +113,6 @@ void MediumSurface::add_depth_pass(osg::Node* particles) {
   Pass& pass = add_pass(GL_RG32F, GL_RG, true, 1);
   osg::StateSet* state = pass.camera->getStateSet();
   draw_points(*state, "medium_depth.frag", "medium depth");
-  state->setTextureAttribute(kWallsUnit, walls_);
-  state->addUniform(new osg::Uniform("walls", static_cast<int>(kWallsUnit)));
   pass.camera->addChild(particles);
   root_->addChild(pass.camera);
 }
@@ -189,8 +187,6 @@ void MediumSurface::make_smoothing() {
     }
   }
   osg::StateSet* state = add("medium_clean.frag", "medium clean-up");
-  state->setTextureAttribute(kWallsUnit, walls_);
-  state->addUniform(new osg::Uniform("walls", static_cast<int>(kWallsUnit)));
   state->setTextureAttribute(2, passes_[0].texture);
   state->addUniform(new osg::Uniform("unsmoothed", 2));
   state->addUniform(new osg::Uniform("most_taps", quality_.clean_taps));
@@ -211,6 +207,8 @@ void MediumSurface::make_shading(osg::Texture1D* color_map, const PictureCopy* c
   state->setTextureAttribute(4, color_map);
   state->setTextureAttribute(5, passes_[kOutline].texture);
   state->setTextureAttribute(kSurfaceLooksUnit, surface_looks_);
+  state->setTextureAttribute(kWallsUnit, walls_);
+  state->addUniform(new osg::Uniform("walls", static_cast<int>(kWallsUnit)));
   state->addUniform(new osg::Uniform("surface_looks", static_cast<int>(kSurfaceLooksUnit)));
   int unit = 0;
   for (const char* name : {"surface", "tints", "scene_color", "scene_depth", "color_map", "outline"})
@@ -259,9 +257,7 @@ void MediumSurface::choose_formats() {
     osg::Texture2D& texture = *passes_[i].texture;
     if (i == kTint)
       set_format(texture, thickness ? GL_R16F : GL_RGBA16F_ARB, thickness ? GL_RED : GL_RGBA);
-    else if (i > kTint && i < kBeforeSmoothing)
-      set_format(texture, scalar ? GL_RGBA32F_ARB : GL_RG32F, scalar ? GL_RGBA : GL_RG);
-    else
+    else if (i == kSurface || i >= kBeforeSmoothing)
       set_format(texture, scalar ? GL_RG32F : GL_R32F, scalar ? GL_RG : GL_RED);
   }
   osg::Camera& tint = *passes_[kTint].camera;

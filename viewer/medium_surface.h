@@ -36,9 +36,6 @@ SurfaceQuality fine_surface(double spacing_pixels, const SurfaceQuality& now);
 // Returns what a rasteriser on a CPU can do for a picture of this size: each texel counts.
 SurfaceQuality quick_surface(int width, int height);
 
-// Returns how many texels stand for so many pixels where a pixel has so many.
-int texels_of(int pixels, double scale);
-
 // All calls from the thread that renders, between frames.
 class MediumSurface {
  public:
@@ -52,7 +49,7 @@ class MediumSurface {
   // Takes whether colours stand for numbers, and the look that all of the medium has; without one looks are drawn
   // particle by particle.
   void set_colors(bool by_scalar, const std::optional<OneTint>& tint);
-  // Takes whether the surface goes on into walls that are to end it. They have as many texels as it has.
+  // Takes whether the surface goes on into walls that are to end it. They have a texel a pixel.
   void set_ended_by_walls(bool ended);
   // The size of the picture [pixels].
   void set_size(int width, int height, const SurfaceQuality& quality);

@@ -72,6 +72,17 @@ double waviness(const Picture& picture, const osg::Vec2d& a, const osg::Vec2d& b
   return off_line(outline);
 }
 
+// The same of the border between bluish and yellowish, from above, within 20 pixels of the line.
+double border(const Picture& picture, const osg::Vec2d& a, const osg::Vec2d& b) {
+  std::vector<osg::Vec2d> outline;
+  for (int x = static_cast<int>(std::min(a.x(), b.x())); x < static_cast<int>(std::max(a.x(), b.x())); ++x) {
+    int y = static_cast<int>(a.y() + (b.y() - a.y()) * (x - a.x()) / (b.x() - a.x())) + 20;
+    while (y > 0 && at(picture, x, y).b <= at(picture, x, y).r) --y;
+    outline.emplace_back(x, y);
+  }
+  return off_line(outline);
+}
+
 TEST(MediumImage, AnOutlineIsALineAndNotARowOfBeads) {
   const SyntheticScene s = block("batter");
   for (const Surfaces quality : {Surfaces::quick, Surfaces::fine}) {
@@ -89,6 +100,39 @@ TEST(MediumImage, AnOutlineIsALineAndNotARowOfBeads) {
     const double beads = waviness(shoot(stage), a, b);
     EXPECT_GT(beads, 1.5) << "pixels";
     EXPECT_LT(smooth, 0.6) << "pixels; rounding alone is 0.3";
+  }
+}
+
+// A wave's crest hides a part of the trough behind it: their border is a row of beads, too, in the picture of spheres.
+TEST(MediumImage, ACrestBeforeItsOwnLiquidIsALine) {
+  SyntheticScene s = block("batter", {14, 60, 8});
+  // a wall of liquid in front, the pool behind it half as high
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < s.frame.positions.size(); i += 3) {
+    if (s.frame.positions[i + 1] > 3.0 * kSpacing && s.frame.positions[i + 2] > 3.6 * kSpacing) continue;
+    std::copy_n(s.frame.positions.begin() + static_cast<std::ptrdiff_t>(i), 3,
+                s.frame.positions.begin() + static_cast<std::ptrdiff_t>(kept));
+    kept += 3;
+  }
+  std::fill(s.frame.positions.begin() + static_cast<std::ptrdiff_t>(kept), s.frame.positions.end(),
+            std::numeric_limits<float>::quiet_NaN());
+  // their colours tell them apart
+  s.frame.field = ScalarField::speed;
+  for (std::size_t i = 0; i < kept / 3; ++i) s.frame.scalars[i] = s.frame.positions[3 * i + 1] > 3 * kSpacing ? 1 : 0;
+  for (const Surfaces quality : {Surfaces::quick, Surfaces::fine}) {
+    StageOptions options = small_stage(640, 480);
+    options.surfaces = quality;
+    Stage stage(options);
+    put_on(stage, s, ScalarField::speed);
+    const Picture surface = shoot(stage);
+    const osg::Vec2d a = stage.project({7 * kSpacing, 3 * kSpacing, 7.5 * kSpacing});
+    const osg::Vec2d b = stage.project({12 * kSpacing, 3 * kSpacing, 7.5 * kSpacing});
+    const double smooth = border(surface, a, b);
+    stage.scene().set_beads(true);
+    stage.scene().set_frame(s.frame);
+    const double beads = border(shoot(stage), a, b);
+    EXPECT_GT(beads, 1.5) << "pixels";
+    EXPECT_LT(smooth, 0.9) << "pixels; the border has steps of a texel, and rounding alone is 0.3";
   }
 }
 

@@ -2,10 +2,9 @@
 #extension GL_ARB_conservative_depth : enable
 // The distance of a medium's particles along the view [m], and their scalar. The spheres are wider than particles, so
 // that they close up, and sunk, so that their tops are where those of particles would be. What stands against the walls
-// of a hollow is not seen beside it, and has the last bit of its distance set.
+// of a hollow has the last bit of its distance set.
 uniform float radius;
 uniform float sink;  // [m]
-uniform sampler2D walls;  // as wall_depths.frag has them
 
 flat in vec3 center;
 flat in float size;
@@ -23,11 +22,6 @@ void main() {
   if (r2 > 1.0) discard;
   float z = center.z + size * (radius * sqrt(1.0 - r2) - sink);
   if (z > -1e-4) discard;
-  if (in_hollow != 0) {
-    vec4 wall = texelFetch(walls, ivec2(gl_FragCoord.xy), 0);
-    float into_hollow = wall.g, out_of_hollow = wall.a;
-    if (min(into_hollow, out_of_hollow) > 1e29) discard;
-  }
   float ndc = (gl_ProjectionMatrix[2][2] * z + gl_ProjectionMatrix[3][2]) / -z;
   gl_FragDepth = clamp(0.5 * ndc + 0.5, 0.0, 1.0);
   gl_FragColor = vec4(intBitsToFloat((floatBitsToInt(-z) & ~1) | in_hollow), scalar, 0.0, 1.0);

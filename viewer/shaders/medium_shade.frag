@@ -5,6 +5,8 @@ uniform sampler2D surface;
 uniform sampler2D tints;
 uniform sampler2D surface_looks;  // as medium_tint.frag has them
 uniform sampler2D outline;  // as medium_outline.frag has it
+uniform bool ended_by_walls;
+uniform sampler2D walls;  // as wall_depths.frag has them, a texel a pixel
 uniform sampler2D scene_color;
 uniform sampler2D scene_depth;
 uniform sampler1D color_map;
@@ -12,6 +14,7 @@ uniform vec2 target_size;   // of the picture [pixels]
 uniform vec2 surface_size;  // [texels]
 uniform vec2 tints_size;
 uniform vec2 value_range;
+uniform float spread;  // as medium_outline.frag has it
 uniform float range;  // of distances that belong to one surface [m]
 uniform float lift;   // [m] off the surface, where its light is asked for
 uniform bool by_scalar;
@@ -20,9 +23,8 @@ uniform bool one_tint;   // all of it has this look: of a clear medium tints are
 uniform vec4 own_tint;   // sRGB and the depth that gives it [m]; or what a clear medium absorbs [1/m]
 uniform vec4 own_look;
 
-const float kCrease = 0.5;        // how much slopes to both sides differ at least
 const float kInside = 0.8;       // of the surroundings are covered where the beads of an outline are not seen any more
-const float kMostInward = 24.0;  // [pixels]
+const float kLeastSlope = 0.2;   // of an outline: half of what a straight one has; between two that meet there is none
 const float kAgainstWalls = 0.1; // of what a surface reflects that faces sideways
 const float kWandered = 0.1;     // [m] of a clear medium that light which comes back from it has been through at most
 
@@ -36,33 +38,24 @@ vec3 display(vec3 light);
 vec3 light_of(vec3 shown);
 vec3 to_linear(vec3 shown);
 
-// The surface between texels, made of those at about the nearest distance; x is 0 where there is none.
-vec2 surface_at(vec2 place) {
+// The surface between texels, made of those at about the distance of the nearest one, or of the farthest one; x is 0
+// where there is none.
+vec2 surface_at(vec2 place, bool nearer) {
   ivec2 i = ivec2(floor(place - 0.5));
   vec2 t = place - 0.5 - vec2(i);
   vec2 s[4] = vec2[4](texelFetch(surface, i, 0).rg, texelFetch(surface, i + ivec2(1, 0), 0).rg,
                       texelFetch(surface, i + ivec2(0, 1), 0).rg, texelFetch(surface, i + ivec2(1, 1), 0).rg);
   vec4 w = vec4((1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y);
-  float nearest = 1e30;
-  for (int k = 0; k < 4; ++k) nearest = s[k].x > 0.0 && w[k] > 0.01 ? min(nearest, s[k].x) : nearest;
+  float side = nearer ? 1.0 : -1.0, first = 1e30;
+  for (int k = 0; k < 4; ++k) first = s[k].x > 0.0 && w[k] > 0.01 ? min(first, side * s[k].x) : first;
   vec2 sum = vec2(0.0);
   float weights = 0.0;
   for (int k = 0; k < 4; ++k) {
-    if (s[k].x <= 0.0 || s[k].x > nearest + range) continue;
+    if (s[k].x <= 0.0 || side * s[k].x > first + range) continue;
     sum += w[k] * s[k];
     weights += w[k];
   }
   return weights > 0.0 ? sum / weights : vec2(0.0);
-}
-
-// The share of the place that has a surface.
-float share_at(vec2 place) {
-  ivec2 i = ivec2(floor(place - 0.5));
-  vec2 t = place - 0.5 - vec2(i);
-  vec4 s = vec4(texelFetch(surface, i, 0).r, texelFetch(surface, i + ivec2(1, 0), 0).r,
-                texelFetch(surface, i + ivec2(0, 1), 0).r, texelFetch(surface, i + ivec2(1, 1), 0).r);
-  return dot(vec4(greaterThan(s, vec4(0.0))),
-             vec4((1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y));
 }
 
 vec3 eye_point(vec2 place, float depth) {
@@ -70,28 +63,18 @@ vec3 eye_point(vec2 place, float depth) {
   return vec3(ndc * depth / vec2(gl_ProjectionMatrix[0][0], gl_ProjectionMatrix[1][1]), -depth);
 }
 
-vec3 texel_point(ivec2 texel) { return eye_point(vec2(texel) + 0.5, texelFetch(surface, texel, 0).r); }
-
-// The slope of that side of a crease which leads nearer to p, between the next two texels; 0 where one has no surface.
-// A slope over the crease would be a bevel, which shines.
-vec3 slope_beside(vec2 place, vec3 p, vec2 offset) {
-  ivec2 texel = ivec2(floor(place)), step = ivec2(offset);
-  vec3 a = texel_point(texel + step), b = texel_point(texel + 2 * step);
-  vec3 c = texel_point(texel - step), d = texel_point(texel - 2 * step);
-  if (max(max(a.z, b.z), max(c.z, d.z)) >= 0.0) return vec3(0.0);
-  vec3 after = b - a, before = c - d;
-  return abs(a.z - after.z - p.z) < abs(c.z + before.z - p.z) ? after : before;
+// How much of the surroundings of a place that is so far from the pixel an outline encloses, that of the medium or that
+// of one of its layers.
+float enclosed_at(vec2 offset) {
+  vec4 o = texture2D(outline, (gl_FragCoord.xy + offset) / target_size);
+  return min(o.x, o.y);
 }
 
 // The smaller of the differences to both sides, so that an edge does not bend the normal on its near side.
-vec3 slope(vec2 place, vec3 p, vec2 offset) {
-  float after = surface_at(place + offset).x, before = surface_at(place - offset).x;
+vec3 slope(vec2 place, vec3 p, vec2 offset, bool nearer) {
+  float after = surface_at(place + offset, nearer).x, before = surface_at(place - offset, nearer).x;
   vec3 forth = eye_point(place + offset, after) - p, back = p - eye_point(place - offset, before);
   if (after <= 0.0) return before <= 0.0 ? vec3(offset, 0.0) : back;
-  if (before > 0.0 && abs(forth.z - back.z) > kCrease * length(forth.xy)) {
-    vec3 at_crease = slope_beside(place, p, offset);
-    if (at_crease != vec3(0.0)) return at_crease;
-  }
   return before > 0.0 && abs(back.z) < abs(forth.z) ? back : forth;
 }
 
@@ -100,6 +83,54 @@ vec3 flat_from(vec3 q, vec3 normal, vec3 ray) {
   float slant = dot(ray, normal);
   float depth = abs(slant) > 1e-4 ? dot(q, normal) / slant : 0.0;
   return ray * clamp(depth, -q.z, -q.z + range);
+}
+
+// How a distance to walls changes from one pixel to the next, where both are on one face.
+float wall_slope(int of, ivec2 offset) {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  float here = texelFetch(walls, pixel, 0)[of];
+  float forth = texelFetch(walls, pixel + offset, 0)[of] - here, back = here - texelFetch(walls, pixel - offset, 0)[of];
+  return abs(back) < abs(forth) ? back : forth;
+}
+
+// The normal of the face of walls that is p, seen at this place.
+vec3 wall_normal(int of, vec2 place, vec3 p, vec2 texels_per_pixel) {
+  float right = wall_slope(of, ivec2(1, 0)), up = wall_slope(of, ivec2(0, 1));
+  vec3 along = eye_point(place + vec2(texels_per_pixel.x, 0.0), right - p.z) - p;
+  vec3 upward = eye_point(place + vec2(0.0, texels_per_pixel.y), up - p.z) - p;
+  return normalize(cross(along, upward));
+}
+
+// Ends a surface at the walls that it goes on into: where its place p is in a wall that one looks through, it is seen
+// where that wall ends, and takes the wall's normal; within a wall it is not seen. Returns the share of the pixel in
+// which it is seen.
+float end_at_walls(bool stands_in_hollow, vec2 place, vec2 texels_per_pixel, inout vec3 p, inout vec3 normal) {
+  const int kIntoHollow = 1, kOutOfHollow = 3;
+  vec4 wall = texelFetch(walls, ivec2(gl_FragCoord.xy), 0);
+  float into = wall.r, into_hollow = wall.g, out_of = wall.b, out_of_hollow = wall.a, depth = -p.z;
+  float seen = 1.0;
+  if (stands_in_hollow) {
+    if (min(into_hollow, out_of_hollow) > 1e29) return 0.0;
+    if (out_of_hollow < 1e29) {
+      // how much farther the wall is than the surface, over how much that changes within a pixel
+      float room = out_of_hollow - depth, plane = dot(p, normal);
+      vec3 beside = eye_point(place + vec2(texels_per_pixel.x, 0.0), 1.0);
+      vec3 above = eye_point(place + vec2(0.0, texels_per_pixel.y), 1.0);
+      vec2 of_surface = plane / vec2(dot(beside, normal), dot(above, normal)) - depth;
+      vec2 of_wall = vec2(wall_slope(kOutOfHollow, ivec2(1, 0)), wall_slope(kOutOfHollow, ivec2(0, 1)));
+      vec2 change = of_wall - of_surface;
+      seen = clamp(room / clamp(abs(change.x) + abs(change.y), 1e-5, 0.1 * range) + 0.5, 0.0, 1.0);
+    }
+    if (into_hollow >= out_of_hollow) return seen;
+  } else {
+    if (depth <= into) return 1.0;
+    if (into_hollow > 1e29 || into > into_hollow) return depth < out_of && out_of < 1e29 ? 0.0 : 1.0;
+  }
+  if (depth < into_hollow) {
+    p = eye_point(place, into_hollow);
+    normal = wall_normal(kIntoHollow, place, p, texels_per_pixel);
+  }
+  return seen;
 }
 
 float linear_depth(float window_depth) {
@@ -151,27 +182,30 @@ vec3 opaque_medium(vec3 p, vec3 normal, vec3 to_eye, vec3 color, vec4 look, floa
 }
 
 void main() {
-  float enclosed = texture2D(outline, gl_FragCoord.xy / target_size).r;
-  vec2 place = gl_FragCoord.xy * surface_size / target_size;
-  // what stands against the walls of a hollow ends there, and has no outline of its own
-  bool in_hollow = (floatBitsToInt(texelFetch(surface, ivec2(place), 0).r) & 1) == 1;
+  vec4 outlines = texture2D(outline, gl_FragCoord.xy / target_size);
+  bool nearer = outlines.w >= 0.5;  // of two layers
+  vec2 texels_per_pixel = surface_size / target_size, place = gl_FragCoord.xy * texels_per_pixel;
   // the outline fades over its last pixel
-  float coverage = clamp((enclosed - 0.5) / max(fwidth(enclosed), 0.01) + 0.5, 0.0, 1.0);
-  if (in_hollow) coverage = 1.0;
+  float coverage = clamp((outlines.x - 0.5) / max(fwidth(outlines.x), 0.01) + 0.5, 0.0, 1.0);
+  // at an outline the surface is that a little inside, as there each bead turns away from the eye
+  float enclosed = min(outlines.x, outlines.y);
+  vec2 inward = vec2(enclosed_at(vec2(1.0, 0.0)) - enclosed, enclosed_at(vec2(0.0, 1.0)) - enclosed);
   if (coverage <= 0.0) discard;
-  // at the outline the surface is that a little inside, as there each bead turns away from the eye
-  vec2 inward = vec2(dFdx(enclosed), dFdy(enclosed));
-  float way = in_hollow ? 0.0 : clamp(kInside - enclosed, 0.0, kInside) / max(dot(inward, inward), 1e-6);
-  vec2 inside = place + min(way, kMostInward / max(length(inward), 1e-3)) * inward * surface_size / target_size;
-  // walls end the surface within its outline
-  float share = share_at(place);
-  coverage *= clamp((share - 0.5) / max(fwidth(share), 0.01) + 0.5, 0.0, 1.0);
-  vec2 s = surface_at(inside);
-  if (s.x <= 0.0 || coverage <= 0.0) discard;
+  float spread_pixels = 0.5 * target_size.y * gl_ProjectionMatrix[1][1] * spread * outlines.x / outlines.z;
+  float least_slope = kLeastSlope / spread_pixels;
+  float way = clamp(kInside - enclosed, 0.0, kInside) / max(dot(inward, inward), least_slope * least_slope);
+  vec2 inside = place + way * inward * texels_per_pixel;
+  vec2 s = surface_at(inside, nearer);
+  if (s.x <= 0.0) discard;
   vec3 q = eye_point(inside, s.x);
-  vec3 right = slope(inside, q, vec2(1.0, 0.0)), up = slope(inside, q, vec2(0.0, 1.0));
+  vec3 right = slope(inside, q, vec2(1.0, 0.0), nearer), up = slope(inside, q, vec2(0.0, 1.0), nearer);
   vec3 normal = normalize(cross(right, up));
   vec3 p = flat_from(q, normal, eye_point(place, 1.0));
+  if (ended_by_walls) {
+    bool in_hollow = (floatBitsToInt(texelFetch(surface, ivec2(inside), 0).r) & 1) == 1;
+    coverage *= end_at_walls(in_hollow, place, texels_per_pixel, p, normal);
+    if (coverage <= 0.0) discard;
+  }
   vec3 to_eye = normalize(-p);
   if (dot(normal, to_eye) < 0.0) normal = -normal;
   vec4 tint = vec4(to_linear(own_tint.rgb), own_tint.a), look = own_look;
