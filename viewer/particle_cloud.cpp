@@ -262,12 +262,12 @@ void ParticleCloud::let_fly(const Body& body, const ParticleFrame& frame, const 
   std::size_t before = 0;  // of those left out
   for (const Flying& drop : find_flying(places_, interior_, spacing_, others)) {
     while (before < left_out_.size() && left_out_[before] <= drop.place + before) ++before;
-    const osg::Vec3f velocity = velocity_of(body.first + drop.place + before, frame, earlier);
+    const std::size_t particle = body.first + drop.place + before;
+    const osg::Vec3f v = velocity_of(particle, frame, earlier);
     osg::Vec4f& place = places_[drop.place];
     place.w() = kWhole - drop.alone;
-    spray_.add({place.x(), place.y(), place.z(), drop.alone},
-               {velocity.x(), velocity.y(), velocity.z(), whiteness(drop.airy, velocity.length())},
-               body.tints[stages_.empty() ? 0 : stages_[drop.place]]);
+    spray_.add({place.x(), place.y(), place.z(), drop.alone}, {v.x(), v.y(), v.z(), whiteness(drop.airy, v.length())},
+               body.tints[stages_.empty() ? 0 : stages_[drop.place]], particle);
   }
 }
 

@@ -1,5 +1,7 @@
 #include "viewer/spray_view.h"
 
+#include <algorithm>
+
 #include <osg/Depth>
 #include <osg/PointSprite>
 
@@ -12,6 +14,8 @@ namespace {
 
 constexpr double kDropOverSpacing = 0.62;  // the radius of a ball that holds what a particle does
 constexpr double kMistOverSpacing = 1.5;   // of the white around it
+constexpr std::size_t kKinds = 1024;       // of ways to fall apart
+constexpr float kWhitest = 0.999f;         // what is left beside the kind's number
 constexpr int kDropBin = 5, kMistBin = 6;  // after all media, before glass
 
 }  // namespace
@@ -75,10 +79,11 @@ void SprayView::begin() {
   set.tints->clear();
 }
 
-void SprayView::add(const osg::Vec4f& place, const osg::Vec4f& motion, const osg::Vec4ub& tint) {
+void SprayView::add(const osg::Vec4f& place, const osg::Vec4f& motion, const osg::Vec4ub& tint, std::size_t particle) {
   Set& set = sets_[next_];
   set.places->push_back(place);
-  set.motions->push_back(motion);
+  const auto kind = static_cast<float>(particle % kKinds);
+  set.motions->push_back({motion.x(), motion.y(), motion.z(), kind + std::min(motion.w(), kWhitest)});
   set.tints->push_back(tint);
 }
 

@@ -29,8 +29,9 @@ class SprayView {
   // Takes what flies in a frame, drop by drop, between begin() and end().
   void begin();
   // place: its middle [m], and in w how much of the particle is a drop, 0 .. 1. motion: its velocity [m/s], and in w
-  // how white it gets, of what its look allows. tint: as medium.vert takes it.
-  void add(const osg::Vec4f& place, const osg::Vec4f& motion, const osg::Vec4ub& tint);
+  // how white it gets, of what its look allows, 0 .. 1. tint: as medium.vert takes it. particle: its number, which says
+  // how it falls apart.
+  void add(const osg::Vec4f& place, const osg::Vec4f& motion, const osg::Vec4ub& tint, std::size_t particle);
   void end();
   std::size_t drops() const { return drops_; }
 

@@ -64,12 +64,24 @@ Spot change_at_drop(Stage& stage, const Picture& a, const Picture& b) {
   return find(difference, [](Pixel p) { return std::max({p.r, p.g, p.b}) > 3; });
 }
 
-double brightness_at_drop(Stage& stage, const Picture& picture) {
-  const osg::Vec2d middle = stage.project(kDrop);
-  double sum = 0;
-  for (int y = -3; y <= 3; ++y)
-    for (int x = -3; x <= 3; ++x) sum += at(picture, middle + osg::Vec2d(x, y)).g;
-  return sum / 49;
+// The pixels of drops that changed a picture, which the white around them does not do as much.
+struct Drops {
+  int pixels = 0;
+  double brightness = 0;  // on average
+  double reach = 0;       // from the drop's middle [pixels]
+};
+
+Drops drops_in(Stage& stage, const Picture& with, const Picture& without) {
+  Drops drops;
+  for (int y = 0; y < with.height; ++y)
+    for (int x = 0; x < with.width; ++x) {
+      if (std::abs(at(with, x, y).g - at(without, x, y).g) < 25) continue;
+      ++drops.pixels;
+      drops.brightness += at(with, x, y).g;
+      drops.reach = std::max(drops.reach, (osg::Vec2d(x + 0.5, y + 0.5) - stage.project(kDrop)).length());
+    }
+  drops.brightness /= std::max(drops.pixels, 1);
+  return drops;
 }
 
 // The ball has 0.62 spacings; its rim takes a pixel of half a dozen.
@@ -95,7 +107,8 @@ TEST(SprayImage, OnlyWhatIsFastAndThinTurnsWhite) {
   const ParticleFrame resting = earlier_than(s.frame, 0), fast = earlier_than(s.frame, 2);
   EXPECT_EQ(differing(picture_of(stage, s.frame, &resting), still), 0) << "what rests has no foam";
   const Picture white = picture_of(stage, s.frame, &fast);
-  EXPECT_GT(brightness_at_drop(stage, white), brightness_at_drop(stage, still) + 15);
+  const Picture without = picture_of(stage, without_drop(s.frame));
+  EXPECT_GT(drops_in(stage, white, without).brightness, drops_in(stage, still, without).brightness + 15);
   EXPECT_EQ(differing(picture_of(stage, s.frame, &fast), white), 0) << "the same frames, the same picture";
 
   Stage thick(small_stage(640, 480));
@@ -103,6 +116,27 @@ TEST(SprayImage, OnlyWhatIsFastAndThinTurnsWhite) {
   const Picture honey = shoot(thick);
   EXPECT_EQ(thick.scene().cloud().drops(), 0u);
   EXPECT_EQ(differing(picture_of(thick, s.frame, &fast), honey), 0) << "thick liquids have no foam";
+}
+
+// A particle holds much more than a drop that stays whole when it is fast: its parts are farther apart than it is wide,
+// and one sees between them.
+TEST(SprayImage, WhatIsFastFallsApart) {
+  Stage stage(small_stage(640, 480));
+  const SyntheticScene s = with_drop("water", 1);
+  put_on(stage, s);
+  const double spacing = spacing_pixels(stage);
+  const Picture without = picture_of(stage, without_drop(s.frame));
+  const auto seen_at = [&](double speed) {
+    const ParticleFrame earlier = earlier_than(s.frame, speed);
+    return drops_in(stage, picture_of(stage, s.frame, &earlier), without);
+  };
+  const auto filled = [](const Drops& drops) { return drops.pixels / (M_PI * drops.reach * drops.reach); };
+  const Drops slow = seen_at(0), fast = seen_at(2);
+  EXPECT_LT(slow.reach, 0.7 * spacing);
+  EXPECT_GT(filled(slow), 0.4) << "half of a clear ball is as dark as what is behind it";
+  EXPECT_GT(fast.reach, spacing);
+  EXPECT_LT(fast.reach, 2 * spacing);
+  EXPECT_LT(filled(fast), 0.6 * filled(slow));
 }
 
 TEST(SprayImage, NumbersAndBeadsHaveNone) {

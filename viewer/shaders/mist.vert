@@ -17,7 +17,7 @@ const float kMost = 0.35;  // of what is behind it is hidden
 void main() {
   int row = int(gl_Color.a * 255.0 + 0.5);
   // what is alone is a drop that is white itself
-  float white = texelFetch(looks, ivec2(2, row), 0).y * gl_MultiTexCoord0.w * (1.0 - 0.85 * gl_Vertex.w);
+  float white = texelFetch(looks, ivec2(2, row), 0).y * fract(gl_MultiTexCoord0.w) * (1.0 - 0.85 * gl_Vertex.w);
   vec4 eye = gl_ModelViewMatrix * vec4(gl_Vertex.xyz, 1.0);
   vec3 normal = normalize(key_light() + vec3(0.0, 0.0, 1.0));
   color = vec4(display(scattered(vec3(0.92, 0.94, 0.95), 0.9, normal, light_shares(eye.xyz, normal))), kMost * white);
