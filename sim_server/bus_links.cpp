@@ -158,17 +158,18 @@ FrameLink::~FrameLink() {
   sem_destroy(&begun_);
 }
 
-void FrameLink::offer(const StepOutput& output, std::int64_t now_ns) {
+bool FrameLink::offer(const StepOutput& output, std::int64_t now_ns) {
   if (failed_.load(std::memory_order_acquire)) std::rethrow_exception(failure_);
-  if (!(rate_hz_ > 0) || now_ns < next_ns_ || busy_.load(std::memory_order_acquire)) return;
-  if (!sender_.wanted() && !ring_wanted_.load(std::memory_order_relaxed)) return;
-  if (!simulation_.begin_frame(scalar_)) return;
+  if (!(rate_hz_ > 0) || now_ns < next_ns_ || busy_.load(std::memory_order_acquire)) return false;
+  if (!sender_.wanted() && !ring_wanted_.load(std::memory_order_relaxed)) return false;
+  if (!simulation_.begin_frame(scalar_)) return false;
   const auto period_ns = static_cast<std::int64_t>(std::min(1e9 / rate_hz_, kLongestPeriodNs));
   next_ns_ = std::max(next_ns_ + period_ns, now_ns - period_ns);
   sending_ = scalar_;
   poses_ = body_poses(simulation_.scene(), output);
   busy_.store(true, std::memory_order_release);
   sem_post(&begun_);
+  return true;
 }
 
 void FrameLink::forward() {

@@ -78,8 +78,8 @@ class FrameLink {
   FrameLink(Bus& bus, Simulation& simulation);
   ~FrameLink();
   // Simulation's thread, after a step. Begins a frame if one is due, somebody looks and none is under way. Throws what
-  // the back end threw while the last frame was fetched.
-  void offer(const StepOutput& output, std::int64_t now_ns);
+  // the back end threw while the last frame was fetched. Returns whether the back end is busy with one from now on.
+  bool offer(const StepOutput& output, std::int64_t now_ns);
   void set_rate(double rate_hz) { rate_hz_ = rate_hz; }
   double rate() const { return rate_hz_; }
   void set_scalar(ScalarField scalar) { scalar_ = scalar; }

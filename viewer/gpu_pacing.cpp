@@ -28,8 +28,10 @@ constexpr double kNeverDrawnNs = 150'000;                 // [ns] that one is be
 constexpr double kMargin = 30'000;                        // [ns] that a piece may take longer than it usually does
 constexpr double kTurnToViewer = 150'000;  // [ns] that the GPU needs for it after a step, as seen on an H100
 constexpr std::int64_t kLook = 30'000;     // [ns] between two looks for a gap
-// [ns] that a piece and a whole picture wait at most, and a piece then for the end of a step
-constexpr std::int64_t kPatience = 10'000'000, kPatienceOfPicture = 250'000'000, kMoment = 1'000'000;
+// [ns] that a piece waits at most, and then for the end of a step. Where there are no gaps each piece delays a step: a
+// quarter of them at most, by what a short piece takes.
+constexpr std::int64_t kPatience = 4'000'000, kMoment = 1'000'000;
+constexpr double kAsIfGap = 360'000;  // [ns] that no gap counts as: its pieces are of 60 us
 
 }  // namespace
 
@@ -89,21 +91,24 @@ double GpuPacing::wanted_piece_ns() const {
 
 // Returns whether nothing was drawn in this gap yet.
 bool GpuPacing::wait_for_gap(double piece_ns) {
-  const std::int64_t begun = world_.now_ns(), patience = std::min(kPatience, kPatienceOfPicture - waited_ns_);
+  const std::int64_t begun = world_.now_ns();
   for (;;) {
     const std::int64_t now = world_.now_ns(), waited = now - begun;
     const GpuGap gap = gap_of(*page_, now);
     const bool first = gap.since_ns != gap_ns_;
-    if (gap.since_ns != seen_ns_ && gap.until_ns > 0 && gap.until_ns != kNever) {
+    if (gap.since_ns != seen_ns_ && gap.until_ns > gap.since_ns && gap.until_ns != kNever) {
       seen_ns_ = gap.since_ns;
       usual_gap_ns_ += 0.1 * (static_cast<double>(gap.until_ns - gap.since_ns) - usual_gap_ns_);
     }
     const double needed = piece_ns + kMargin + (first ? kTurnToViewer : 0);
     const bool fits = static_cast<double>(gap.until_ns - now) >= needed;
     // what is late begins between two steps all the same, where there is a moment between them
-    const bool late = waited >= patience && (gap.until_ns > now || waited >= patience + kMoment);
+    const bool late = waited >= kPatience && (gap.until_ns > now || waited >= kPatience + kMoment);
     if (fits || late) {
-      if (!fits) ++late_;
+      if (!fits) {
+        ++late_;
+        usual_gap_ns_ += 0.1 * (kAsIfGap - usual_gap_ns_);
+      }
       waited_ns_ += waited;
       gap_ns_ = gap.since_ns;
       page_->drawn_ns = now;

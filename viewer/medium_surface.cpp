@@ -142,7 +142,7 @@ void MediumSurface::add_tint_pass(osg::Node* particles) {
 void MediumSurface::add_outline_passes() {
   for (const bool upward : {false, true}) {
     osg::ref_ptr<osg::Texture2D> from = upward ? passes_.back().texture : passes_[0].texture;
-    Pass& pass = add_pass(GL_RGBA32F_ARB, GL_RGBA, false, kOutlineShare);
+    Pass& pass = add_pass(GL_RGBA16F_ARB, GL_RGBA, false, kOutlineShare);
     if (upward) {
       pass.texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
       pass.texture->setFilter(osg::Texture::MAG_FILTER, osg::Texture::LINEAR);

@@ -11,14 +11,15 @@ namespace palp {
 namespace {
 
 constexpr int kFirstPass = -1;
-constexpr float kNowhere = 1e30f;
 constexpr double kSlackOverSpacing = 0.8;  // the surface of what lies on a wall is farther off
 
-// The same arrays, without the state that the part is drawn with in the picture.
+// The same places, without the state that the part is drawn with in the picture. Four numbers a texel, the least of
+// which is kept, take a GPU so long that a step could meet them.
 osg::ref_ptr<osg::Geode> bare(const osg::Geometry& part, bool inner) {
-  osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry(part, osg::CopyOp::SHALLOW_COPY);
-  geometry->setStateSet(nullptr);
-  geometry->setNodeMask(~0u);
+  osg::ref_ptr<osg::Geometry> geometry = geometry_in_strips();
+  geometry->setUseVertexBufferObjects(true);
+  geometry->setVertexArray(const_cast<osg::Array*>(part.getVertexArray()));
+  for (const auto& primitives : part.getPrimitiveSetList()) geometry->addPrimitiveSet(primitives);
   osg::ref_ptr<osg::Geode> geode = new osg::Geode;
   geode->addDrawable(geometry);
   geode->getOrCreateStateSet()->addUniform(new osg::Uniform("inner", inner));
@@ -36,11 +37,10 @@ osg::ref_ptr<osg::MatrixTransform> hollow_wall(const osg::Geometry& inner, const
 
 WallDepths::WallDepths(osg::Node* walls)
     : texture_(float_texture(GL_RGBA32F_ARB, GL_RGBA)), camera_(pass_into(texture_, kFirstPass, false)) {
-  camera_->setClearColor(osg::Vec4f(kNowhere, kNowhere, kNowhere, kNowhere));
   osg::StateSet* state = camera_->getOrCreateStateSet();
   state->setAttributeAndModes(load_program("wall depths", {"wall_depths.vert", "wall_depths.frag"}));
   state->setMode(GL_CULL_FACE, osg::StateAttribute::OFF);
-  state->setAttributeAndModes(new osg::BlendEquation(osg::BlendEquation::RGBA_MIN));
+  state->setAttributeAndModes(new osg::BlendEquation(osg::BlendEquation::RGBA_MAX));
   state->setAttributeAndModes(new osg::BlendFunc(osg::BlendFunc::ONE, osg::BlendFunc::ONE));
   state->addUniform(new osg::Uniform("wall_slack", 0.0f));
   camera_->addChild(walls);

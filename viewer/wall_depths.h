@@ -20,7 +20,7 @@ class WallDepths {
   explicit WallDepths(osg::Node* walls);
   // A pass before all those of media.
   osg::Node* node() { return camera_; }
-  // The depths are as wall_depths.frag says; 1e30 where there is no such face.
+  // As wall_depths.frag says.
   osg::Texture2D* texture() const { return texture_; }
 
   void set_spacing(double spacing);      // of the particles [m]

@@ -16,6 +16,8 @@ uniform float range;              // of distances that belong to one layer [m]
 uniform int outline_taps;         // to each side
 uniform float outline_stride;     // [texels] between them
 
+const float kFarthest = 6e4;  // [m] that a half float holds
+
 vec4 at(float offset) {
   ivec2 place = ivec2(gl_FragCoord.xy) + along * int(round(offset));
   if (!by_distance) return texelFetch(covered, clamp(place, ivec2(0), textureSize(covered, 0) - 1), 0);
@@ -23,7 +25,7 @@ vec4 at(float offset) {
   float a = texelFetch(covered, place, 0).r;
   float b = texelFetch(covered, min(place + 1, textureSize(covered, 0) - 1), 0).r;
   float share = 0.5 * (float(a > 0.0) + float(b > 0.0));
-  return vec4(share, 0.0, 0.0, a > 0.0 && b > 0.0 ? min(a, b) : max(a, b));
+  return vec4(share, 0.0, 0.0, min(a > 0.0 && b > 0.0 ? min(a, b) : max(a, b), kFarthest));
 }
 
 float least, most, texels;

@@ -85,11 +85,14 @@ vec3 flat_from(vec3 q, vec3 normal, vec3 ray) {
   return ray * clamp(depth, -q.z, -q.z + range);
 }
 
-// How a distance to walls changes from one pixel to the next, where both are on one face.
+// The distances of walls in a pixel [m], of the kinds that wall_depths.frag tells of; 1e30 where there are none.
+vec4 wall_distances(ivec2 pixel) { return 1.0 / max(texelFetch(walls, pixel, 0), 1e-30); }
+
+// How such a distance changes from one pixel to the next, where both are on one face.
 float wall_slope(int of, ivec2 offset) {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  float here = texelFetch(walls, pixel, 0)[of];
-  float forth = texelFetch(walls, pixel + offset, 0)[of] - here, back = here - texelFetch(walls, pixel - offset, 0)[of];
+  float here = wall_distances(pixel)[of];
+  float forth = wall_distances(pixel + offset)[of] - here, back = here - wall_distances(pixel - offset)[of];
   return abs(back) < abs(forth) ? back : forth;
 }
 
@@ -106,7 +109,7 @@ vec3 wall_normal(int of, vec2 place, vec3 p, vec2 texels_per_pixel) {
 // which it is seen.
 float end_at_walls(bool stands_in_hollow, vec2 place, vec2 texels_per_pixel, inout vec3 p, inout vec3 normal) {
   const int kIntoHollow = 1, kOutOfHollow = 3;
-  vec4 wall = texelFetch(walls, ivec2(gl_FragCoord.xy), 0);
+  vec4 wall = wall_distances(ivec2(gl_FragCoord.xy));
   float into = wall.r, into_hollow = wall.g, out_of = wall.b, out_of_hollow = wall.a, depth = -p.z;
   float seen = 1.0;
   if (stands_in_hollow) {
